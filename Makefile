@@ -1,0 +1,59 @@
+# ATOM: `make demo` shows it working, `make test` proves it. `make help` lists the rest.
+PYTHON3   ?= $(shell command -v python3.11 || command -v python3)
+VENV      := .venv
+PY        := $(VENV)/bin/python
+COMMAND   ?= find the red bottle
+SEED      ?= 0
+PORT_BASE ?= 8000
+TOUR      ?= 1
+PYTEST    := $(PY) -m pytest
+STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if $(filter 0,$(TOUR)),--no-tour,--tour)
+
+export YOLO_OFFLINE ?= 1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo up down check format test test-fast test-e2e train clean
+
+help: ## list the targets
+	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
+
+setup: ## make .venv and build the ROS interfaces (quick when nothing changed)
+	@$(PYTHON3) tools/setup.py
+
+demo: setup ## the robot finds something: COMMAND="find the red bottle" SEED=0 ONCE=1 PORT_BASE=8000 TOUR=1
+	@$(PY) -m demo run $(STACK) $(if $(ONCE),--once)
+
+up: setup ## start everything without a mission (same settings as demo)
+	@$(PY) -m demo up $(STACK)
+
+down: ## end what `make up` started
+	@$(PY) -m demo down --port-base $(PORT_BASE)
+
+check: setup ## format, lint and types: no network, ROS, Docker or display
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/pyright
+
+format: ## format and mend what can be mended
+	$(VENV)/bin/ruff format .
+	$(VENV)/bin/ruff check --fix .
+
+test: setup ## everything, the end-to-end run of the whole mesh included
+	@$(PYTHON3) tools/setup.py --tests
+	$(PYTEST) tests
+
+test-fast: setup ## unit, contract and architecture tests only
+	$(PYTEST) tests/unit tests/contract tests/architecture
+
+test-e2e: setup ## the whole mesh with the simulated robot
+	$(PYTEST) tests/e2e
+
+train: setup ## train the simulator's weights again, about three hours on two idle cores
+	$(PY) -m sim.training.dataset out/training/homes --first 100000 --homes 700 --images 10
+	$(PY) -m sim.training.dataset out/training/held_out --first 900000 --homes 60 --images 8
+	$(PY) -m sim.training.detector out/training/homes sim/weights/detector.pt --minutes 150
+	$(PY) -m sim.training.clip out/training/homes sim/weights/clip.safetensors --held-out out/training/held_out
+	$(PY) -m sim.training.evaluate out/training/held_out --weights sim/weights
+
+clean: ## remove what can be made again, but the environment
+	rm -rf out .ruff_cache .hypothesis

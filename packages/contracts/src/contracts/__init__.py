@@ -1,0 +1,1 @@
+"""Messages, topics and HTTP schemas shared by the services: data only, no I/O."""

@@ -1,0 +1,215 @@
+"""What robot_bridge says about the robot and what it can be asked to do."""
+
+from enum import IntEnum, StrEnum
+
+from pydantic import Field
+
+from contracts.base import BboxXyxy, ImageSidePx, Message, StampS
+from contracts.geometry import Point3D, Pose2D, Twist2D
+
+
+class SensorStatus(Message):
+    valid: bool = Field(description="received and fresh enough to act on")
+    age_s: float | None = Field(
+        default=None, ge=0.0, description="seconds since the newest message; none if never received"
+    )
+
+
+class Battery(Message):
+    percentage: float = Field(ge=0.0, le=100.0, description="%")
+    charging: bool = False
+
+
+class EmergencyStop(Message):
+    """The latched software stop; `epoch` rises with every stop, older requests are refused."""
+
+    latched: bool
+    epoch: int = Field(ge=0)
+    reason: str = Field(default="", max_length=500)
+    by: str = Field(default="", max_length=100, description="who asked for it")
+    since_s: float | None = Field(default=None, description="seconds since the Unix epoch; none when not latched")
+
+
+class EmergencyStopRequest(Message):
+    reason: str = Field(default="requested", max_length=500)
+    by: str = Field(default="unknown", max_length=100)
+
+
+class EmergencyStopReply(Message):
+    state: EmergencyStop
+    first_zero_ms: float | None = Field(
+        default=None, description="from the request to the first zero velocity published, ms"
+    )
+
+
+class NavigationState(StrEnum):
+    INACTIVE = "inactive"
+    """Nav2 is not there, or its lifecycle is not active."""
+    IDLE = "idle"
+    """Ready for a goal."""
+    NAVIGATING = "navigating"
+    """A goal is being driven to."""
+
+
+class RobotState(Message):
+    stamp_s: StampS
+    pose: Pose2D | None = Field(default=None, description="base_link in map; none while not localised")
+    odometry: Pose2D | None = Field(default=None, description="base_link in odom")
+    twist: Twist2D = Field(default=Twist2D(), description="measured by odometry")
+    commanded: Twist2D = Field(default=Twist2D(), description="what was last sent to the base")
+    commanded_by: str = Field(default="none", description="source of the winning lease")
+    battery: Battery | None = None
+    docked: bool | None = None
+    navigation: NavigationState = NavigationState.INACTIVE
+    goal_id: str | None = None
+    emergency_stop: EmergencyStop
+    hazards: tuple[str, ...] = Field(default=(), description="active bumper, cliff, wheel-drop names")
+    sensors: dict[str, SensorStatus] = Field(
+        default_factory=dict, description="by name: scan, odom, rgb, depth, pose, map, battery"
+    )
+
+
+class Obstacles(Message):
+    """Nearest distance to the footprint, by named sector, from one pass over the laser scan."""
+
+    stamp_s: StampS
+    sectors_m: dict[str, float | None] = Field(
+        description="front, front_left, ...: metres from the footprint, none = nothing seen"
+    )
+    emergency: bool = Field(description="something is inside the stop distance ahead")
+
+
+class Priority(IntEnum):
+    """Lower wins (requirement C1). EMERGENCY and SAFETY cannot be requested over HTTP."""
+
+    EMERGENCY = 0
+    SAFETY = 1
+    NAVIGATION = 2
+    EXPLORATION = 3
+    MANUAL = 4
+
+
+class VelocityRequest(Message):
+    """A lease on the wheels: valid for `duration_s`, then it is as if it had never been asked for."""
+
+    twist: Twist2D
+    source: str = Field(min_length=1, max_length=40)
+    priority: Priority = Priority.MANUAL
+    duration_s: float = Field(default=0.3, gt=0.0, le=2.0, description="s")
+    epoch: int = Field(ge=0, description="of the emergency stop, from GET /emergency-stop")
+    allow_reverse: bool = False
+    stamp_s: float | None = Field(
+        default=None, description="when it was decided; refused when stale or from the future"
+    )
+    session_id: str | None = Field(default=None, description="ends with this session, see WS /session")
+
+
+class VelocityReply(Message):
+    accepted: bool
+    sent: Twist2D = Field(description="what reaches the base now, after arbitration, limits and safety")
+    reason: str = Field(default="", description="why it was refused or differs from the request")
+
+
+class GoalStatus(StrEnum):
+    """Nav2's words, plus the bridge's own deadline."""
+
+    PENDING = "PENDING"
+    EXECUTING = "EXECUTING"
+    SUCCEEDED = "SUCCEEDED"
+    CANCELED = "CANCELED"
+    ABORTED = "ABORTED"
+    REJECTED = "REJECTED"
+    TIMED_OUT = "TIMED_OUT"
+
+
+class GoalRequest(Message):
+    pose: Pose2D
+    epoch: int = Field(ge=0)
+    timeout_s: float = Field(default=120.0, gt=0.0, le=3600.0)
+    clear_costmaps: bool = True
+    session_id: str | None = Field(default=None, description="the goal is cancelled when this session ends")
+
+
+class Goal(Message):
+    id: str
+    pose: Pose2D
+    status: GoalStatus
+    error_code: int = Field(default=0, description="Nav2's; 0 = none")
+    error_msg: str = ""
+    distance_remaining_m: float | None = None
+    stamp_s: StampS
+
+
+class PathRequest(Message):
+    goal: Pose2D
+    start: Pose2D | None = Field(default=None, description="none = where the robot is")
+
+
+class PathReply(Message):
+    reachable: bool
+    length_m: float | None = None
+    error_code: int = Field(default=0, description="Nav2's ComputePathToPose code; 0 = none")
+    error_name: str = ""
+    poses: tuple[Pose2D, ...] = ()
+
+
+class BoxQuery(Message):
+    """A box in the colour frame taken at `stamp_s`; the newest depth image is used where it is none."""
+
+    bbox_xyxy: BboxXyxy
+    image_width_px: ImageSidePx
+    image_height_px: ImageSidePx
+    stamp_s: float | None = None
+
+
+class DepthReply(Message):
+    distance_m: float | None = Field(
+        description="to the near mode inside the box, along the optical axis; none = not measured"
+    )
+    spread_m: float | None = None
+    samples: int = Field(default=0, ge=0)
+    age_s: float | None = None
+    reason: str = ""
+
+
+class LocalizeReply(Message):
+    distance_m: float | None = Field(description="from the camera to the near surface, horizontal; none = not measured")
+    bearing_rad: float = Field(description="of the box centre from the robot's x axis, counter-clockwise positive")
+    base_point: Point3D | None = Field(default=None, description="in base_link at the time of the frame")
+    map_point: Point3D | None = Field(default=None, description="in map")
+    reason: str = ""
+
+
+class RotateRequest(Message):
+    angle_rad: float = Field(ge=-12.6, le=12.6, description="relative, counter-clockwise positive")
+    speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9)
+    timeout_s: float = Field(default=20.0, gt=0.0, le=60.0)
+    epoch: int = Field(ge=0)
+    session_id: str | None = None
+
+
+class DriveRequest(Message):
+    distance_m: float = Field(ge=-2.0, le=2.0, description="along base_link x; negative needs allow_reverse")
+    speed_m_s: float = Field(default=0.15, gt=0.0, le=0.306)
+    timeout_s: float = Field(default=20.0, gt=0.0, le=60.0)
+    allow_reverse: bool = False
+    epoch: int = Field(ge=0)
+    session_id: str | None = None
+
+
+class MotionReply(Message):
+    completed: bool
+    moved: float = Field(description="rad for a rotation, m for a drive, by odometry")
+    reason: str = Field(default="", description="why it ended early: obstacle, timeout, emergency stop, cancelled, ...")
+
+
+class Map(Message):
+    """Occupancy grid, row 0 at the origin (ROS OccupancyGrid order)."""
+
+    width: int = Field(ge=1, le=4096)
+    height: int = Field(ge=1, le=4096)
+    resolution_m: float = Field(gt=0.0, le=1.0)
+    origin: Pose2D
+    data_base64: str = Field(
+        description="width*height int8 cells, zlib-compressed, base64: -1 unknown, 0 free .. 100 occupied"
+    )

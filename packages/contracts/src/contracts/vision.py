@@ -1,0 +1,134 @@
+"""What inference sees and how it votes."""
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import Field
+
+from contracts.base import BboxXyxy, Confidence, ImageSidePx, Label, Message, StampS
+from contracts.geometry import Pose2D
+
+
+class Target(Message):
+    """What is looked for: the detector's class, and the words that tell the right one of its kind."""
+
+    label: Label
+    description: str = Field(min_length=1, max_length=120, description="2-4 words, e.g. 'red bottle'")
+
+
+class Detection(Message):
+    label: Label
+    confidence: Confidence
+    bbox_xyxy: BboxXyxy
+    colour: str | None = Field(
+        default=None, max_length=24, description="the colour word the image-text model is sure of, if any"
+    )
+
+
+class Detections(Message):
+    """One frame's detections, with the robot's pose at capture."""
+
+    stamp_s: StampS = Field(description="of the frame")
+    image_width_px: ImageSidePx
+    image_height_px: ImageSidePx
+    pose: Pose2D | None = Field(default=None, description="base_link in map when the frame was taken")
+    detections: tuple[Detection, ...] = Field(default=(), max_length=300)
+    model: str = ""
+    took_ms: float = Field(default=0.0, ge=0.0)
+
+
+class ObjectSpotted(Message):
+    """The target was seen; at most every 0.5 s (requirement A7)."""
+
+    stamp_s: StampS
+    target: Target
+    detection: Detection
+    image_width_px: ImageSidePx
+    image_height_px: ImageSidePx
+    pose: Pose2D | None = None
+
+
+class Verdict(StrEnum):
+    YES = "yes"
+    NO = "no"
+    ABSTAIN = "abstain"
+
+
+class Vote(Message):
+    voter: str = Field(description="detector, clip or vlm")
+    verdict: Verdict
+    score: float | None = None
+    threshold: float | None = None
+    model: str = ""
+    took_ms: float = Field(default=0.0, ge=0.0)
+    reason: str = ""
+
+
+class ValidateRequest(Message):
+    """Is the target in the newest frame (taken after `after_stamp_s`)? `bbox_xyxy` says which box is meant."""
+
+    target: Target
+    bbox_xyxy: BboxXyxy | None = None
+    after_stamp_s: float | None = None
+
+
+class Validation(Message):
+    confirmed: bool
+    votes: tuple[Vote, ...]
+    stamp_s: StampS
+    image_width_px: ImageSidePx
+    image_height_px: ImageSidePx
+    bbox_xyxy: BboxXyxy | None = None
+    reason: str = ""
+
+
+class ParseTaskRequest(Message):
+    command: str = Field(min_length=1, max_length=500)
+    labels_in_memory: tuple[Label, ...] = Field(default=(), max_length=500)
+
+
+class ParsedTask(Message):
+    """What a parser *claims* the command means; the coordinator checks every word of it (requirement A3)."""
+
+    yolo_class: str = Field(max_length=64, description="a COCO label, or 'none'")
+    memory_object: str | None = Field(default=None, max_length=64, description="where to look first")
+    description: str = Field(default="", max_length=120)
+    parser: str = Field(description="who answered: 'rules' or 'ollama:<model>'")
+    notes: str = Field(default="", max_length=500)
+
+
+class ScoreRequest(Message):
+    """Image-text scores of the newest frame, or of the crop at `bbox_xyxy` in it."""
+
+    texts: tuple[str, ...] = Field(min_length=1, max_length=64)
+    bbox_xyxy: BboxXyxy | None = None
+
+
+class ScoreReply(Message):
+    scores: tuple[float, ...]
+    threshold: float
+    model: str
+    took_ms: float = 0.0
+
+
+class EmbedRequest(Message):
+    """Embeddings of texts, and where `image` is set of the newest frame, or of the crop at `bbox_xyxy` in it."""
+
+    texts: tuple[Annotated[str, Field(max_length=200)], ...] = Field(default=(), max_length=64)
+    image: bool = False
+    bbox_xyxy: BboxXyxy | None = None
+
+
+class EmbedReply(Message):
+    model: str
+    image: tuple[float, ...] | None = Field(default=None, description="unit vector; none where no image was asked for")
+    texts: tuple[tuple[float, ...], ...] = Field(default=(), description="one unit vector a text, in the order sent")
+
+
+class ModelInfo(Message):
+    role: str = Field(description="detector, clip, vlm or parser")
+    name: str
+    backend: str
+    threshold: float | None = None
+    available: bool = True
+    detail: str = ""

@@ -1,0 +1,1 @@
+"""Plumbing the services share: bus, clock, tasks, health, logging, HTTP. No domain knowledge."""

@@ -1,0 +1,134 @@
+"""What every service's FastAPI app has in common: problems, health, readiness, metrics, body limits."""
+
+import contextlib
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any
+
+import prometheus_client
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse, Response
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from contracts.problem import Dependency, Health, Problem, Readiness
+from mesh.errors import MeshError, TooLargeError, TooManyError
+
+Readies = Callable[[Request], Awaitable[Sequence[Dependency]]]
+
+PROBLEM_RESPONSES: dict[int | str, dict[str, Any]] = {
+    "4XX": {"description": "what was wrong with the request", "content": {"application/problem+json": {}}},
+    "5XX": {"description": "which dependency failed", "content": {"application/problem+json": {}}},
+}
+
+
+def make_app(
+    service: str,
+    *,
+    lifespan: Callable[[FastAPI], Any],
+    dependencies: Readies,
+    body_bytes_max: int = 1_000_000,
+    description: str = "",
+) -> FastAPI:
+    """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`."""
+    app = FastAPI(
+        title=f"atom {service}",
+        description=description,
+        version="0.1.0",
+        lifespan=lifespan,
+        responses=PROBLEM_RESPONSES,
+    )
+    app.add_middleware(BodyLimit, bytes_max=body_bytes_max)
+    app.add_exception_handler(MeshError, _mesh_problem)
+    app.add_exception_handler(RequestValidationError, _validation_problem)
+    app.add_exception_handler(HTTPException, _http_problem)
+    app.add_exception_handler(Exception, _unexpected_problem)
+
+    @app.get("/health", tags=["operations"])
+    async def health() -> Health:  # pyright: ignore[reportUnusedFunction]
+        """The process answers."""
+        return Health(service=service)
+
+    @app.get("/ready", tags=["operations"], responses={503: {"model": Readiness}})
+    async def ready(request: Request, response: Response) -> Readiness:  # pyright: ignore[reportUnusedFunction]
+        """Its data is flowing; each dependency is named."""
+        found = tuple(await dependencies(request))
+        readiness = Readiness(ready=all(d.ok for d in found), service=service, dependencies=found)
+        response.status_code = 200 if readiness.ready else 503
+        return readiness
+
+    @app.get("/metrics", tags=["operations"], include_in_schema=False)
+    async def metrics() -> Response:  # pyright: ignore[reportUnusedFunction]
+        return Response(prometheus_client.generate_latest(), media_type=prometheus_client.CONTENT_TYPE_LATEST)
+
+    return app
+
+
+def problem(status: int, title: str, detail: str, instance: str = "") -> JSONResponse:
+    body = Problem(title=title, status=status, detail=detail, instance=instance)
+    return JSONResponse(body.model_dump(), status_code=status, media_type="application/problem+json")
+
+
+async def _mesh_problem(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, MeshError)
+    response = problem(error.status, error.title, error.detail, request.url.path)
+    if isinstance(error, TooManyError):
+        response.headers["Retry-After"] = "1"
+    return response
+
+
+async def _validation_problem(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    detail = "; ".join(f"{'.'.join(str(part) for part in e['loc'])}: {e['msg']}" for e in error.errors()[:10])
+    return problem(422, "Malformed request", detail, request.url.path)
+
+
+async def _http_problem(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    response = problem(error.status_code, str(error.detail), "", request.url.path)
+    response.headers.update(error.headers or {})
+    return response
+
+
+async def _unexpected_problem(request: Request, error: Exception) -> JSONResponse:
+    return problem(500, "Internal error", type(error).__name__, request.url.path)
+
+
+class BodyLimit:
+    """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
+
+    def __init__(self, app: ASGIApp, *, bytes_max: int) -> None:
+        self.app = app
+        self.bytes_max = bytes_max
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
+        if not declared.isdigit() or int(declared) > self.bytes_max:
+            await self._refuse(scope, receive, send)
+            return
+        seen = 0
+
+        async def counted() -> Message:
+            nonlocal seen
+            message = await receive()
+            seen += len(message.get("body", b""))
+            if seen > self.bytes_max:
+                raise TooLargeError(f"the limit is {self.bytes_max} bytes")
+            return message
+
+        async def unless_refused(message: Message) -> None:
+            if seen <= self.bytes_max:
+                await send(message)
+
+        with contextlib.suppress(TooLargeError):
+            await self.app(scope, counted, unless_refused)
+        if seen > self.bytes_max:
+            await self._refuse(scope, receive, send)
+
+    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
+        refusal = problem(413, TooLargeError.title, f"the limit is {self.bytes_max} bytes", scope["path"])
+        refusal.headers["Connection"] = "close"
+        await refusal(scope, receive, send)

@@ -1,0 +1,112 @@
+"""Talking to another service: one client each, timeouts everywhere, problems become named errors."""
+
+from typing import Any, TypeVar, cast
+
+import httpx
+import stamina
+from pydantic import TypeAdapter, ValidationError
+
+from contracts.base import Message
+from contracts.problem import Dependency
+from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
+
+M = TypeVar("M", bound=Message)
+
+
+class ServiceClient:
+    """A typed HTTP client of one service. Reads are retried twice; writes never.
+
+    Raises `UnavailableError` when it is away, `ServiceTimeoutError` past the deadline, `UpstreamError` when it says no
+    or answers with something that is not the contract.
+    """
+
+    def __init__(
+        self, service: str, base_url: str, *, timeout_s: float = 5.0, transport: httpx.AsyncBaseTransport | None = None
+    ) -> None:
+        self.service = service
+        self.http = httpx.AsyncClient(
+            base_url=base_url,
+            timeout=httpx.Timeout(timeout_s, connect=1.0),
+            transport=transport,
+            limits=httpx.Limits(max_connections=20, max_keepalive_connections=10),
+            trust_env=False,
+        )
+
+    async def aclose(self) -> None:
+        await self.http.aclose()
+
+    async def get(self, path: str, reply: type[M], *, timeout_s: float | None = None, **query: Any) -> M:
+        attempts = stamina.retry_context(on=UnavailableError, attempts=3, timeout=None, wait_initial=0.1, wait_max=0.5)
+        async for attempt in attempts:
+            with attempt:
+                return self._parsed(await self.call("GET", path, params=query, timeout_s=timeout_s), reply)
+        raise AssertionError("stamina leaves its loop by return or raise")
+
+    async def get_list(self, path: str, item: type[M], **query: Any) -> list[M]:
+        response = await self.call("GET", path, params=query)
+        try:
+            return TypeAdapter(list[item]).validate_json(response.content)  # pyright: ignore[reportInvalidTypeForm, reportUnknownVariableType]
+        except ValidationError as error:
+            raise self._not_the_contract(error) from error
+
+    async def post(self, path: str, body: Message | None, reply: type[M], *, timeout_s: float | None = None) -> M:
+        return self._parsed(await self.call("POST", path, body=body, timeout_s=timeout_s), reply)
+
+    async def delete(self, path: str, reply: type[M]) -> M:
+        return self._parsed(await self.call("DELETE", path), reply)
+
+    async def call(
+        self,
+        method: str,
+        path: str,
+        *,
+        body: Message | None = None,
+        params: dict[str, Any] | None = None,
+        timeout_s: float | None = None,
+    ) -> httpx.Response:
+        """The response when it is 2xx; otherwise raises as the class says."""
+        content = body.model_dump_json().encode() if body is not None else None
+        headers = {"content-type": "application/json"} if content is not None else {}
+        timeout = httpx.Timeout(timeout_s, connect=1.0) if timeout_s is not None else httpx.USE_CLIENT_DEFAULT
+        try:
+            response = await self.http.request(
+                method, path, content=content, headers=headers, params=params, timeout=timeout
+            )
+        except httpx.ConnectError as error:
+            raise UnavailableError(self.service, "not reachable") from error
+        except httpx.TimeoutException as error:
+            raise ServiceTimeoutError(self.service, f"{method} {path} did not answer in time") from error
+        except httpx.TransportError as error:
+            raise UnavailableError(self.service, f"connection lost ({type(error).__name__})") from error
+        if response.is_success:
+            return response
+        detail = _problem_detail(response)
+        if response.status_code in {503, 504}:
+            raise UnavailableError(self.service, detail)
+        raise UpstreamError(self.service, response.status_code, detail)
+
+    async def dependency(self) -> Dependency:
+        """This service as a line of somebody's `/ready`: is it ready itself?"""
+        try:
+            response = await self.http.get("/ready", timeout=1.0)
+        except httpx.HTTPError as error:
+            return Dependency(name=self.service, ok=False, detail=f"not reachable ({type(error).__name__})")
+        return Dependency(name=self.service, ok=response.is_success, detail="" if response.is_success else "not ready")
+
+    def _parsed(self, response: httpx.Response, reply: type[M]) -> M:
+        try:
+            return reply.model_validate_json(response.content)
+        except ValidationError as error:
+            raise self._not_the_contract(error) from error
+
+    def _not_the_contract(self, error: ValidationError) -> UpstreamError:
+        return UpstreamError(self.service, 200, f"the answer is not the contract: {error.error_count()} errors")
+
+
+def _problem_detail(response: httpx.Response) -> str:
+    try:
+        body = response.json()
+    except ValueError:
+        return f"HTTP {response.status_code}"
+    fields = cast("dict[str, Any]", body) if isinstance(body, dict) else {}
+    return str(fields.get("detail") or fields.get("title") or f"HTTP {response.status_code}")

@@ -1,0 +1,16 @@
+"""Runs the service: `python -m coordinator`."""
+
+from coordinator.app import create_app
+from coordinator.settings import Settings
+from mesh.logging import configure_logging
+from mesh.server import serve
+
+
+def main() -> None:
+    configure_logging("coordinator")
+    settings = Settings()
+    serve(create_app(settings), host=settings.host, port=settings.port)
+
+
+if __name__ == "__main__":
+    main()

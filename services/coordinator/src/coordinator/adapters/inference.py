@@ -1,0 +1,25 @@
+"""inference over HTTP."""
+
+from contracts.problem import Dependency
+from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
+from mesh.http import ServiceClient
+
+
+class InferenceEyes:
+    """The port `Eyes`, for real."""
+
+    def __init__(self, base_url: str, *, timeout_s: float, parse_timeout_s: float) -> None:
+        self._client = ServiceClient("inference", base_url, timeout_s=timeout_s)
+        self._parse_timeout_s = parse_timeout_s
+
+    async def aclose(self) -> None:
+        await self._client.aclose()
+
+    async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
+        return await self._client.post("/parse-task", request, ParsedTask, timeout_s=self._parse_timeout_s)
+
+    async def validate(self, request: ValidateRequest, *, timeout_s: float) -> Validation:
+        return await self._client.post("/validate", request, Validation, timeout_s=timeout_s)
+
+    async def dependency(self) -> Dependency:
+        return await self._client.dependency()

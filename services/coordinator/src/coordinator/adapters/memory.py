@@ -1,0 +1,26 @@
+"""memory over HTTP."""
+
+from collections.abc import Sequence
+
+from contracts.memory import LabelCount, RecallReply, RecallRequest
+from contracts.problem import Dependency
+from mesh.http import ServiceClient
+
+
+class MemoryService:
+    """The port `Memory`, for real."""
+
+    def __init__(self, base_url: str, *, timeout_s: float) -> None:
+        self._client = ServiceClient("memory", base_url, timeout_s=timeout_s)
+
+    async def aclose(self) -> None:
+        await self._client.aclose()
+
+    async def labels(self) -> Sequence[LabelCount]:
+        return await self._client.get_list("/labels", LabelCount)
+
+    async def recall(self, request: RecallRequest) -> RecallReply:
+        return await self._client.post("/recall", request, RecallReply)
+
+    async def dependency(self) -> Dependency:
+        return await self._client.dependency()

@@ -1,0 +1,166 @@
+"""robot_bridge over HTTP, and the session that ends everything asked for when this process does."""
+
+import asyncio
+from typing import Final
+
+import structlog
+from pydantic import ValidationError
+from websockets.asyncio.client import connect
+from websockets.exceptions import WebSocketException
+
+from contracts.base import Message
+from contracts.geometry import Pose2D, Twist2D
+from contracts.problem import Dependency
+from contracts.robot import (
+    BoxQuery,
+    DriveRequest,
+    Goal,
+    GoalRequest,
+    LocalizeReply,
+    Map,
+    MotionReply,
+    PathReply,
+    PathRequest,
+    Priority,
+    RotateRequest,
+    VelocityReply,
+    VelocityRequest,
+)
+from mesh.errors import UnavailableError, UpstreamError
+from mesh.http import ServiceClient
+
+log = structlog.get_logger()
+
+SOURCE: Final = "coordinator"
+MARGIN_S: Final = 2.0
+CONFLICT: Final = 409
+UNPROCESSABLE: Final = 422
+
+
+class SessionGreeting(Message):
+    """The first thing the bridge sends on a session."""
+
+    session_id: str
+
+
+class BridgeRobot:
+    """The port `Robot`, for real."""
+
+    def __init__(self, base_url: str, *, timeout_s: float, heartbeat_s: float, reconnect_s: float) -> None:
+        self._client = ServiceClient("robot_bridge", base_url, timeout_s=timeout_s)
+        self._session_url = base_url.replace("http", "ws", 1).rstrip("/") + f"/session?source={SOURCE}"
+        self._heartbeat_s = heartbeat_s
+        self._reconnect_s = reconnect_s
+        self._session_id: str | None = None
+
+    async def aclose(self) -> None:
+        await self._client.aclose()
+
+    @property
+    def session_held(self) -> bool:
+        return self._session_id is not None
+
+    async def hold_session(self) -> None:
+        told = ""
+        while True:
+            try:
+                await self._one_session()
+            except (OSError, TimeoutError, WebSocketException, ValidationError) as error:
+                why = f"{type(error).__name__}: {error}"
+                if why != told:
+                    log.warning("no session with robot_bridge; trying again", error=why)
+                told = why
+            await asyncio.sleep(self._reconnect_s)
+
+    async def _one_session(self) -> None:
+        async with connect(
+            self._session_url, open_timeout=2.0, close_timeout=1.0, ping_interval=None, proxy=None
+        ) as ws:
+            try:
+                greeting = await asyncio.wait_for(ws.recv(), 2.0)
+                self._session_id = SessionGreeting.model_validate_json(greeting).session_id
+                log.info("a session with robot_bridge is held")
+                while True:
+                    await ws.send("beat")
+                    await asyncio.sleep(self._heartbeat_s)
+            finally:
+                self._session_id = None
+
+    def _session(self) -> str:
+        if self._session_id is None:
+            raise UnavailableError("robot_bridge", "no session is held")
+        return self._session_id
+
+    async def map(self) -> Map:
+        return await self._client.get("/map", Map)
+
+    async def path(self, goal: Pose2D) -> PathReply:
+        """A pose outside the map is not reachable; that is an answer, not a failure."""
+        try:
+            return await self._client.post("/navigation/path", PathRequest(goal=goal), PathReply)
+        except UpstreamError as error:
+            if error.upstream_status == UNPROCESSABLE:
+                return PathReply(reachable=False, error_code=204, error_name=error.detail[:200])
+            raise
+
+    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
+        request = GoalRequest(pose=pose, epoch=epoch, timeout_s=timeout_s, session_id=self._session())
+        return await self._client.post("/navigation/goals", request, Goal, timeout_s=15.0)
+
+    async def goal(self, goal_id: str) -> Goal:
+        return await self._client.get(f"/navigation/goals/{goal_id}", Goal)
+
+    async def cancel_goal(self, goal_id: str) -> Goal:
+        return await self._client.delete(f"/navigation/goals/{goal_id}", Goal)
+
+    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> MotionReply:
+        request = RotateRequest(
+            angle_rad=angle_rad,
+            speed_rad_s=speed_rad_s,
+            timeout_s=timeout_s,
+            epoch=epoch,
+            session_id=self._session(),
+        )
+        return await self._client.post("/rotate", request, MotionReply, timeout_s=timeout_s + MARGIN_S)
+
+    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> MotionReply:
+        request = DriveRequest(
+            distance_m=distance_m,
+            speed_m_s=speed_m_s,
+            timeout_s=min(60.0, timeout_s),
+            epoch=epoch,
+            session_id=self._session(),
+        )
+        return await self._client.post("/drive", request, MotionReply, timeout_s=timeout_s + MARGIN_S)
+
+    async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
+        request = VelocityRequest(
+            twist=twist,
+            source=SOURCE,
+            priority=Priority.EXPLORATION,
+            duration_s=duration_s,
+            epoch=epoch,
+            session_id=self._session(),
+        )
+        return await self._client.post("/velocity", request, VelocityReply, timeout_s=1.0)
+
+    async def end_motion(self) -> None:
+        await self._client.call("DELETE", "/motion")
+
+    async def localize(self, box: BoxQuery) -> LocalizeReply:
+        return await self._client.post("/localize", box, LocalizeReply)
+
+    async def undock(self, *, timeout_s: float) -> MotionReply:
+        path = f"/undock?session_id={self._session()}"
+        return await self._client.post(path, None, MotionReply, timeout_s=timeout_s)
+
+    async def celebrate(self) -> None:
+        """Asking again too soon is refused there, and no failure here."""
+        try:
+            await self._client.call("POST", "/celebrate")
+        except UpstreamError as error:
+            if error.upstream_status != CONFLICT:
+                raise
+
+    async def dependency(self) -> Dependency:
+        return await self._client.dependency()

@@ -1,0 +1,119 @@
+"""What a mission can ask the shell for. Every call is answered by one event with the same number."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from contracts.geometry import Pose2D, Twist2D
+from contracts.mission import MissionState
+from contracts.robot import BoxQuery
+from contracts.vision import Target
+
+
+@dataclass(frozen=True, slots=True)
+class Undock:
+    call: int
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChoosePath:
+    """Preflight: of the first group with a reachable pose, the one with the least path length plus its cost."""
+
+    call: int
+    groups: tuple[tuple[Pose2D, ...], ...]
+    costs_m: tuple[float, ...]
+    timeout_s: float
+
+    @property
+    def poses(self) -> tuple[Pose2D, ...]:
+        return tuple(pose for group in self.groups for pose in group)
+
+
+@dataclass(frozen=True, slots=True)
+class Navigate:
+    call: int
+    goal: Pose2D
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rotate:
+    call: int
+    angle_rad: float
+    speed_rad_s: float
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    call: int
+    distance_m: float
+    speed_m_s: float
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetVelocity:
+    """A short lease on the wheels; nobody waits for its answer."""
+
+    twist: Twist2D
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class StopMotion:
+    """Ends the goal, rotation or drive under way and whatever lease there is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Localize:
+    call: int
+    box: BoxQuery
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Validate:
+    call: int
+    target: Target
+    box: BoxQuery
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlanCoverage:
+    """The places still worth a scan, in order, without those near `avoid`."""
+
+    call: int
+    avoid: tuple[Pose2D, ...]
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class RecordLook:
+    """What the camera sees from this pose has been looked at."""
+
+    pose: Pose2D
+
+
+@dataclass(frozen=True, slots=True)
+class Celebrate:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class Say:
+    """One line of the timeline, and the state it was said in."""
+
+    state: MissionState
+    kind: str
+    text: str
+    data: dict[str, Any] = field(default_factory=dict[str, Any])
+
+
+Action = (
+    Undock | ChoosePath | Navigate | Rotate | Drive | SetVelocity | StopMotion | Localize | Validate | PlanCoverage
+    | RecordLook | Celebrate | Say
+)  # fmt: skip
+
+MOTION: tuple[type[Action], ...] = (Undock, Navigate, Rotate, Drive, SetVelocity)

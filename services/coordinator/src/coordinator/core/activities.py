@@ -1,0 +1,149 @@
+"""What the robot is doing inside a mission state: one activity at a time, each bounded by `until_s`.
+
+`call` is the number of the call whose answer is awaited, 0 where none is.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from contracts.geometry import Pose2D
+
+FOREVER_S = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Nothing:
+    call: int = 0
+    until_s: float = FOREVER_S
+
+
+@dataclass(frozen=True, slots=True)
+class Entering:
+    """The state was just entered (or is taken up again): its own `begin` decides what to do."""
+
+    call: int = 0
+    until_s: float = FOREVER_S
+
+
+@dataclass(frozen=True, slots=True)
+class Paused:
+    """By a person; `since_s` is what the mission's deadline is put off by."""
+
+    since_s: float
+    until_s: float
+    call: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """After a failed call, before the state is taken up again."""
+
+    until_s: float
+    call: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Undocking:
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningCoverage:
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChoosingPath:
+    call: int
+    until_s: float
+    poses: tuple[Pose2D, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Going:
+    """`tries` counts the times this goal was given up and sent again."""
+
+    call: int
+    until_s: float
+    goal: Pose2D
+    tries: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Turning:
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Looking:
+    """For a frame taken after `after_s` on the robot's clock."""
+
+    after_s: float
+    until_s: float
+    call: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class CheckingPlace:
+    """Localising a sighting that may be something already rejected."""
+
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Measuring:
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Validating:
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Driving:
+    """Straight ahead, closed loop in the bridge."""
+
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Steering:
+    """Straight ahead by short leases (the plain rule), with a depth check every so often (`call`, 0 when none runs)."""
+
+    until_s: float
+    next_depth_s: float
+    moving_s: float
+    call: int = 0
+
+
+Activity = (
+    Nothing | Entering | Paused | Waiting | Undocking | PlanningCoverage | ChoosingPath | Going | Turning | Looking
+    | CheckingPlace | Measuring | Validating | Driving | Steering
+)  # fmt: skip
+
+
+class Stage(StrEnum):
+    """Where in the localised approach the robot is."""
+
+    RING = "RING"
+    """Driving to a place round the object."""
+    FACE = "FACE"
+    """Turning towards it."""
+    LOOK = "LOOK"
+    """Looking once more, to correct where it is."""
+    AIM = "AIM"
+    """Turning by what that look said."""
+    DRIVE = "DRIVE"
+    """Driving the rest straight."""
+    CONFIRM = "CONFIRM"
+    """Measuring what distance is left."""
+    SETTLE = "SETTLE"
+    """Turning to face it at the end."""

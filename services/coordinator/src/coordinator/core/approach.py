@@ -1,0 +1,205 @@
+"""APPROACHING by place: once localised, the robot drives to a reachable pose round the object, turns to it, looks once
+more where looking is possible, and drives the rest straight on odometry ("Geometry to mind" in the requirements).
+"""
+
+import math
+
+from contracts.mission import MissionState
+from contracts.robot import GoalStatus, LocalizeReply
+from coordinator.core.activities import ChoosingPath, Driving, Going, Looking, Measuring, Stage, Turning
+from coordinator.core.depth_check import take_measurement
+from coordinator.core.draft import Draft
+from coordinator.core.endings import found
+from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
+from coordinator.core.mission import Approach
+from coordinator.core.place import ring_groups, surface_distance_m, whereabouts
+from coordinator.core.sightings import follow, tracked
+
+TURN_SPEED_RAD_S = 0.8
+JUMP_M = 0.5
+DRIVES_MAX = 3
+SETTLED_RAD = 0.12
+APPROACH_TIMEOUT_S = 240.0
+CUT_OFF_WORDS = ("session", "client", "odometry", "laser scan", "cancel", "the wheels", "took over")
+
+
+def begin(draft: Draft) -> None:
+    there = whereabouts(draft)
+    if there is None:
+        draft.go(MissionState.CENTERING, "its place is not known: looking again")
+        return
+    draft.set(approach=Approach(until_s=draft.now_s + APPROACH_TIMEOUT_S))
+    groups, costs = ring_groups(draft, draft.rules.ring_radii_m)
+    if there.distance_m <= draft.rules.ring_skip_m or not groups:
+        _face(draft)
+    else:
+        draft.choose_path(groups, costs)
+
+
+def handle(draft: Draft, event: Event) -> None:
+    stage = draft.approach.stage
+    match draft.mission.activity, event:
+        case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
+            draft.say("navigation", "to a place in front of it", goal=poses[index].model_dump())
+            draft.navigate(poses[index])
+        case ChoosingPath(), PathChosen(error=error):
+            draft.say("navigation", f"no place round it can be reached ({error}): straight on")
+            _face(draft)
+        case Going(), GoalEnded():
+            _goal_ended(draft, event)
+        case Turning(), MotionEnded():
+            _turned(draft, stage)
+        case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
+            sighting = tracked(draft.mission, draft.candidate, seen)
+            if sighting is not None:
+                follow(draft, sighting)
+                draft.localize(sighting.box)
+        case Measuring(), Localized(reply=reply):
+            _measured(draft, stage, reply)
+        case Driving(), MotionEnded():
+            _driven(draft, event)
+        case _:
+            pass
+
+
+def _driven(draft: Draft, event: MotionEnded) -> None:
+    """An obstacle ends the approach; a drive that was cut off by something else is taken up again."""
+    if not event.completed:
+        text = f"the drive ended after {event.moved:.2f} m: {event.reason}"
+        draft.say("motion", text, moved_m=round(event.moved, 3))
+        if was_cut_off(event.reason) and draft.mission.failures + 1 < draft.rules.failures_max:
+            draft.fail("robot_bridge", event.reason)
+            return
+        draft.set_approach(blocked="" if event.reason == "timeout" else event.reason or "stopped")
+    draft.set_approach(stage=Stage.CONFIRM)
+    draft.look(draft.rules.look_again_s / 2)
+
+
+def was_cut_off(reason: str) -> bool:
+    """True when the bridge ended a motion for a reason that has nothing to do with what is ahead."""
+    return any(word in reason for word in CUT_OFF_WORDS)
+
+
+def on_look_timeout(draft: Draft) -> None:
+    """It is out of the picture from here, as expected of something high: the place measured before counts."""
+    _go_on(draft, draft.approach.stage)
+
+
+def on_overtime(draft: Draft) -> None:
+    draft.stop_motion()
+    found(draft, surface_distance_m(draft), "as near as could be reached in time")
+
+
+def on_failure(draft: Draft) -> None:
+    """A measurement failed; what is known is enough to go on."""
+    _go_on(draft, draft.approach.stage)
+
+
+def _goal_ended(draft: Draft, event: GoalEnded) -> None:
+    going = draft.mission.activity
+    assert isinstance(going, Going)
+    if event.status is GoalStatus.ABORTED and going.tries == 0:
+        draft.say("navigation", f"aborted with error {event.error_code}: clearing the costmaps, once more from here",
+                  error_code=event.error_code)  # fmt: skip
+        draft.navigate(going.goal, tries=1)
+        return
+    if event.status in {GoalStatus.CANCELED, GoalStatus.REJECTED} and draft.mission.failures == 0:
+        draft.fail("navigation", f"{event.status.value} {event.error}".strip())
+        return
+    if event.status is not GoalStatus.SUCCEEDED:
+        draft.say("navigation", f"{event.status.value} {event.error_code}: straight on from here",
+                  error_code=event.error_code)  # fmt: skip
+    _face(draft)
+
+
+def _face(draft: Draft) -> None:
+    draft.set_approach(stage=Stage.FACE)
+    _turn_or(draft, Stage.FACE, draft.rules.face_tolerance_rad)
+
+
+def _turn_or(draft: Draft, stage: Stage, tolerance_rad: float) -> None:
+    there = whereabouts(draft)
+    if there is not None and abs(there.bearing_rad) > tolerance_rad:
+        draft.turn(there.bearing_rad, TURN_SPEED_RAD_S)
+    else:
+        _turned(draft, stage)
+
+
+def _turned(draft: Draft, stage: Stage) -> None:
+    match stage:
+        case Stage.RING | Stage.FACE:
+            draft.set_approach(stage=Stage.LOOK)
+            draft.look(draft.rules.look_again_s)
+        case Stage.LOOK | Stage.AIM:
+            _drive(draft)
+        case Stage.DRIVE | Stage.CONFIRM | Stage.SETTLE:
+            _finish(draft)
+
+
+def _measured(draft: Draft, stage: Stage, reply: LocalizeReply) -> None:
+    """Takes the new place unless it jumps too far to be the same thing."""
+    old = draft.candidate.map_xy
+    new = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
+    if reply.distance_m is None:
+        pass
+    elif old is not None and new is not None and math.dist(old, new) > JUMP_M:
+        draft.say("depth", f"measured {math.dist(old, new):.1f} m beside its place: not counted")
+    else:
+        take_measurement(draft, reply)
+        draft.say("depth", f"{reply.distance_m:.2f} m away", distance_m=round(reply.distance_m, 3), map_xy=new)
+    _go_on(draft, stage)
+
+
+def _go_on(draft: Draft, stage: Stage) -> None:
+    if stage in {Stage.RING, Stage.FACE, Stage.LOOK}:
+        draft.set_approach(stage=Stage.AIM)
+        _turn_or(draft, Stage.AIM, draft.rules.face_tolerance_rad)
+        return
+    left_m = surface_distance_m(draft)
+    again = left_m is not None and left_m > draft.rules.reach_m + 0.03 and not draft.approach.blocked
+    if again and draft.approach.drives < DRIVES_MAX:
+        draft.set_approach(stage=Stage.AIM)
+        _turn_or(draft, Stage.AIM, draft.rules.face_tolerance_rad)
+    else:
+        draft.set_approach(stage=Stage.SETTLE)
+        _turn_or(draft, Stage.SETTLE, SETTLED_RAD)
+
+
+def _drive(draft: Draft) -> None:
+    left_m = surface_distance_m(draft)
+    rest_m = 0.0 if left_m is None else left_m - draft.rules.stand_off_m
+    if rest_m <= 0.03:
+        draft.set_approach(stage=Stage.CONFIRM)
+        _go_on(draft, Stage.CONFIRM)
+        return
+    draft.set_approach(stage=Stage.DRIVE, drives=draft.approach.drives + 1)
+    draft.drive(min(rest_m, 2.0))
+
+
+def _finish(draft: Draft) -> None:
+    distance, approach = surface_distance_m(draft), draft.approach
+    if distance is None or distance <= draft.rules.reach_m + 0.05:
+        found(draft, distance, "within reach")
+        return
+    may_try = approach.alternatives < draft.rules.alternatives_max
+    if distance > draft.rules.blocked_alternative_m and may_try and _other_side(draft):
+        return
+    why = approach.blocked or "no nearer place is reachable"
+    found(draft, distance, f"as near as the map allows: {why}")
+
+
+def _other_side(draft: Draft) -> bool:
+    """True when another part of the ring is to be tried."""
+    pose, xy = draft.mission.robot.pose, draft.candidate.map_xy
+    if pose is None or xy is None:
+        return False
+    here_rad = math.atan2(pose.y - xy[1], pose.x - xy[0])
+    tried = (*draft.approach.tried_rad, here_rad)
+    groups, costs = ring_groups(draft, draft.rules.ring_radii_m[:2], tried)
+    if not groups:
+        return False
+    alternatives = draft.approach.alternatives + 1
+    draft.set_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, blocked="", drives=0)
+    draft.say("navigation", "stopped too far off: trying another side of it")
+    draft.choose_path(groups, costs)
+    return True

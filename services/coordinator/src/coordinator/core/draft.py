@@ -1,0 +1,136 @@
+"""One step being worked out: the mission as it changes, and the actions that go with it."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from contracts.geometry import Pose2D
+from contracts.mission import MissionState
+from contracts.robot import BoxQuery
+from coordinator.core import actions as do
+from coordinator.core.activities import (
+    Activity,
+    ChoosingPath,
+    Driving,
+    Entering,
+    Going,
+    Looking,
+    Measuring,
+    Turning,
+    Waiting,
+)  # fmt: skip
+from coordinator.core.mission import Approach, Candidate, Mission, Search
+from coordinator.core.rules import Rules
+from coordinator.core.states import ALLOWED
+
+
+class ForbiddenTransitionError(AssertionError):
+    """The core tried to leave its own table: a bug."""
+
+
+@dataclass(slots=True)
+class Draft:
+    """Lives for one step; the functions of the core work on it, and only it is mutable."""
+
+    mission: Mission
+    now_s: float
+    actions: list[do.Action] = field(default_factory=list[do.Action])
+
+    @property
+    def rules(self) -> Rules:
+        return self.mission.rules
+
+    @property
+    def search(self) -> Search:
+        return self.mission.search
+
+    @property
+    def candidate(self) -> Candidate:
+        assert self.mission.candidate is not None, "this state has a candidate"
+        return self.mission.candidate
+
+    @property
+    def approach(self) -> Approach:
+        return self.mission.approach or Approach()
+
+    @property
+    def robot_now_s(self) -> float:
+        """The present on the clock that stamps frames."""
+        return self.now_s + self.mission.robot.offset_s
+
+    def set(self, **changes: Any) -> None:
+        self.mission = replace(self.mission, **changes)
+
+    def set_search(self, **changes: Any) -> None:
+        self.set(search=replace(self.mission.search, **changes))
+
+    def set_candidate(self, **changes: Any) -> None:
+        self.set(candidate=replace(self.candidate, **changes))
+
+    def set_approach(self, **changes: Any) -> None:
+        self.set(approach=replace(self.approach, **changes))
+
+    def act(self, action: do.Action) -> None:
+        self.actions.append(action)
+
+    def say(self, kind: str, text: str, **data: Any) -> None:
+        self.set(progress=text)
+        self.act(do.Say(self.mission.state, kind, text, data))
+
+    def be(self, activity: Activity) -> None:
+        self.set(activity=activity)
+
+    def go(self, state: MissionState, reason: str, *, kind: str = "state", **data: Any) -> None:
+        """Changes the state, with its reason in words; the new state's `begin` runs next."""
+        if state not in ALLOWED[self.mission.state]:
+            raise ForbiddenTransitionError(f"{self.mission.state} -> {state}: {reason}")
+        before = self.mission.state
+        self.set(state=state, entered_s=self.now_s, activity=Entering())
+        self.say(kind, reason, before=before.value, after=state.value, **data)
+
+    def call(self) -> int:
+        self.set(calls=self.mission.calls + 1)
+        return self.mission.calls
+
+    def stop_motion(self) -> None:
+        self.act(do.StopMotion())
+
+    def fail(self, service: str, detail: str) -> None:
+        """One more call failed in a row: the state is taken up again after a pause (the count ends it, see step)."""
+        self.set(failures=self.mission.failures + 1)
+        self.say("failure", f"{service}: {detail}; trying again", service=service, failures=self.mission.failures)
+        self.be(Waiting(self.now_s + self.rules.retry_wait_s))
+
+    # calls, each with the activity that awaits its answer
+
+    def look(self, wait_s: float) -> None:
+        after_s = self.robot_now_s + self.rules.look_settle_s
+        self.be(Looking(after_s=after_s, until_s=self.now_s + self.rules.look_settle_s + wait_s))
+
+    def turn(self, angle_rad: float, speed_rad_s: float) -> None:
+        call, limit_s = self.call(), self.rules.turn_timeout_s
+        self.act(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
+        self.be(Turning(call, self._until(limit_s)))
+
+    def drive(self, distance_m: float) -> None:
+        call, speed = self.call(), self.rules.approach_speed_m_s
+        limit_s = abs(distance_m) / speed * 1.5 + 5.0
+        self.act(do.Drive(call, distance_m, speed, limit_s))
+        self.be(Driving(call, self._until(limit_s)))
+
+    def choose_path(self, groups: tuple[tuple[Pose2D, ...], ...], costs_m: tuple[float, ...]) -> None:
+        action = do.ChoosePath(self.call(), groups, costs_m, self.rules.path_timeout_s)
+        self.act(action)
+        self.be(ChoosingPath(action.call, self._until(action.timeout_s), action.poses))
+
+    def navigate(self, goal: Pose2D, *, tries: int = 0) -> None:
+        call, limit_s = self.call(), self.rules.goal_timeout_s
+        self.act(do.Navigate(call, goal, limit_s))
+        self.be(Going(call, self._until(limit_s), goal, tries))
+
+    def localize(self, box: BoxQuery) -> None:
+        call, limit_s = self.call(), self.rules.localize_timeout_s
+        self.act(do.Localize(call, box, limit_s))
+        self.be(Measuring(call, self._until(limit_s)))
+
+    def _until(self, limit_s: float) -> float:
+        return self.now_s + limit_s + self.rules.call_margin_s

@@ -1,0 +1,140 @@
+"""What can happen to a mission. Results of calls carry the number of the call that asked for them."""
+
+from dataclasses import dataclass
+
+from contracts.geometry import Pose2D
+from contracts.robot import GoalStatus, LocalizeReply
+from contracts.vision import Detections, Target, Validation
+from coordinator.core.mission import Place
+
+
+@dataclass(frozen=True, slots=True)
+class MissionStarted:
+    mission_id: str
+    command: str
+    target: Target
+    parser: str
+    colour: str | None
+    views: tuple[Place, ...]
+    notes: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotUpdated:
+    stamp_s: float
+    pose: Pose2D | None
+    odometry: Pose2D | None
+    docked: bool | None
+    speed_m_s: float
+    stopped: bool
+    epoch: int
+    stop_reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """Time passed; ten a second."""
+
+
+@dataclass(frozen=True, slots=True)
+class StopLatched:
+    epoch: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class StopReset:
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True)
+class CancelAsked:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class PauseAsked:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class ResumeAsked:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionsSeen:
+    detections: Detections
+
+
+@dataclass(frozen=True, slots=True)
+class Undocked:
+    call: int
+
+
+@dataclass(frozen=True, slots=True)
+class PathChosen:
+    """`index` of the chosen candidate, none when none is reachable; `error` is the planner's last word."""
+
+    call: int
+    index: int | None
+    length_m: float = 0.0
+    error: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalEnded:
+    call: int
+    status: GoalStatus
+    error_code: int = 0
+    error: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MotionEnded:
+    """A rotation (`moved` in rad) or a drive (`moved` in m)."""
+
+    call: int
+    completed: bool
+    moved: float
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Localized:
+    call: int
+    reply: LocalizeReply
+
+
+@dataclass(frozen=True, slots=True)
+class Validated:
+    call: int
+    validation: Validation
+
+
+@dataclass(frozen=True, slots=True)
+class CoveragePlanned:
+    call: int
+    points: tuple[Pose2D, ...]
+    free_area_m2: float
+
+
+@dataclass(frozen=True, slots=True)
+class CoverageLooked:
+    """`share` of the free space looked at so far, 0 to 1."""
+
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class CallFailed:
+    call: int
+    service: str
+    detail: str
+
+
+Event = (
+    MissionStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelAsked | PauseAsked | ResumeAsked
+    | DetectionsSeen | Undocked | PathChosen | GoalEnded | MotionEnded | Localized | Validated | CoveragePlanned
+    | CoverageLooked | CallFailed
+)  # fmt: skip

@@ -1,0 +1,65 @@
+"""Angles, bearings and poses round a point: small planar geometry, radians and metres."""
+
+import math
+from dataclasses import dataclass
+
+from contracts.geometry import Point3D, Pose2D
+
+
+def wrap(angle_rad: float) -> float:
+    """The same direction within (-pi, pi]."""
+    return math.atan2(math.sin(angle_rad), math.cos(angle_rad))
+
+
+def distance_m(a: Pose2D, b: Pose2D) -> float:
+    return math.hypot(a.x - b.x, a.y - b.y)
+
+
+def near_any(pose: Pose2D, others: tuple[Pose2D, ...], within_m: float) -> bool:
+    return any(distance_m(pose, other) <= within_m for other in others)
+
+
+def pixel_bearing_rad(u_px: float, width_px: int, hfov_rad: float) -> float:
+    """Of an image column from the camera's axis, counter-clockwise positive (left of the middle is positive)."""
+    focal_px = width_px / 2 / math.tan(hfov_rad / 2)
+    return math.atan2(width_px / 2 - u_px, focal_px)
+
+
+@dataclass(frozen=True, slots=True)
+class Relative:
+    """A point as seen from base_link: `distance_m` from the base's centre, `bearing_rad` from its x axis."""
+
+    distance_m: float
+    bearing_rad: float
+
+
+def relative(point_x: float, point_y: float, base: Pose2D) -> Relative:
+    dx, dy = point_x - base.x, point_y - base.y
+    return Relative(math.hypot(dx, dy), wrap(math.atan2(dy, dx) - base.yaw))
+
+
+def base_to_frame(point: Point3D, base: Pose2D) -> tuple[float, float]:
+    """A point in base_link expressed in the frame `base` is given in."""
+    cos, sin = math.cos(base.yaw), math.sin(base.yaw)
+    return base.x + cos * point.x - sin * point.y, base.y + sin * point.x + cos * point.y
+
+
+def facing(x: float, y: float, target_x: float, target_y: float) -> Pose2D:
+    """A pose at (x, y) that looks at the target."""
+    return Pose2D(x=x, y=y, yaw=math.atan2(target_y - y, target_x - x))
+
+
+def ring(target_x: float, target_y: float, radius_m: float, directions_rad: tuple[float, ...]) -> tuple[Pose2D, ...]:
+    """Poses on a circle round the target, each facing it; a direction is where the pose lies, seen from the target."""
+    return tuple(
+        facing(target_x + radius_m * math.cos(a), target_y + radius_m * math.sin(a), target_x, target_y)
+        for a in directions_rad
+    )
+
+
+def around(pose: Pose2D, radius_m: float, count: int) -> tuple[Pose2D, ...]:
+    """`count` poses on a circle round a wanted one, with its heading."""
+    steps = (2 * math.pi * k / count for k in range(count))
+    return tuple(
+        Pose2D(x=pose.x + radius_m * math.cos(a), y=pose.y + radius_m * math.sin(a), yaw=pose.yaw) for a in steps
+    )

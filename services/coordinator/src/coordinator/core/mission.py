@@ -1,0 +1,162 @@
+"""What a mission knows: one immutable value from which every decision is made."""
+
+from dataclasses import dataclass, field
+
+from contracts.geometry import Pose2D
+from contracts.mission import MissionState, Outcome
+from contracts.robot import BoxQuery, LocalizeReply
+from contracts.vision import Target, Vote
+from coordinator.core.activities import Activity, Nothing, Paused, Stage
+from coordinator.core.rules import Rules
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """The newest the bridge said; `offset_s` is its clock minus ours."""
+
+    pose: Pose2D | None = None
+    odometry: Pose2D | None = None
+    docked: bool | None = None
+    speed_m_s: float = 0.0
+    stopped: bool = False
+    epoch: int = 0
+    epoch_s: float = float("-inf")
+    received_s: float = 0.0
+    offset_s: float = 0.0
+
+    @property
+    def yaw(self) -> float:
+        """In map, or in odom while the robot is not localised."""
+        best = self.pose or self.odometry
+        return best.yaw if best is not None else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Somewhere to go and look, and why."""
+
+    pose: Pose2D
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """One box that may be the target; `bearing_rad` in map, `error_px` right of the middle of a 320 px wide frame."""
+
+    box: BoxQuery
+    stamp_s: float
+    confidence: float
+    colour: str | None
+    bearing_rad: float
+    error_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """The thing being centred on, measured, validated and driven up to."""
+
+    sighting: Sighting
+    seen_s: float
+    origin: Pose2D | None = None
+    since_s: float = 0.0
+    centered: int = 0
+    rounds: int = 0
+    samples: tuple[LocalizeReply, ...] = ()
+    distance_m: float | None = None
+    measured_s: float = 0.0
+    sigma_m: float = 0.0
+    map_xy: tuple[float, float] | None = None
+    odom_xy: tuple[float, float] | None = None
+    votes: tuple[Vote, ...] = ()
+    confirmed: bool = False
+    closer_looks: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Rejection:
+    """A thing that was looked at and is not the target; without a place only its bearing is known."""
+
+    map_xy: tuple[float, float] | None
+    origin: Pose2D | None
+    bearing_rad: float
+    narrow: bool
+    text: str
+    votes: tuple[Vote, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """A sighting that could not be seen again; `confirmed` when it had been validated before."""
+
+    origin: Pose2D | None
+    bearing_rad: float
+    confirmed: bool = False
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    stage: Stage = Stage.RING
+    drives: int = 0
+    alternatives: int = 0
+    tried_rad: tuple[float, ...] = ()
+    blocked: str = ""
+    until_s: float = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """Where to look still, and where it has been done."""
+
+    views: tuple[Place, ...] = ()
+    points: tuple[Pose2D, ...] = ()
+    plans: int = 0
+    looked: tuple[Pose2D, ...] = ()
+    unreachable: tuple[Pose2D, ...] = ()
+    headings: tuple[float, ...] = ()
+    scan_from: Pose2D | None = None
+    share: float = 0.0
+    blind_looks: int = 0
+    place_failures: int = 0
+    refusals: int = 0
+    undocks: int = 0
+    rejections: tuple[Rejection, ...] = ()
+    losses: tuple[Loss, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mission:
+    """`id` is empty until the first mission; after an ending the outcome stays until the next one starts."""
+
+    rules: Rules = field(default_factory=Rules)
+    robot: Robot = Robot()
+    state: MissionState = MissionState.IDLE
+    activity: Activity = field(default_factory=Nothing)
+    calls: int = 0
+    failures: int = 0
+    entered_s: float = 0.0
+    id: str = ""
+    command: str = ""
+    target: Target | None = None
+    colour: str | None = None
+    parser: str = ""
+    epoch: int = 0
+    started_s: float = 0.0
+    deadline_s: float = float("inf")
+    ended_s: float | None = None
+    outcome: Outcome | None = None
+    reason: str = ""
+    progress: str = ""
+    metres_m: float = 0.0
+    metres_from: Pose2D | None = None
+    search: Search = Search()
+    candidate: Candidate | None = None
+    approach: Approach | None = None
+
+    @property
+    def running(self) -> bool:
+        return self.id != "" and self.outcome is None
+
+    @property
+    def paused(self) -> bool:
+        return isinstance(self.activity, Paused)

@@ -1,0 +1,85 @@
+"""What the bridge says: where the robot is, how far it drove, and the emergency stop (requirements A12, A14)."""
+
+from dataclasses import replace
+from typing import assert_never
+
+from contracts.mission import MissionState, Outcome
+from coordinator.core import events as ev
+from coordinator.core.activities import Nothing
+from coordinator.core.draft import Draft
+from coordinator.core.geometry import distance_m
+from coordinator.core.mission import Robot
+
+ODOMETRY_JUMP_M = 0.5
+ODOMETRY_STEP_M = 0.005
+LATE_STATE_S = 1.0
+
+
+def handle(draft: Draft, event: ev.RobotUpdated | ev.StopLatched | ev.StopReset) -> None:
+    match event:
+        case ev.RobotUpdated():
+            _robot_updated(draft, event)
+        case ev.StopLatched(epoch=epoch, reason=reason):
+            _stopped(draft, epoch, reason)
+        case ev.StopReset(epoch=epoch):
+            _reset(draft, epoch)
+        case _:
+            assert_never(event)
+
+
+def _stopped(draft: Draft, epoch: int, reason: str) -> None:
+    draft.set(robot=replace(draft.mission.robot, stopped=True, epoch=epoch, epoch_s=draft.now_s))
+    if draft.mission.state is MissionState.EMERGENCY_STOP:
+        return
+    draft.stop_motion()
+    why = f"emergency stop: {reason or 'no reason given'}"
+    if draft.mission.running:
+        draft.set(outcome=Outcome.ABORTED, reason=why, ended_s=draft.now_s, candidate=None, approach=None)
+        draft.say("end", f"aborted: {why}", outcome=Outcome.ABORTED.value)
+    draft.go(MissionState.EMERGENCY_STOP, why)
+    draft.be(Nothing())
+
+
+def _reset(draft: Draft, epoch: int) -> None:
+    draft.set(robot=replace(draft.mission.robot, stopped=False, epoch=epoch))
+    if draft.mission.state is MissionState.EMERGENCY_STOP:
+        draft.go(MissionState.IDLE, "the emergency stop was reset: idle, nothing resumes by itself")
+        draft.be(Nothing())
+
+
+def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
+    mission = draft.mission
+    missed_a_stop = mission.running and event.epoch > mission.epoch
+    if event.epoch < mission.robot.epoch and draft.now_s - mission.robot.epoch_s < LATE_STATE_S:
+        return  # published before a stop that is known already
+    draft.set(
+        robot=Robot(
+            pose=event.pose,
+            odometry=event.odometry,
+            docked=event.docked,
+            speed_m_s=event.speed_m_s,
+            stopped=event.stopped,
+            epoch=event.epoch,
+            epoch_s=mission.robot.epoch_s,
+            received_s=draft.now_s,
+            offset_s=event.stamp_s - draft.now_s,
+        )
+    )
+    _count_metres(draft)
+    if event.stopped or missed_a_stop:
+        _stopped(draft, event.epoch, event.stop_reason or "the bridge says so")
+    if not event.stopped:
+        _reset(draft, event.epoch)
+
+
+def _count_metres(draft: Draft) -> None:
+    here, before = draft.mission.robot.odometry, draft.mission.metres_from
+    if not draft.mission.running or here is None:
+        return
+    if before is None:
+        draft.set(metres_from=here)
+        return
+    moved = distance_m(here, before)
+    if moved >= ODOMETRY_STEP_M:
+        counted = moved if moved < ODOMETRY_JUMP_M else 0.0
+        draft.set(metres_from=here, metres_m=draft.mission.metres_m + counted)

@@ -1,0 +1,107 @@
+"""Every number the mission core decides by: requirements A5 to A12, each with its unit in the name."""
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class CoverageRule(StrEnum):
+    VIEWPOINTS = "viewpoints"
+    LAWNMOWER = "lawnmower"
+
+
+class CenteringRule(StrEnum):
+    BEARING = "bearing"
+    PROPORTIONAL = "proportional"
+
+
+class ApproachRule(StrEnum):
+    LOCALIZED = "localized"
+    SEEDS = "seeds"
+
+
+class Rules(BaseModel):
+    """Defaults are the requirements' numbers; where a better rule stands, the plain one stays selectable."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    coverage_rule: CoverageRule = CoverageRule.VIEWPOINTS
+    centering_rule: CenteringRule = CenteringRule.BEARING
+    approach_rule: ApproachRule = ApproachRule.LOCALIZED
+
+    # deadlines
+    mission_timeout_s: float = Field(default=900.0, gt=0.0)
+    pause_timeout_s: float = Field(default=600.0, gt=0.0)
+    undock_timeout_s: float = Field(default=45.0, gt=0.0)
+    goal_timeout_s: float = Field(default=120.0, gt=0.0)
+    path_timeout_s: float = Field(default=30.0, gt=0.0)
+    plan_timeout_s: float = Field(default=20.0, gt=0.0)
+    turn_timeout_s: float = Field(default=15.0, gt=0.0)
+    localize_timeout_s: float = Field(default=4.0, gt=0.0)
+    validate_timeout_s: float = Field(default=30.0, gt=0.0)
+    call_margin_s: float = Field(default=3.0, gt=0.0, description="a call is given up this long after its own limit")
+    retry_wait_s: float = Field(default=2.0, gt=0.0)
+    failures_max: int = Field(default=6, ge=1, description="calls failing in a row before the mission is aborted")
+    robot_silent_s: float = Field(default=15.0, gt=0.0)
+    done_reset_s: float = Field(default=2.0, gt=0.0)
+
+    # A5, scanning
+    memory_views_max: int = Field(default=12, ge=0, le=200)
+    view_separation_m: float = Field(default=0.6, ge=0.0)
+    scan_angle_rad: float = Field(default=7.3304, gt=0.0, le=12.5, description="420 degrees")
+    scan_step_rad: float = Field(default=0.7331, gt=0.0, le=1.6, description="42 degrees; the camera sees about 54")
+    scan_speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9)
+    look_timeout_s: float = Field(default=5.0, gt=0.0)
+    look_settle_s: float = Field(default=0.15, ge=0.0, description="a frame this young after a turn may be blurred")
+    blind_looks_max: int = Field(default=4, ge=1, description="looks in a row without a picture before giving up")
+    camera_hfov_rad: float = Field(default=0.942, gt=0.1, lt=3.0, description="54 degrees")
+    camera_forward_m: float = Field(default=0.06, ge=0.0, description="camera ahead of the base's centre")
+    moving_confidence_min: float = Field(default=0.45, ge=0.0, le=1.0, description="for stopping a drive at a sighting")
+
+    # A6
+    look_range_m: float = Field(default=1.8, gt=0.0, description="what lies nearer than this has been looked at")
+    scan_points_max: int = Field(default=400, ge=1, le=2000)
+
+    # A8
+    centering_gain_rad_s_px: float = Field(default=0.003, gt=0.0, description="per pixel of a 320 px wide frame")
+    centering_speed_max_rad_s: float = Field(default=0.3, gt=0.0)
+    centering_speed_min_rad_s: float = Field(default=0.05, ge=0.0)
+    centering_tolerance_px: float = Field(default=20.0, gt=0.0, description="of a 320 px wide frame")
+    centering_detections: int = Field(default=3, ge=1)
+    centering_lost_s: float = Field(default=4.0, gt=0.0)
+    centering_timeout_s: float = Field(default=15.0, gt=0.0)
+    track_rad: float = Field(default=0.35, gt=0.0, description="a box this far from where it was is another thing")
+    lease_s: float = Field(default=0.4, gt=0.0, le=2.0)
+
+    # A10
+    reach_m: float = Field(default=0.45, gt=0.0)
+    near_m: float = Field(default=1.5, gt=0.0)
+    far_m: float = Field(default=2.5, gt=0.0)
+    step_m: float = Field(default=1.0, gt=0.0, le=2.0)
+    approach_speed_m_s: float = Field(default=0.15, gt=0.0, le=0.306)
+    depth_period_s: float = Field(default=0.5, gt=0.0)
+    drift_px: float = Field(default=50.0, gt=0.0, description="of a 320 px wide frame")
+    depth_samples: int = Field(default=3, ge=1, le=9)
+    stand_off_m: float = Field(default=0.40, gt=0.0, description="the final drive aims at this, to end within reach")
+    rounds_max: int = Field(default=8, ge=1, description="centerings of one candidate before it is given up")
+
+    # the localized approach
+    ring_radii_m: tuple[float, ...] = Field(default=(0.62, 0.8, 1.0, 1.3), min_length=1, max_length=8)
+    step_ring_radii_m: tuple[float, ...] = Field(default=(1.25, 1.5), min_length=1, max_length=8)
+    ring_angles_rad: tuple[float, ...] = Field(
+        default=(0.0, 0.35, -0.35, 0.7, -0.7, 1.1, -1.1, 1.6, -1.6), min_length=1, max_length=24
+    )
+    ring_turn_cost_m_rad: float = Field(default=0.4, ge=0.0, description="path worth one radian round the object")
+    ring_skip_m: float = Field(default=0.85, ge=0.0, description="nearer than this the drive is straight")
+    face_tolerance_rad: float = Field(default=0.05, gt=0.0)
+    look_again_s: float = Field(default=2.5, gt=0.0)
+    blocked_alternative_m: float = Field(
+        default=0.58, gt=0.0, description="stopped farther off than this: another side"
+    )
+    alternatives_max: int = Field(default=1, ge=0, le=5)
+
+    # rejection
+    rejected_radius_m: float = Field(default=0.5, gt=0.0)
+    rejected_bearing_rad: float = Field(default=0.15, gt=0.0)
+    narrow_margin: float = Field(default=0.06, ge=0.0, description="a score this close to its threshold was narrow")
+    closer_looks_max: int = Field(default=1, ge=0)

@@ -1,0 +1,115 @@
+"""SCANNING: turn, stop, look; a sighting ends it (requirements A5, A8)."""
+
+from contracts.mission import MissionState, Outcome
+from contracts.vision import Detections
+from coordinator.core import actions as do
+from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking
+from coordinator.core.draft import Draft
+from coordinator.core.endings import end
+from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
+from coordinator.core.geometry import wrap
+from coordinator.core.mission import Sighting
+from coordinator.core.search import next_place, undock_first, undocked
+from coordinator.core.sightings import (
+    is_rejected_place,
+    may_be_rejected,
+    new_candidate,
+    sightings,
+    worth_it,
+)  # fmt: skip
+
+FACING_RAD = 0.06
+
+
+def begin(draft: Draft) -> None:
+    """Turns to the next heading, or looks at once when it is already there; without headings the scan is over."""
+    if undock_first(draft):
+        return
+    if not draft.search.headings:
+        _finish(draft)
+        return
+    angle_rad = wrap(draft.search.headings[0] - draft.mission.robot.yaw)
+    if abs(angle_rad) <= FACING_RAD:
+        draft.look(draft.rules.look_timeout_s)
+    else:
+        draft.turn(angle_rad, draft.rules.scan_speed_rad_s)
+
+
+def handle(draft: Draft, event: Event) -> None:
+    match draft.mission.activity, event:
+        case Undocking(), Undocked():
+            undocked(draft)
+        case Turning(), MotionEnded(completed=True):
+            draft.look(draft.rules.look_timeout_s)
+        case Turning(), MotionEnded(reason=reason):
+            _not_turned(draft, reason)
+        case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
+            _looked(draft, seen)
+        case CheckingPlace(), Localized(reply=reply):
+            place = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
+            if place is None or is_rejected_place(draft.mission, place):
+                draft.say("sighting", "the same thing that was refused before: going on")
+                draft.set(candidate=None)
+                _next_heading(draft)
+            else:
+                draft.go(MissionState.CENTERING, "another one beside the refused one: turning to it")
+        case _:
+            pass
+
+
+def _not_turned(draft: Draft, reason: str) -> None:
+    """Nothing is in the way of a turn on the spot: it was cut off, and is done again after a pause."""
+    if draft.mission.failures + 1 >= draft.rules.failures_max:
+        end(draft, Outcome.ABORTED, f"the robot would not turn: {reason}")
+    else:
+        draft.fail("robot_bridge", f"the turn ended early ({reason})")
+
+
+def on_look_timeout(draft: Draft) -> None:
+    """No picture came: the heading is given up; several in a row end the mission, for a blind robot finds nothing."""
+    draft.set_search(blind_looks=draft.search.blind_looks + 1)
+    if draft.search.blind_looks >= draft.rules.blind_looks_max:
+        end(
+            draft,
+            Outcome.ABORTED,
+            f"no picture came in {draft.search.blind_looks} looks: inference or the camera is away",
+        )
+        return
+    draft.say("failure", "no picture came while looking", blind_looks=draft.search.blind_looks)
+    draft.look(draft.rules.look_timeout_s)
+
+
+def _looked(draft: Draft, seen: Detections) -> None:
+    draft.set_search(blind_looks=0)
+    pose = seen.pose or draft.mission.robot.pose
+    if pose is not None:
+        draft.act(do.RecordLook(pose))
+    for sighting in sightings(draft.mission, seen):
+        if worth_it(draft.mission, sighting):
+            _sighted(draft, sighting)
+            return
+    _next_heading(draft)
+
+
+def _sighted(draft: Draft, sighting: Sighting) -> None:
+    new_candidate(draft, sighting)
+    data = {"confidence": sighting.confidence, "colour": sighting.colour, "bearing_rad": round(sighting.bearing_rad, 3)}
+    draft.say("sighting", f"something like it at confidence {sighting.confidence:.2f}", **data)
+    if not may_be_rejected(draft.mission, sighting):
+        draft.go(MissionState.CENTERING, "seen: turning to it")
+        return
+    call, limit_s = draft.call(), draft.rules.localize_timeout_s
+    draft.act(do.Localize(call, sighting.box, limit_s))
+    draft.be(CheckingPlace(call, draft.now_s + limit_s + draft.rules.call_margin_s))
+
+
+def _next_heading(draft: Draft) -> None:
+    draft.set_search(headings=draft.search.headings[1:])
+    begin(draft)
+
+
+def _finish(draft: Draft) -> None:
+    here = draft.mission.robot.pose
+    places = tuple(p for p in (draft.search.scan_from, here) if p is not None)[:1]
+    draft.set_search(looked=(*draft.search.looked, *places), scan_from=None)
+    next_place(draft, "looked all round, not here")

@@ -1,0 +1,134 @@
+"""Which boxes of a frame may be the target, which of them is the one followed, and which were judged already."""
+
+import math
+
+from contracts.geometry import Pose2D
+from contracts.robot import BoxQuery
+from contracts.vision import Detection, Detections
+from coordinator.core.draft import Draft
+from coordinator.core.geometry import distance_m, pixel_bearing_rad, relative, wrap
+from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighting
+
+FRAME_PX = 320
+"""The width the requirements' pixel numbers belong to; other widths are scaled to it."""
+
+
+def sightings(mission: Mission, seen: Detections) -> tuple[Sighting, ...]:
+    """Every box of the target's class whose colour agrees or is unknown: agreeing first, then by confidence."""
+    if mission.target is None:
+        return ()
+    label, colour = mission.target.label, mission.colour
+    boxes = [d for d in seen.detections if d.label == label and _colour_may_agree(d, colour)]
+    boxes.sort(key=lambda d: (colour is None or d.colour == colour, d.confidence), reverse=True)
+    yaw = seen.pose.yaw if seen.pose is not None else mission.robot.yaw
+    return tuple(_sighting(mission, seen, d, yaw) for d in boxes)
+
+
+def _colour_may_agree(detection: Detection, colour: str | None) -> bool:
+    return colour is None or detection.colour is None or _plain(detection.colour) == colour
+
+
+def _plain(colour: str) -> str:
+    return "grey" if colour == "gray" else colour
+
+
+def _sighting(mission: Mission, seen: Detections, detection: Detection, yaw: float) -> Sighting:
+    u_px = (detection.bbox_xyxy[0] + detection.bbox_xyxy[2]) / 2
+    box = BoxQuery(
+        bbox_xyxy=detection.bbox_xyxy,
+        image_width_px=seen.image_width_px,
+        image_height_px=seen.image_height_px,
+        stamp_s=seen.stamp_s,
+    )
+    return Sighting(
+        box=box,
+        stamp_s=seen.stamp_s,
+        confidence=detection.confidence,
+        colour=detection.colour,
+        bearing_rad=wrap(yaw + pixel_bearing_rad(u_px, seen.image_width_px, mission.rules.camera_hfov_rad)),
+        error_px=(u_px - seen.image_width_px / 2) * FRAME_PX / seen.image_width_px,
+    )
+
+
+def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:
+    """How far to turn for the sighting to be in the middle, counter-clockwise positive."""
+    return pixel_bearing_rad(FRAME_PX / 2 + sighting.error_px, FRAME_PX, mission.rules.camera_hfov_rad)
+
+
+def tracked(mission: Mission, candidate: Candidate, seen: Detections) -> Sighting | None:
+    """The box nearest to where the candidate is expected, none when none is near enough."""
+    expected_rad = candidate.sighting.bearing_rad
+    if candidate.map_xy is not None and mission.robot.pose is not None:
+        pose = mission.robot.pose
+        expected_rad = math.atan2(candidate.map_xy[1] - pose.y, candidate.map_xy[0] - pose.x)
+    near = [s for s in sightings(mission, seen) if abs(wrap(s.bearing_rad - expected_rad)) <= mission.rules.track_rad]
+    return min(near, key=lambda s: abs(wrap(s.bearing_rad - expected_rad)), default=None)
+
+
+def follow(draft: Draft, sighting: Sighting) -> None:
+    draft.set_candidate(sighting=sighting, seen_s=draft.now_s)
+
+
+def new_candidate(draft: Draft, sighting: Sighting) -> None:
+    draft.set(candidate=Candidate(sighting=sighting, seen_s=draft.now_s, origin=draft.mission.robot.pose))
+
+
+def worth_it(mission: Mission, sighting: Sighting) -> bool:
+    """False for what was lost twice in this direction, and for unlocalised rejections in it."""
+    lost = sum(_same_direction(mission, loss.origin, loss.bearing_rad, sighting) for loss in mission.search.losses)
+    refused = any(
+        r.map_xy is None and _same_direction(mission, r.origin, r.bearing_rad, sighting)
+        for r in mission.search.rejections
+    )
+    return lost < 2 and not refused
+
+
+def may_be_rejected(mission: Mission, sighting: Sighting) -> bool:
+    """True when something rejected stands in that direction: it takes a measurement to tell the two apart."""
+    pose = mission.robot.pose
+    if pose is None:
+        return False
+    for rejection in mission.search.rejections:
+        if rejection.map_xy is None:
+            continue
+        there = relative(*rejection.map_xy, pose)
+        slack_rad = mission.rules.rejected_bearing_rad + math.atan2(0.25, max(there.distance_m, 0.25))
+        if abs(wrap(pose.yaw + there.bearing_rad - sighting.bearing_rad)) <= slack_rad:
+            return True
+    return False
+
+
+def is_rejected_place(mission: Mission, map_xy: tuple[float, float] | None) -> bool:
+    if map_xy is None:
+        return False
+    return any(
+        r.map_xy is not None and math.dist(r.map_xy, map_xy) <= mission.rules.rejected_radius_m
+        for r in mission.search.rejections
+    )
+
+
+def reject(draft: Draft, text: str, *, narrow: bool) -> None:
+    """Remembers the candidate as not the target; the search goes on without it."""
+    candidate = draft.candidate
+    rejection = Rejection(
+        candidate.map_xy, draft.mission.robot.pose, candidate.sighting.bearing_rad, narrow, text, candidate.votes
+    )
+    draft.set_search(rejections=(*draft.search.rejections, rejection)[-100:])
+    draft.set(candidate=None, approach=None)
+
+
+def lose(draft: Draft) -> None:
+    """Remembers where the candidate was last seen from."""
+    candidate = draft.candidate
+    where = "" if candidate.map_xy is None else f" at x {candidate.map_xy[0]:.1f} m, y {candidate.map_xy[1]:.1f} m"
+    text = f"what was seen{where} and could not be seen again"
+    loss = Loss(draft.mission.robot.pose, candidate.sighting.bearing_rad, candidate.confirmed, text)
+    draft.set_search(losses=(*draft.search.losses, loss)[-100:])
+    draft.set(candidate=None, approach=None)
+
+
+def _same_direction(mission: Mission, origin: Pose2D | None, bearing_rad: float, sighting: Sighting) -> bool:
+    pose = mission.robot.pose
+    if abs(wrap(bearing_rad - sighting.bearing_rad)) > mission.rules.rejected_bearing_rad:
+        return False
+    return origin is None or pose is None or distance_m(pose, origin) <= mission.rules.rejected_radius_m

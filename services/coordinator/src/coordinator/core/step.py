@@ -1,0 +1,208 @@
+"""`step(mission, event, now_s) -> (mission, actions)`: all that the coordinator decides, as one pure function."""
+
+from collections.abc import Callable
+from types import ModuleType
+from typing import assert_never
+
+from contracts.mission import MissionState, Outcome
+from coordinator.core import actions as do
+from coordinator.core import approach, approach_seeds, centering, depth_check, person, robot, scan, search, step_drive
+from coordinator.core import events as ev
+from coordinator.core.activities import (
+    CheckingPlace,
+    ChoosingPath,
+    Driving,
+    Entering,
+    Going,
+    Looking,
+    Measuring,
+    Nothing,
+    Paused,
+    PlanningCoverage,
+    Steering,
+    Turning,
+    Undocking,
+    Validating,
+    Waiting,
+)  # fmt: skip
+from coordinator.core.draft import Draft
+from coordinator.core.endings import end, give_up
+from coordinator.core.mission import Mission
+from coordinator.core.rules import ApproachRule
+
+BEGINS_MAX = 40
+
+
+def step(mission: Mission, event: ev.Event, now_s: float) -> tuple[Mission, tuple[do.Action, ...]]:
+    """What `event` at `now_s` makes of the mission, and what is to be done about it.
+
+    Pure: the same mission, event and time give the same answer. Raises `ForbiddenTransitionError` when the core would
+    leave its table (a bug, which the property tests look for).
+    """
+    draft = Draft(mission, now_s)
+    _apply(draft, event)
+    for _ in range(BEGINS_MAX):
+        if not isinstance(draft.mission.activity, Entering):
+            break
+        _begin(draft)
+    return draft.mission, tuple(draft.actions)
+
+
+def _apply(draft: Draft, event: ev.Event) -> None:
+    match event:
+        case ev.RobotUpdated() | ev.StopLatched() | ev.StopReset():
+            robot.handle(draft, event)
+        case ev.MissionStarted() | ev.CancelAsked() | ev.PauseAsked() | ev.ResumeAsked():
+            person.handle(draft, event)
+        case ev.CoverageLooked(share=share):
+            if draft.mission.running:
+                draft.set_search(share=share)
+        case ev.Tick():
+            _tick(draft)
+        case ev.CallFailed():
+            if _awaited(draft, event.call):
+                _call_failed(draft, event.service, event.detail)
+        case ev.DetectionsSeen():
+            _handle(draft, event)
+        case (
+            ev.Undocked() | ev.PathChosen() | ev.GoalEnded() | ev.MotionEnded() | ev.Localized() | ev.Validated()
+            | ev.CoveragePlanned()
+        ):  # fmt: skip
+            if _awaited(draft, event.call):
+                if not (isinstance(event, ev.MotionEnded) and not event.completed):
+                    draft.set(failures=0)
+                _handle(draft, event)
+        case _:
+            assert_never(event)
+
+
+def _awaited(draft: Draft, call: int) -> bool:
+    """Answers to calls that were given up are too late."""
+    return draft.mission.running and call != 0 and draft.mission.activity.call == call
+
+
+# states
+
+
+def _approach_module(draft: Draft) -> ModuleType:
+    return approach if draft.rules.approach_rule is ApproachRule.LOCALIZED else approach_seeds
+
+
+def _begin(draft: Draft) -> None:
+    match draft.mission.state:
+        case MissionState.MEMORY_NAV:
+            search.begin_memory_nav(draft)
+        case MissionState.MOVING_TO_SCAN:
+            search.begin_moving(draft)
+        case MissionState.SCANNING:
+            scan.begin(draft)
+        case MissionState.CENTERING:
+            centering.begin(draft)
+        case MissionState.DEPTH_CHECK:
+            depth_check.begin(draft)
+        case MissionState.APPROACHING:
+            _approach_module(draft).begin(draft)
+        case MissionState.DRIVING_1M:
+            step_drive.begin(draft)
+        case MissionState.IDLE | MissionState.DONE | MissionState.EMERGENCY_STOP:
+            draft.be(Nothing())
+        case _:
+            assert_never(draft.mission.state)
+
+
+def _handle(draft: Draft, event: ev.Event) -> None:
+    match draft.mission.state:
+        case MissionState.MEMORY_NAV | MissionState.MOVING_TO_SCAN:
+            search.handle(draft, event)
+        case MissionState.SCANNING:
+            scan.handle(draft, event)
+        case MissionState.CENTERING:
+            centering.handle(draft, event)
+        case MissionState.DEPTH_CHECK:
+            depth_check.handle(draft, event)
+        case MissionState.APPROACHING:
+            _approach_module(draft).handle(draft, event)
+        case MissionState.DRIVING_1M:
+            step_drive.handle(draft, event)
+        case MissionState.IDLE | MissionState.DONE | MissionState.EMERGENCY_STOP:
+            pass
+        case _:
+            assert_never(draft.mission.state)
+
+
+# time
+
+
+def _tick(draft: Draft) -> None:
+    mission, now = draft.mission, draft.now_s
+    if mission.state is MissionState.DONE:
+        if now >= mission.activity.until_s:
+            draft.go(MissionState.IDLE, "the mission is over")
+            draft.be(Nothing())
+        return
+    if not mission.running:
+        return
+    if isinstance(mission.activity, Paused):
+        if now >= mission.activity.until_s:
+            end(draft, Outcome.ABORTED, "it stayed paused too long")
+        return
+    if now >= mission.deadline_s:
+        give_up(draft, f"the time is up ({mission.rules.mission_timeout_s:.0f} s)")
+    elif now - max(mission.robot.received_s, mission.started_s) > mission.rules.robot_silent_s:
+        end(draft, Outcome.ABORTED, f"robot_bridge has said nothing for {mission.rules.robot_silent_s:.0f} s")
+    elif now >= mission.activity.until_s:
+        _overdue(draft)
+    elif mission.state is MissionState.APPROACHING and now >= draft.approach.until_s:
+        approach.on_overtime(draft)
+    else:
+        _handle(draft, ev.Tick())
+
+
+def _overdue(draft: Draft) -> None:
+    """The activity's own limit passed without what it waited for."""
+    match draft.mission.activity:
+        case Waiting():
+            draft.be(Entering())
+        case Looking():
+            _look_timeouts()[draft.mission.state](draft)
+        case Steering():
+            module = step_drive if draft.mission.state is MissionState.DRIVING_1M else approach_seeds
+            module.on_steering_end(draft)
+        case Turning() | Driving() | Going() | Undocking() | ChoosingPath():
+            draft.stop_motion()
+            _call_failed(draft, "robot_bridge", "no answer in time")
+        case Measuring() | CheckingPlace():
+            _call_failed(draft, "robot_bridge", "no measurement in time")
+        case Validating():
+            _call_failed(draft, "inference", "no validation in time")
+        case PlanningCoverage():
+            _call_failed(draft, "robot_bridge", "no map in time")
+        case Nothing() | Entering() | Paused():
+            pass
+        case _:
+            assert_never(draft.mission.activity)
+
+
+def _look_timeouts() -> dict[MissionState, Callable[[Draft], None]]:
+    return {
+        MissionState.SCANNING: scan.on_look_timeout,
+        MissionState.CENTERING: centering.on_look_timeout,
+        MissionState.DEPTH_CHECK: depth_check.on_look_timeout,
+        MissionState.APPROACHING: approach.on_look_timeout,
+    }
+
+
+def _call_failed(draft: Draft, service: str, detail: str) -> None:
+    """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
+    mission = draft.mission
+    if mission.failures + 1 >= mission.rules.failures_max:
+        end(draft, Outcome.ABORTED, f"{service} failed {mission.failures + 1} times in a row: {detail}")
+        return
+    if mission.state is MissionState.APPROACHING and isinstance(mission.activity, Measuring | Steering):
+        draft.set(failures=mission.failures + 1)
+        _approach_module(draft).on_failure(draft)
+        return
+    if mission.state in {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN} and search.skip_after_failure(draft):
+        draft.set(failures=mission.failures + 1)
+        return
+    draft.fail(service, detail)

@@ -1,0 +1,70 @@
+"""DRIVING_1M: one step of about a metre towards a target that is too far to judge or to reach (requirement A10)."""
+
+from contracts.geometry import Twist2D
+from contracts.mission import MissionState
+from contracts.robot import GoalStatus
+from coordinator.core import actions as do
+from coordinator.core.activities import ChoosingPath, Driving, Going, Steering
+from coordinator.core.draft import Draft
+from coordinator.core.events import DetectionsSeen, Event, GoalEnded, MotionEnded, PathChosen, Tick
+from coordinator.core.place import ring_groups, surface_distance_m
+from coordinator.core.rules import ApproachRule
+from coordinator.core.sightings import follow, tracked
+
+
+def begin(draft: Draft) -> None:
+    if draft.rules.approach_rule is ApproachRule.SEEDS:
+        seconds = draft.rules.step_m / draft.rules.approach_speed_m_s
+        draft.be(Steering(until_s=draft.now_s + seconds, next_depth_s=draft.now_s + seconds, moving_s=draft.now_s))
+        return
+    groups, costs = ring_groups(draft, draft.rules.step_ring_radii_m)
+    if groups:
+        draft.choose_path(groups, costs)
+    else:
+        _straight(draft)
+
+
+def handle(draft: Draft, event: Event) -> None:
+    match draft.mission.activity, event:
+        case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
+            draft.say("navigation", "to a place nearer to it", goal=poses[index].model_dump())
+            draft.navigate(poses[index])
+        case ChoosingPath(), PathChosen(error=error):
+            draft.say("navigation", f"no path to a nearer place ({error}): straight on")
+            _straight(draft)
+        case Going(goal=goal, tries=tries), GoalEnded(status=status, error_code=code):
+            if status is GoalStatus.ABORTED and tries == 0:
+                draft.say("navigation", f"aborted with error {code}: once more from here", error_code=code)
+                draft.navigate(goal, tries=1)
+            else:
+                draft.go(MissionState.CENTERING, f"the step ended ({status.value}): looking from here")
+        case Driving(), MotionEnded(completed=completed, moved=moved, reason=reason):
+            how = "one step nearer" if completed else f"the step ended after {moved:.2f} m: {reason}"
+            draft.go(MissionState.CENTERING, how, moved_m=round(moved, 3))
+        case Steering(), Tick():
+            speed = draft.rules.approach_speed_m_s
+            draft.act(do.SetVelocity(Twist2D(linear_x=speed), draft.rules.lease_s))
+        case Steering(), DetectionsSeen(detections=seen):
+            sighting = tracked(draft.mission, draft.candidate, seen)
+            if sighting is None:
+                return
+            follow(draft, sighting)
+            if abs(sighting.error_px) > draft.rules.drift_px:
+                draft.stop_motion()
+                draft.go(MissionState.CENTERING, "it drifted from the middle: centring again")
+        case _:
+            pass
+
+
+def on_steering_end(draft: Draft) -> None:
+    draft.stop_motion()
+    draft.go(MissionState.CENTERING, "one step nearer: looking again")
+
+
+def _straight(draft: Draft) -> None:
+    left_m = surface_distance_m(draft)
+    step_m = draft.rules.step_m if left_m is None else min(draft.rules.step_m, left_m - 2 * draft.rules.reach_m)
+    if step_m < 0.1:
+        draft.go(MissionState.CENTERING, "near enough to judge: looking again")
+    else:
+        draft.drive(step_m)

@@ -1,0 +1,274 @@
+"""The shell round the core: messages become events, actions become calls, and each failure of a call is an event."""
+
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, assert_never
+
+import structlog
+
+from contracts.mission import MissionEvent, MissionStatus, MissionTarget
+from contracts.robot import EmergencyStop, Goal, RobotState
+from contracts.topics import (
+    MISSION_EVENTS,
+    MISSION_STATE,
+    MISSION_TARGET,
+    ROBOT_EMERGENCY_STOP,
+    ROBOT_NAVIGATION,
+    ROBOT_STATE,
+    VISION_DETECTIONS,
+)  # fmt: skip
+from contracts.vision import Detections, ValidateRequest
+from coordinator.core import actions as do
+from coordinator.core import events as ev
+from coordinator.core.mission import Mission
+from coordinator.core.step import step
+from coordinator.explored import Explored
+from coordinator.grid import MalformedMapError
+from coordinator.motions import Motions
+from coordinator.ports import Eyes, MissionLog, Robot
+from coordinator.settings import Settings
+from coordinator.view import mission_record, mission_status, mission_target
+from mesh.bus import Bus
+from mesh.clock import Clock
+from mesh.errors import MeshError, UnavailableError, UpstreamError
+from mesh.tasks import Tasks
+
+log = structlog.get_logger()
+
+OUTBOX_MAX = 1000
+TARGET_PERIOD_S = 2.0
+
+
+class Runner:
+    """Owns the one mission. `feed` is synchronous: every event is worked out whole before the next."""
+
+    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, log_: MissionLog, clock: Clock,
+                 tasks: Tasks) -> None:  # fmt: skip
+        self.mission = Mission(rules=settings)
+        self.robot_state: RobotState | None = None
+        self.robot_state_s = float("-inf")
+        self._settings = settings
+        self._bus = bus
+        self._robot = robot
+        self._eyes = eyes
+        self._log = log_
+        self._clock = clock
+        self._tasks = tasks
+        self._motions = Motions(robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s)
+        self._explored = Explored(robot, settings)
+        self._query: asyncio.Task[None] | None = None
+        self._outbox: asyncio.Queue[MissionEvent] = asyncio.Queue(OUTBOX_MAX)
+        self._changed = asyncio.Event()
+        self._next_event_id = 0
+        self._stated_s = float("-inf")
+        self._target_s = float("-inf")
+        self._target: MissionTarget | None = None
+
+    def start(self) -> None:
+        """Begins to listen, tick and publish; returns at once."""
+        self._tasks.start("ticks", self._tick())
+        self._tasks.start("session", self._robot.hold_session())
+        self._changed.set()
+        self._tasks.start("publish-status", self._publish_status())
+        self._tasks.start("publish-events", self._publish_events())
+        self._tasks.start("robot-state", self._bus.listen(ROBOT_STATE, self._on_robot_state))
+        self._tasks.start("robot-stop", self._bus.listen(ROBOT_EMERGENCY_STOP, self._on_stop))
+        self._tasks.start("robot-navigation", self._bus.listen(ROBOT_NAVIGATION, self._on_navigation))
+        self._tasks.start("detections", self._bus.listen(VISION_DETECTIONS, self._on_detections))
+
+    def begin(self, event: ev.MissionStarted) -> None:
+        self._explored = Explored(self._robot, self._settings)
+        self._spawn(self._prefetch_map(self._explored))
+        self.feed(event)
+
+    def feed(self, event: ev.Event) -> None:
+        before = self.mission
+        self.mission, actions = step(before, event, self._clock.now_s())
+        for action in actions:
+            self._act(action)
+        if self.mission is not before and (actions or not isinstance(event, ev.Tick | ev.RobotUpdated)):
+            self._note()
+
+    def status(self) -> MissionStatus:
+        return mission_status(self.mission, self._clock.now_s())
+
+    @property
+    def robot_state_age_s(self) -> float:
+        return self._clock.now_s() - self.robot_state_s
+
+    # what comes in
+
+    async def _tick(self) -> None:
+        while True:
+            self.feed(ev.Tick())
+            if self._clock.now_s() - self._stated_s >= self._settings.state_period_s:
+                self._note()
+            await self._clock.sleep(self._settings.tick_period_s)
+
+    async def _on_robot_state(self, state: RobotState) -> None:
+        self.robot_state, self.robot_state_s = state, self._clock.now_s()
+        stop = state.emergency_stop
+        self.feed(
+            ev.RobotUpdated(
+                stamp_s=state.stamp_s,
+                pose=state.pose,
+                odometry=state.odometry,
+                docked=state.docked,
+                speed_m_s=abs(state.twist.linear_x),
+                stopped=stop.latched,
+                epoch=stop.epoch,
+                stop_reason=stop.reason,
+            )
+        )
+
+    async def _on_stop(self, stop: EmergencyStop) -> None:
+        self.feed(ev.StopLatched(stop.epoch, stop.reason) if stop.latched else ev.StopReset(stop.epoch))
+
+    async def _on_navigation(self, goal: Goal) -> None:
+        self._motions.heard(goal)
+
+    async def _on_detections(self, seen: Detections) -> None:
+        self.feed(ev.DetectionsSeen(seen))
+
+    # what goes out
+
+    def _act(self, action: do.Action) -> None:
+        epoch = self.mission.epoch
+        match action:
+            case do.Say():
+                self._say(action)
+            case do.RecordLook(pose=pose):
+                share = self._explored.look(pose)
+                if share is not None:
+                    self.feed(ev.CoverageLooked(share))
+            case do.StopMotion():
+                self._motions.stop(epoch)
+            case do.SetVelocity(twist=twist, duration_s=duration_s):
+                self._motions.lease(twist, duration_s, epoch)
+            case do.Celebrate():
+                if self._settings.celebrate:
+                    self._spawn(self._celebrate())
+            case do.Undock() | do.Navigate() | do.Rotate() | do.Drive():
+                self._motions.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
+            case do.ChoosePath() | do.Localize() | do.Validate() | do.PlanCoverage():
+                if self._query is not None:
+                    self._query.cancel()
+                self._query = self._spawn(self._call(action.call, lambda: self._ask(action)))
+            case _:
+                assert_never(action)
+
+    async def _call(self, call: int, work: Callable[[], Awaitable[ev.Event]]) -> None:
+        """The call's answer as an event, or its failure."""
+        try:
+            event = await work()
+        except (UnavailableError, UpstreamError) as error:
+            event = ev.CallFailed(call, error.service, error.detail.removeprefix(f"{error.service}: "))
+        except (MeshError, MalformedMapError) as error:
+            event = ev.CallFailed(call, "robot_bridge", str(error))
+        except TimeoutError:
+            event = ev.CallFailed(call, "coordinator", "the call took too long")
+        self.feed(event)
+
+    async def _move(self, action: do.Undock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
+        match action:
+            case do.Undock(call=call, timeout_s=timeout_s):
+                reply = await self._robot.undock(timeout_s=timeout_s)
+                return ev.Undocked(call) if reply.completed else ev.CallFailed(call, "robot_bridge", reply.reason)
+            case do.Navigate(call=call, goal=pose, timeout_s=timeout_s):
+                goal = await self._motions.navigate(pose, timeout_s, epoch)
+                return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg)
+            case do.Rotate(call=call, angle_rad=angle, speed_rad_s=speed, timeout_s=timeout_s):
+                reply = await self._robot.rotate(angle, speed_rad_s=speed, timeout_s=timeout_s, epoch=epoch)
+                return ev.MotionEnded(call, reply.completed, reply.moved, reply.reason)
+            case do.Drive(call=call, distance_m=distance, speed_m_s=speed, timeout_s=timeout_s):
+                reply = await self._robot.drive(distance, speed_m_s=speed, timeout_s=timeout_s, epoch=epoch)
+                return ev.MotionEnded(call, reply.completed, reply.moved, reply.reason)
+
+    async def _ask(self, action: do.ChoosePath | do.Localize | do.Validate | do.PlanCoverage) -> ev.Event:
+        async with asyncio.timeout(action.timeout_s):
+            match action:
+                case do.ChoosePath():
+                    return await self._choose_path(action)
+                case do.Localize(call=call, box=box):
+                    return ev.Localized(call, await self._robot.localize(box))
+                case do.Validate(call=call, target=target, box=box):
+                    request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
+                    return ev.Validated(call, await self._eyes.validate(request, timeout_s=action.timeout_s))
+                case do.PlanCoverage(call=call, avoid=avoid):
+                    pose = self.mission.robot.pose
+                    plan = await self._explored.plan(pose, avoid)
+                    return ev.CoveragePlanned(call, plan.points, plan.free_area_m2)
+
+    async def _choose_path(self, action: do.ChoosePath) -> ev.PathChosen:
+        first, error = 0, "no pose was given"
+        for group in action.groups:
+            best: tuple[float, int, float] | None = None
+            for offset, pose in enumerate(group):
+                reply = await self._robot.path(pose)
+                if reply.reachable and reply.length_m is not None:
+                    found = (reply.length_m + action.costs_m[first + offset], first + offset, reply.length_m)
+                    best = min(best, found) if best is not None else found
+                else:
+                    error = reply.error_name or f"error {reply.error_code}"
+            if best is not None:
+                return ev.PathChosen(action.call, best[1], best[2])
+            first += len(group)
+        return ev.PathChosen(action.call, None, error=error)
+
+    async def _celebrate(self) -> None:
+        try:
+            await self._robot.celebrate()
+        except MeshError as error:
+            log.warning("no celebration", error=error.detail)
+
+    async def _prefetch_map(self, explored: Explored) -> None:
+        try:
+            await explored.refresh()
+        except (MeshError, MalformedMapError) as error:
+            log.warning("no map yet", error=str(error))
+
+    def _say(self, action: do.Say) -> None:
+        event = MissionEvent(
+            id=self._next_event_id,
+            mission_id=self.mission.id,
+            stamp_s=max(0.0, self._clock.now_s()),
+            state=action.state,
+            kind=action.kind,
+            text=action.text[:1000],
+            data=action.data,
+        )
+        self._next_event_id += 1
+        log.info(action.text, state=action.state.value, kind=action.kind)
+        if self.mission.id:
+            self._log.append(event)
+        if self._outbox.full():
+            self._outbox.get_nowait()
+        self._outbox.put_nowait(event)
+
+    def _note(self) -> None:
+        record = mission_record(self.mission)
+        if record is not None:
+            self._log.put(record)
+        self._changed.set()
+
+    async def _publish_status(self) -> None:
+        """On every change, and at least every `state_period_s` by the tick; the target also now and then, for a Redis
+        that came back empty.
+        """
+        while True:
+            await self._changed.wait()
+            self._changed.clear()
+            now_s = self._clock.now_s()
+            target = mission_target(self.mission)
+            if target != self._target or now_s - self._target_s >= TARGET_PERIOD_S:
+                self._target, self._target_s = target, now_s
+                await self._bus.publish(MISSION_TARGET, target)
+            self._stated_s = now_s
+            await self._bus.publish(MISSION_STATE, self.status())
+
+    async def _publish_events(self) -> None:
+        while True:
+            await self._bus.publish(MISSION_EVENTS, await self._outbox.get())
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
+        return self._tasks.start("call", work, forever=False)

@@ -1,0 +1,52 @@
+"""What has been looked at: line of sight on the grid, and the share of the free space seen so far."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contracts.geometry import Pose2D
+from coordinator.grid import Grid, Mask
+
+RAYS_PER_RAD = 40.0
+
+
+def sight_lines(
+    blocked: Mask, rows: NDArray[np.float64], columns: NDArray[np.float64], angles_rad: NDArray[np.float64], reach: int
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Rays from each origin (in cells), one cell a step, until something blocks them.
+
+    Returns flat cell indices (origins, rays, reach) and whether each is in sight: (origins, rays, reach).
+    """
+    steps = np.arange(reach + 1)
+    r = rows[:, None, None] + np.sin(angles_rad)[None, :, None] * steps
+    c = columns[:, None, None] + np.cos(angles_rad)[None, :, None] * steps
+    ri, ci = np.rint(r).astype(np.intp), np.rint(c).astype(np.intp)
+    inside = (ri >= 0) & (ri < blocked.shape[0]) & (ci >= 0) & (ci < blocked.shape[1])
+    flat = np.where(inside, ri * blocked.shape[1] + ci, 0)
+    clear = inside & ~blocked.ravel()[flat]
+    return flat, np.logical_and.accumulate(clear, axis=2)
+
+
+class SeenSpace:
+    """Marks what the camera saw; one per map and mission."""
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+        self.seen: Mask = np.zeros_like(grid.free)
+        self._free_cells = int(grid.free.sum())
+
+    @property
+    def share(self) -> float:
+        """Of the free space, 0 to 1."""
+        return float((self.seen & self.grid.free).sum()) / self._free_cells if self._free_cells else 0.0
+
+    def mark(self, pose: Pose2D, *, hfov_rad: float, reach_m: float) -> None:
+        """The wedge before the camera, as far as nothing hides it."""
+        cell = self.grid.cell(pose.x, pose.y)
+        if cell is None:
+            return
+        count = max(3, int(hfov_rad * RAYS_PER_RAD))
+        angles = pose.yaw + np.linspace(-hfov_rad / 2, hfov_rad / 2, count)
+        reach = int(reach_m / self.grid.resolution_m)
+        origin = np.array([float(cell[0])]), np.array([float(cell[1])])
+        flat, clear = sight_lines(~self.grid.free, *origin, angles, reach)
+        self.seen.ravel()[flat[clear]] = True

@@ -1,0 +1,33 @@
+"""Settings from the environment, prefix COORDINATOR_; the mission's own numbers are `core.rules.Rules`."""
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from coordinator.core.rules import Rules
+
+
+class Settings(Rules, BaseSettings):
+    """E.g. COORDINATOR_PORT, COORDINATOR_ROBOT_BRIDGE_URL, COORDINATOR_COVERAGE_RULE=lawnmower."""
+
+    model_config = SettingsConfigDict(env_prefix="COORDINATOR_", frozen=True, extra="ignore")
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=8001, ge=1, le=65535)
+    redis_url: str = "redis://127.0.0.1:6379/0"
+    inference_url: str = "http://127.0.0.1:8002"
+    memory_url: str = "http://127.0.0.1:8003"
+    robot_bridge_url: str = "http://127.0.0.1:8004"
+
+    tick_period_s: float = Field(default=0.1, gt=0.0, le=1.0)
+    state_period_s: float = Field(default=0.4, gt=0.0, le=0.5, description="mission.state at least this often")
+    robot_state_age_s_max: float = Field(default=2.0, gt=0.0)
+    goal_poll_s: float = Field(default=1.0, gt=0.0)
+    heartbeat_s: float = Field(default=0.1, gt=0.0, le=0.2)
+    reconnect_s: float = Field(default=0.5, gt=0.0)
+    parse_timeout_s: float = Field(default=20.0, gt=0.0)
+    recall_timeout_s: float = Field(default=3.0, gt=0.0)
+    call_timeout_s: float = Field(default=5.0, gt=0.0)
+    body_bytes_max: int = Field(default=100_000, ge=1000)
+    missions_kept: int = Field(default=200, ge=1)
+    events_kept: int = Field(default=10_000, ge=100)
+    celebrate: bool = True

@@ -1,0 +1,76 @@
+# pyright: basic
+"""What is used of SciPy, which carries no types: each function with the types it has in truth."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse import csgraph
+
+Mask = NDArray[np.bool_]
+Labels = NDArray[np.int32]
+Box = tuple[slice, slice]
+
+
+def minimum_filter(mask: Mask, size: int) -> Mask:
+    """The minimum over a size x size neighbourhood; outside the array it is False."""
+    return np.asarray(ndimage.minimum_filter(mask, size=size, mode="constant", cval=False), dtype=bool)
+
+
+def label_regions(mask: Mask) -> tuple[Labels, int]:
+    """Connected regions (sides, not corners), numbered from 1, and how many there are."""
+    labels, count = ndimage.label(mask)  # type: ignore[misc]
+    return np.asarray(labels, dtype=np.int32), int(count)
+
+
+def region_boxes(labels: Labels) -> list[Box]:
+    """The bounding box of each region, in the order of its number."""
+    return list(ndimage.find_objects(labels))
+
+
+def roomiest_cells(mask: Mask, labels: Labels, count: int) -> NDArray[np.intp]:
+    """(count, 2): in each region, a cell farthest from what is not in the mask."""
+    if count == 0:
+        return np.empty((0, 2), dtype=np.intp)
+    room = ndimage.distance_transform_edt(mask)
+    return np.asarray(ndimage.maximum_position(room, labels, range(1, count + 1)), dtype=np.intp)
+
+
+class SeenBy:
+    """Which place sees which cell: built part by part, then asked how much each place sees of what is left."""
+
+    def __init__(self, cells: int) -> None:
+        self._cells = cells
+        self._parts: list[sparse.csr_matrix] = []
+        self._by_place = sparse.csr_matrix((0, cells))
+        self._by_cell = sparse.csc_matrix((0, cells))
+
+    def add(self, places: int, place: NDArray[np.intp], cell: NDArray[np.intp]) -> None:
+        """`places` more; each pair (place, cell) says that one sees the other. Pairs may repeat."""
+        ones = np.ones(place.size, dtype=np.float32)
+        part = sparse.csr_matrix((ones, (place, cell)), shape=(places, self._cells))
+        part.data[:] = 1.0
+        self._parts.append(part)
+
+    def close(self) -> None:
+        self._by_place = sparse.csr_matrix(sparse.vstack(self._parts, format="csr"))
+        self._by_cell = self._by_place.tocsc()
+
+    def gains(self, left: NDArray[np.float32]) -> NDArray[np.float64]:
+        """How many of the cells in `left` each place sees."""
+        return np.asarray(self._by_place @ left, dtype=np.float64).ravel()
+
+    def cells_of(self, place: int) -> NDArray[np.intp]:
+        matrix = self._by_place
+        return np.asarray(matrix.indices[matrix.indptr[place] : matrix.indptr[place + 1]], dtype=np.intp)
+
+    def seen_of(self, cells: NDArray[np.intp]) -> NDArray[np.float64]:
+        """How many of these cells each place sees."""
+        return np.asarray(self._by_cell[:, cells].sum(axis=1), dtype=np.float64).ravel()
+
+
+def shortest_walks(
+    nodes: int, heads: NDArray[np.intp], tails: NDArray[np.intp], weights: NDArray[np.float64], stops: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """(stops, stops) lengths of the shortest ways between stops; inf where there is none."""
+    graph = sparse.csr_matrix((weights, (heads, tails)), shape=(nodes, nodes))
+    return np.asarray(csgraph.dijkstra(graph, directed=False, indices=stops))[:, stops]

@@ -1,0 +1,57 @@
+"""The core's mission as the other services see it."""
+
+from contracts import mission as wire
+from contracts.geometry import Pose2D
+from contracts.mission import MissionState, MissionStatus, MissionTarget
+from coordinator.core.mission import Mission
+
+FAST = frozenset({
+    MissionState.SCANNING, MissionState.CENTERING, MissionState.DEPTH_CHECK, MissionState.APPROACHING,
+    MissionState.DRIVING_1M,
+})  # fmt: skip
+
+
+def mission_record(mission: Mission) -> wire.Mission | None:
+    """None before the first mission."""
+    if mission.id == "":
+        return None
+    candidate = mission.candidate
+    votes = candidate.votes if candidate is not None else ()
+    if not votes and mission.search.rejections:
+        votes = mission.search.rejections[-1].votes
+    xy = candidate.map_xy if candidate is not None else None
+    return wire.Mission(
+        id=mission.id,
+        command=mission.command,
+        target=mission.target,
+        parser=mission.parser,
+        state=mission.state,
+        paused=mission.paused,
+        outcome=mission.outcome,
+        reason=mission.reason or mission.progress,
+        started_s=mission.started_s,
+        ended_s=mission.ended_s,
+        votes=votes,
+        measured_distance_m=candidate.distance_m if candidate is not None else None,
+        target_pose=Pose2D(x=xy[0], y=xy[1], yaw=0.0) if xy is not None else None,
+        metres_driven_m=round(mission.metres_m, 3),
+    )
+
+
+def mission_status(mission: Mission, now_s: float) -> MissionStatus:
+    search = mission.search
+    still = (*(place.pose for place in search.views), *search.points) if mission.running else ()
+    return MissionStatus(
+        stamp_s=max(0.0, now_s),
+        state=mission.state,
+        mission=mission_record(mission),
+        progress=mission.progress[:500],
+        scan_points=still[:2000],
+        scan_points_done=search.looked[-2000:],
+    )
+
+
+def mission_target(mission: Mission) -> MissionTarget:
+    if not mission.running:
+        return MissionTarget()
+    return MissionTarget(target=mission.target, mission_id=mission.id, fast=mission.state in FAST)

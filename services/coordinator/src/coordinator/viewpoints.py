@@ -1,0 +1,208 @@
+"""A better coverage: few points from which all free space is near and in line of sight, in a short order.
+
+Greedy set cover on a coarse grid, then nearest neighbour and 2-opt over distances on foot (round the walls).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contracts.geometry import Pose2D
+from coordinator.coverage import Coverage, clearance_cells, safe_cells
+from coordinator.grid import Grid, Mask, pose_at
+from coordinator.seen import sight_lines
+from coordinator.untyped import SeenBy, label_regions, roomiest_cells, shortest_walks
+
+COARSE_M = 0.15
+CANDIDATE_STRIDE_M = 0.45
+CLEARANCE_M = 0.28
+RAYS = 72
+GAIN_MIN_M2 = 0.4
+BATCH = 512
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Coarse:
+    """Every n-th cell stands for its block: free when most of it is, blocked when any of it is occupied."""
+
+    factor: int
+    free: Mask
+    blocked: Mask
+    walkable: Mask
+    resolution_m: float
+
+
+def viewpoints(
+    grid: Grid,
+    *,
+    start: Pose2D | None,
+    reach_m: float,
+    seen: Mask | None = None,
+    avoid: tuple[Pose2D, ...] = (),
+    avoid_m: float = 0.35,
+    points_max: int = 400,
+) -> Coverage:
+    """Points that together see all free space not in `seen` from within `reach_m`; where `start` is given, only what
+    can be reached from there, in an order that begins near it.
+    """
+    coarse = _coarsen(grid, start)
+    todo = coarse.free.copy()
+    if seen is not None:
+        todo &= _blocks(~seen & grid.free, coarse.factor).mean(axis=(1, 3)) > 0.5
+    candidates = _candidates(grid, coarse, avoid, avoid_m)
+    free_area_m2 = float(grid.free.sum()) * grid.cell_area_m2
+    _, regions = label_regions(coarse.walkable)
+    if candidates.size == 0 or not todo.any():
+        return Coverage((), regions, free_area_m2)
+    views = _views(coarse, candidates, int(reach_m / coarse.resolution_m))
+    chosen = candidates[_cover(views, todo.ravel(), int(GAIN_MIN_M2 / coarse.resolution_m**2), points_max)]
+    ordered = _in_order(coarse, chosen, _start_cell(grid, coarse, start))
+    middle = coarse.factor // 2
+    points = tuple(pose_at(grid, int(r) * coarse.factor + middle, int(c) * coarse.factor + middle) for r, c in ordered)
+    return Coverage(points, regions, free_area_m2)
+
+
+def _blocks(mask: Mask, factor: int) -> NDArray[np.bool_]:
+    """(rows, factor, columns, factor): the mask cut into blocks, padded with False."""
+    rows, columns = (-(-n // factor) for n in mask.shape)
+    padded = np.zeros((rows * factor, columns * factor), dtype=bool)
+    padded[: mask.shape[0], : mask.shape[1]] = mask
+    return padded.reshape(rows, factor, columns, factor)
+
+
+def _coarsen(grid: Grid, start: Pose2D | None) -> _Coarse:
+    factor = max(1, round(COARSE_M / grid.resolution_m))
+    free: Mask = np.asarray(_blocks(grid.free, factor).mean(axis=(1, 3)) >= 0.5)
+    blocked: Mask = np.asarray(~free | _blocks(grid.occupied, factor).any(axis=(1, 3)))
+    safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, CLEARANCE_M) - 1)
+    walkable: Mask = np.asarray(_blocks(safe, factor).any(axis=(1, 3)))
+    cell = grid.cell(start.x, start.y) if start is not None else None
+    if cell is not None:
+        labels, count = label_regions(walkable)
+        here = _nearest_label(labels, cell[0] // factor, cell[1] // factor) if count else 0
+        if here:
+            walkable = np.asarray(labels == here)
+        reachable_free, _ = label_regions(free)
+        near = np.unique(reachable_free[walkable])
+        free &= np.isin(reachable_free, near[near > 0])
+    return _Coarse(factor, free, blocked, walkable, grid.resolution_m * factor)
+
+
+def _nearest_label(labels: NDArray[np.int32], row: int, column: int) -> int:
+    row, column = min(row, labels.shape[0] - 1), min(column, labels.shape[1] - 1)
+    if labels[row, column]:
+        return int(labels[row, column])
+    rows, columns = np.nonzero(labels)
+    nearest = int(np.argmin((rows - row) ** 2 + (columns - column) ** 2))
+    return int(labels[rows[nearest], columns[nearest]])
+
+
+def _candidates(grid: Grid, coarse: _Coarse, avoid: tuple[Pose2D, ...], avoid_m: float) -> NDArray[np.intp]:
+    """(n, 2) coarse cells: a lattice over what is walkable, and in each region at least its roomiest cell."""
+    stride = max(1, round(CANDIDATE_STRIDE_M / coarse.resolution_m))
+    lattice = np.zeros_like(coarse.walkable)
+    lattice[::stride, ::stride] = True
+    picked = coarse.walkable & lattice
+    labels, count = label_regions(coarse.walkable)
+    roomiest = roomiest_cells(coarse.walkable, labels, count)
+    picked[roomiest[:, 0], roomiest[:, 1]] = True
+    cells = np.argwhere(picked)
+    for pose in avoid:
+        x = grid.origin_x_m + (cells[:, 1] + 0.5) * coarse.resolution_m
+        y = grid.origin_y_m + (cells[:, 0] + 0.5) * coarse.resolution_m
+        cells = cells[np.hypot(x - pose.x, y - pose.y) > avoid_m]
+    return cells
+
+
+def _views(coarse: _Coarse, candidates: NDArray[np.intp], reach: int) -> SeenBy:
+    """What each candidate sees."""
+    angles = np.linspace(0.0, 2 * np.pi, RAYS, endpoint=False)
+    seen = SeenBy(coarse.free.size)
+    for first in range(0, len(candidates), BATCH):
+        batch = candidates[first : first + BATCH].astype(float)
+        flat, clear = sight_lines(coarse.blocked, batch[:, 0], batch[:, 1], angles, reach)
+        which = np.broadcast_to(np.arange(len(batch))[:, None, None], flat.shape)[clear]
+        seen.add(len(batch), which, flat[clear])
+    seen.close()
+    return seen
+
+
+def _cover(views: SeenBy, todo: Mask, gain_min: int, points_max: int) -> list[int]:
+    """Greedy set cover: the one that sees most of what is left, until none sees enough."""
+    left = todo.astype(np.float32)
+    gains = views.gains(left)
+    chosen: list[int] = []
+    while len(chosen) < points_max:
+        best = int(np.argmax(gains))
+        if gains[best] < max(1, gain_min):
+            break
+        chosen.append(best)
+        newly = views.cells_of(best)
+        newly = newly[left[newly] > 0]
+        left[newly] = 0.0
+        gains -= views.seen_of(newly)
+    return chosen
+
+
+def _start_cell(grid: Grid, coarse: _Coarse, start: Pose2D | None) -> tuple[int, int] | None:
+    cell = grid.cell(start.x, start.y) if start is not None else None
+    return (cell[0] // coarse.factor, cell[1] // coarse.factor) if cell is not None else None
+
+
+def _in_order(coarse: _Coarse, cells: NDArray[np.intp], start: tuple[int, int] | None) -> NDArray[np.intp]:
+    """Nearest neighbour from the start, then 2-opt with the start fixed and the end open."""
+    if len(cells) < 2:
+        return cells
+    stops = cells if start is None else np.vstack([[start], cells])
+    between = _walks_m(coarse, stops)
+    order, rest = [0], set(range(1, len(stops)))
+    while rest:
+        nearest = min(rest, key=lambda k: float(between[order[-1], k]))
+        order.append(nearest)
+        rest.remove(nearest)
+    order = two_opt(order, between)
+    return stops[order] if start is None else stops[order[1:]]
+
+
+def two_opt(order: list[int], between: NDArray[np.float64], rounds_max: int = 10) -> list[int]:
+    """Reverses stretches while that shortens the open tour; the first stop stays."""
+    if len(order) > 80:
+        return order
+    for _ in range(rounds_max):
+        improved = False
+        for i in range(1, len(order) - 1):
+            for j in range(i + 1, len(order)):
+                after = between[order[j], order[j + 1]] if j + 1 < len(order) else 0.0
+                after_new = between[order[i], order[j + 1]] if j + 1 < len(order) else 0.0
+                before = between[order[i - 1], order[i]] + after
+                if between[order[i - 1], order[j]] + after_new < before - 1e-6:
+                    order[i : j + 1] = order[i : j + 1][::-1]
+                    improved = True
+        if not improved:
+            break
+    return order
+
+
+def _walks_m(coarse: _Coarse, stops: NDArray[np.intp]) -> NDArray[np.float64]:
+    """(n, n) metres on foot over walkable cells; as the crow flies, times three, where no way is known."""
+    crow = np.hypot(*(stops[:, None, :] - stops[None, :, :]).astype(float).transpose(2, 0, 1)) * coarse.resolution_m
+    if len(stops) > 80:
+        return crow
+    walkable = coarse.walkable.copy()
+    walkable[tuple(np.clip(stops, 0, np.array(walkable.shape) - 1).T)] = True
+    ids = np.arange(walkable.size).reshape(walkable.shape)
+    height, width = walkable.shape
+    heads: list[NDArray[np.intp]] = []
+    tails: list[NDArray[np.intp]] = []
+    weights: list[NDArray[np.float64]] = []
+    for dr, dc, cost in ((0, 1, 1.0), (1, 0, 1.0), (1, 1, 1.4142), (1, -1, 1.4142)):
+        a = np.s_[0 : height - dr, max(0, -dc) : width - max(0, dc)]
+        b = np.s_[dr:height, max(0, dc) : width + min(0, dc)]
+        both = walkable[a] & walkable[b]
+        heads.append(ids[a][both])
+        tails.append(ids[b][both])
+        weights.append(np.full(int(both.sum()), cost * coarse.resolution_m))
+    nodes = ids[tuple(np.clip(stops, 0, np.array(walkable.shape) - 1).T)]
+    walks = shortest_walks(ids.size, np.concatenate(heads), np.concatenate(tails), np.concatenate(weights), nodes)
+    return np.where(np.isfinite(walks), walks, crow * 3.0)

@@ -1,0 +1,1 @@
+"""Sees and reads: detector, image-text model, three votes, task parsing."""

@@ -1,0 +1,16 @@
+"""`python -m inference` runs the service with settings from the environment."""
+
+from inference.app import create_app
+from inference.settings import Settings
+from mesh.logging import configure_logging
+from mesh.server import serve
+
+
+def main() -> None:
+    configure_logging("inference")
+    settings = Settings()
+    serve(create_app(settings), host=settings.host, port=settings.port)
+
+
+if __name__ == "__main__":
+    main()

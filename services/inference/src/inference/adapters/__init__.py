@@ -1,0 +1,1 @@
+"""The real things behind the ports: models, language models, the robot's camera."""

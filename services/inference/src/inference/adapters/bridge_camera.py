@@ -1,0 +1,45 @@
+"""The robot's camera, read from robot_bridge by long-poll."""
+
+from collections.abc import Mapping
+
+import httpx
+from pydantic import ValidationError
+
+from contracts.geometry import Pose2D
+from inference.ports import Frame
+from mesh.errors import UpstreamError
+from mesh.http import ServiceClient
+
+SERVICE = "robot_bridge"
+NO_CONTENT = 204
+
+
+class BridgeCamera:
+    """GET /camera/frame answers a JPEG with its stamp and pose in headers, or 204 when nothing newer came in time."""
+
+    def __init__(self, base_url: str, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
+        self._client = ServiceClient(SERVICE, base_url, transport=transport)
+
+    async def newest(self, *, after_s: float | None, wait_s: float) -> Frame | None:
+        query = {"wait_s": wait_s} if after_s is None else {"after": after_s, "wait_s": wait_s}
+        response = await self._client.call("GET", "/camera/frame", params=query, timeout_s=wait_s + 2.0)
+        if response.status_code == NO_CONTENT:
+            return None
+        return frame_of(response.headers, response.content)
+
+    async def aclose(self) -> None:
+        await self._client.aclose()
+
+
+def frame_of(headers: Mapping[str, str], jpeg: bytes) -> Frame:
+    """Raises `UpstreamError` when the headers are not the contract: X-Stamp-S, and X-Pose 'x,y,yaw' or none."""
+    try:
+        stamp_s = float(headers["x-stamp-s"])
+        said = headers.get("x-pose", "").strip()
+        pose = None
+        if said:
+            x, y, yaw = (float(part) for part in said.split(","))
+            pose = Pose2D(x=x, y=y, yaw=yaw)
+    except (KeyError, ValueError, ValidationError) as error:
+        raise UpstreamError(SERVICE, 200, f"the frame's headers are not the contract: {error}") from error
+    return Frame(stamp_s=stamp_s, jpeg=jpeg, pose=pose)

@@ -1,0 +1,117 @@
+"""Composition root: the only module that knows which parts are real."""
+
+from collections.abc import AsyncGenerator, Callable, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from typing import TypedDict
+
+from fastapi import FastAPI, Request
+
+from contracts.problem import Dependency
+from inference.adapters.bridge_camera import BridgeCamera
+from inference.breaker import Breaker
+from inference.models import Loaded, Models
+from inference.perception import Perception
+from inference.ports import Camera, LanguageModel, VisionLanguageModel
+from inference.reading import Reader
+from inference.routes import get_inference, router
+from inference.service import Inference
+from inference.settings import ModelSet, Settings
+from inference.validation import Validator
+from inference.worker import Worker
+from mesh.app import make_app
+from mesh.bus import Bus, open_bus
+from mesh.clock import Clock, SystemClock
+from mesh.tasks import Tasks, end_this_process
+
+BODY_BYTES_MAX = 10_000_000
+COLOUR_CROPS_MAX = {ModelSet.SIM: 12, ModelSet.COCO: 1}
+"""Crops a frame whose colour is asked for: 2 ms each for the small model, over 100 ms for ViT-B/32."""
+
+
+class State(TypedDict):
+    inference: Inference
+
+
+def create_app(
+    settings: Settings,
+    *,
+    bus: Bus | None = None,
+    camera: Camera | None = None,
+    models: Callable[[], Loaded] | None = None,
+    language_model: LanguageModel | None = None,
+    vlm: VisionLanguageModel | None = None,
+    clock: Clock | None = None,
+    on_death: Callable[[], None] = end_this_process,
+) -> FastAPI:
+    """The service; whatever is not given is the real thing that `settings` name. `models` blocks while it loads."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
+        async with AsyncExitStack() as stack:
+            real_clock = clock or SystemClock()
+            real_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
+            real_camera = camera if camera is not None else BridgeCamera(settings.robot_bridge_url)
+            stack.push_async_callback(real_camera.aclose)
+            reader, seer = await _language_models(settings, stack, language_model, vlm)
+            worker = Worker(settings.waiting_max)
+            stack.callback(worker.close)
+            eyes = Models(
+                load=models if models is not None else _real_loader(settings),
+                worker=worker,
+                colour_crops_max=(
+                    COLOUR_CROPS_MAX[settings.model_set]
+                    if settings.colour_crops_max is None
+                    else settings.colour_crops_max
+                ),
+            )
+            inference = Inference(
+                models=eyes,
+                perception=Perception(settings, real_camera, eyes, real_bus, real_clock),
+                validator=Validator(real_camera, eyes, seer, settings.validate_frame_wait_s, settings.vlm_deadline_s),
+                reader=Reader(reader, Breaker(settings.model_retry_after_s), settings.parse_deadline_s, real_clock),
+                bus=real_bus,
+                clock=real_clock,
+                frame_age_max_s=settings.frame_age_max_s,
+            )
+            tasks = await stack.enter_async_context(Tasks(on_death=on_death))
+            tasks.start("perception", inference.perception.run())
+            tasks.start("follow-target", inference.perception.follow_target())
+            yield {"inference": inference}
+
+    async def dependencies(request: Request) -> Sequence[Dependency]:
+        return get_inference(request).dependencies()
+
+    app = make_app(
+        "inference",
+        lifespan=lifespan,
+        dependencies=dependencies,
+        body_bytes_max=BODY_BYTES_MAX,
+        description="Sees and reads: detector, image-text model, three votes, task parsing.",
+    )
+    app.include_router(router)
+    return app
+
+
+def _real_loader(settings: Settings) -> Callable[[], Loaded]:
+    from inference.adapters.loading import loader
+
+    return loader(settings)
+
+
+async def _language_models(
+    settings: Settings, stack: AsyncExitStack, language_model: LanguageModel | None, vlm: VisionLanguageModel | None
+) -> tuple[LanguageModel | None, VisionLanguageModel | None]:
+    """Those given, else Ollama's where a server is named; without one the rules read and the third vote abstains."""
+    if not settings.ollama_url:
+        return language_model, vlm
+    from inference.adapters.ollama_models import OllamaModel
+
+    if language_model is None:
+        reader = OllamaModel(settings.ollama_url, settings.ollama_model, timeout_s=settings.parse_deadline_s)
+        stack.push_async_callback(reader.aclose)
+        language_model = reader
+    if vlm is None and settings.vlm_model:
+        seer = OllamaModel(settings.ollama_url, settings.vlm_model, timeout_s=settings.vlm_deadline_s)
+        stack.push_async_callback(seer.aclose)
+        vlm = seer
+    return language_model, vlm

@@ -1,0 +1,61 @@
+"""Which of several boxes is meant: overlap, nearness, scaling. Pure; boxes are x_min, y_min, x_max, y_max in px."""
+
+import math
+from collections.abc import Sequence
+
+from contracts.base import BboxXyxy
+from contracts.vision import Detection, Target
+from inference.colours import agrees, colour_said
+
+
+def overlap(a: BboxXyxy, b: BboxXyxy) -> float:
+    """Intersection over union, 0..1."""
+    width = min(a[2], b[2]) - max(a[0], b[0])
+    height = min(a[3], b[3]) - max(a[1], b[1])
+    if width <= 0 or height <= 0:
+        return 0.0
+    shared = width * height
+    return shared / (area(a) + area(b) - shared)
+
+
+def area(box: BboxXyxy) -> float:
+    return max(0.0, box[2] - box[0]) * max(0.0, box[3] - box[1])
+
+
+def centre_distance(a: BboxXyxy, b: BboxXyxy) -> float:
+    """Between the centres, px."""
+    return math.hypot((a[0] + a[2] - b[0] - b[2]) / 2, (a[1] + a[3] - b[1] - b[3]) / 2)
+
+
+def matches(detection: Detection, target: Target) -> bool:
+    """The target's class, in no other colour than the one asked for."""
+    wanted = colour_said(target.description, target.label)
+    return detection.label == target.label and agrees(detection.colour, wanted)
+
+
+def best_target(detections: Sequence[Detection], target: Target) -> Detection | None:
+    """The detection to announce: a known right colour first, then confidence; none when no one matches."""
+    wanted = colour_said(target.description, target.label)
+    candidates = [one for one in detections if matches(one, target)]
+    return max(candidates, key=lambda one: (wanted is not None and one.colour == wanted, one.confidence), default=None)
+
+
+def meant_box(detections: Sequence[Detection], target: Target, bbox_xyxy: BboxXyxy | None) -> Detection | None:
+    """The detection of the target's class that the caller means: most overlap with `bbox_xyxy`, then nearest.
+
+    Without a box it is the one that would have been announced, else the surest of the class.
+    """
+    same_class = [one for one in detections if one.label == target.label]
+    if bbox_xyxy is None:
+        return best_target(same_class, target) or max(same_class, key=lambda one: one.confidence, default=None)
+    return max(
+        same_class,
+        key=lambda one: (overlap(one.bbox_xyxy, bbox_xyxy), -centre_distance(one.bbox_xyxy, bbox_xyxy)),
+        default=None,
+    )
+
+
+def scaled(detection: Detection, x: float, y: float) -> Detection:
+    """The same detection in a frame `x` times as wide and `y` times as high."""
+    left, top, right, bottom = detection.bbox_xyxy
+    return detection.model_copy(update={"bbox_xyxy": (left * x, top * y, right * x, bottom * y)})

@@ -1,0 +1,151 @@
+"""The perception loop (requirement A7): newest frame, look, tell, draw; one frame in flight, nothing queued."""
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+import structlog
+from prometheus_client import Counter
+
+from contracts.mission import MissionTarget
+from contracts.topics import MISSION_TARGET, VISION_DETECTIONS, VISION_OBJECT_SPOTTED
+from contracts.vision import Detections, ObjectSpotted, Target
+from inference.annotate import annotate, to_jpeg
+from inference.boxes import best_target, scaled
+from inference.images import decode
+from inference.models import Models
+from inference.newest import Newest
+from inference.ports import Camera, Frame, RgbImage
+from inference.settings import Settings
+from mesh.bus import Bus
+from mesh.clock import Clock
+from mesh.errors import MeshError
+
+log = structlog.get_logger()
+
+FRAMES = Counter("inference_frames_total", "camera frames looked at")
+TROUBLES = Counter(
+    "inference_perception_troubles_total", "rounds of the perception loop that came to nothing", ["kind"]
+)
+
+PAUSE_S = 0.5
+"""Between attempts while the bridge is away."""
+SLICE_S = 0.1
+"""Longest sleep between frames before the wanted rate is looked at again."""
+
+
+@dataclass
+class Perception:
+    """`run()` and `follow_target()` are two background tasks; both live as long as the service."""
+
+    settings: Settings
+    camera: Camera
+    models: Models
+    bus: Bus
+    clock: Clock
+    wanted: MissionTarget = field(default_factory=MissionTarget)
+    annotated: Newest[bytes] = field(default_factory=Newest[bytes])
+    viewers: int = 0
+    """Of the annotated stream, now."""
+    trouble: str = "no frame yet"
+    _last_stamp_s: float | None = None
+    _last_frame_s: float | None = None
+    _last_spotted_s: float | None = None
+
+    async def follow_target(self) -> None:
+        async def changed(message: MissionTarget) -> None:
+            self.wanted = message
+
+        await self.bus.listen(MISSION_TARGET, changed)
+
+    async def run(self) -> None:
+        await self.models.open()
+        while True:
+            began_s = self.clock.now_s()
+            try:
+                await self.once()
+            except MeshError as error:
+                self._in_trouble(type(error).__name__, error.detail)
+                await self.clock.sleep(PAUSE_S)
+            await self._rest_of_period(began_s)
+
+    async def once(self) -> None:
+        """One frame, if a new one comes in time. Raises `MeshError` when something it needs is away."""
+        self.models.detector()
+        waited_s = self.frame_age_s()
+        after_s = self._last_stamp_s if waited_s is None or waited_s < self.settings.clock_restarted_after_s else None
+        frame = await self.camera.newest(after_s=after_s, wait_s=self.settings.frame_wait_s)
+        if frame is None or frame.stamp_s == self._last_stamp_s:
+            self._in_trouble("no frame", "no new frame from the camera")
+            return
+        self._last_stamp_s = frame.stamp_s
+        await self._look_at(frame)
+
+    def frame_age_s(self) -> float | None:
+        """Since a frame was last looked at, on this machine's clock; none before the first."""
+        return None if self._last_frame_s is None else self.clock.now_s() - self._last_frame_s
+
+    async def _look_at(self, frame: Frame) -> None:
+        image = decode(frame.jpeg)
+        target = self.wanted.target
+        small, x, y = self._resized(image)
+        look = await self.models.look(small, target)
+        found = tuple(scaled(one, x, y) for one in look.detections)
+        seen = Detections(
+            stamp_s=frame.stamp_s,
+            image_width_px=image.shape[1],
+            image_height_px=image.shape[0],
+            pose=frame.pose,
+            detections=found,
+            model=look.model,
+            took_ms=look.took_ms,
+        )
+        await self.bus.publish(VISION_DETECTIONS, seen)
+        if target is not None:
+            await self._announce(seen, target)
+        self._last_frame_s = self.clock.now_s()
+        self.trouble = ""
+        FRAMES.inc()
+        drawn = annotate(image, found, target, width_px=self.settings.annotated_width_px)
+        await self.annotated.put(frame.stamp_s, to_jpeg(drawn, self.settings.jpeg_quality))
+
+    async def _announce(self, seen: Detections, target: Target) -> None:
+        """At most every 0.5 s of frame time; a clock that went back counts as a new time."""
+        best = best_target(seen.detections, target)
+        last_s = self._last_spotted_s
+        if best is None or (last_s is not None and 0 <= seen.stamp_s - last_s < self.settings.spotted_period_s):
+            return
+        self._last_spotted_s = seen.stamp_s
+        spotted = ObjectSpotted(
+            stamp_s=seen.stamp_s,
+            target=target,
+            detection=best,
+            image_width_px=seen.image_width_px,
+            image_height_px=seen.image_height_px,
+            pose=seen.pose,
+        )
+        await self.bus.publish(VISION_OBJECT_SPOTTED, spotted)
+
+    def _resized(self, image: RgbImage) -> tuple[RgbImage, float, float]:
+        """The image the detector gets, and the factors that bring its pixels back to the frame's."""
+        width_px = self.settings.frame_width_px
+        if width_px == 0:
+            return image, 1.0, 1.0
+        height_px = self.settings.frame_height_px or max(1, round(image.shape[0] * width_px / image.shape[1]))
+        small = np.asarray(cv2.resize(image, (width_px, height_px), interpolation=cv2.INTER_AREA), np.uint8)
+        return small, image.shape[1] / width_px, image.shape[0] / height_px
+
+    async def _rest_of_period(self, began_s: float) -> None:
+        """Sleeps in slices, so that a robot that starts to approach is seen faster at once."""
+        while True:
+            rate_hz = self.settings.fast_rate_hz if self.wanted.fast else self.settings.rest_rate_hz
+            left_s = began_s + 1.0 / rate_hz - self.clock.now_s()
+            if left_s <= 0.0:
+                return
+            await self.clock.sleep(min(left_s, SLICE_S))
+
+    def _in_trouble(self, kind: str, detail: str) -> None:
+        TROUBLES.labels(kind).inc()
+        if detail != self.trouble:
+            log.warning("perception waits", reason=detail)
+        self.trouble = detail

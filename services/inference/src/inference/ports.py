@@ -1,0 +1,113 @@
+"""What the service needs of the world: eyes, a reader, a camera. Models block; the worker thread calls them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from contracts.geometry import Pose2D
+from contracts.vision import Detection, ParsedTask, ParseTaskRequest
+
+RgbImage = npt.NDArray[np.uint8]
+"""(height, width, 3), red first."""
+Embeddings = npt.NDArray[np.float32]
+"""(n, d), unit vectors: a dot product is a cosine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One camera frame as it came: JPEG bytes, when it was taken, and where the robot stood."""
+
+    stamp_s: float
+    jpeg: bytes
+    pose: Pose2D | None = None
+
+
+class Detector(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def backend(self) -> str: ...
+
+    @property
+    def threshold(self) -> float:
+        """Boxes below this confidence are not returned."""
+        ...
+
+    def detect(self, image: RgbImage) -> tuple[Detection, ...]:
+        """Boxes in pixels of `image`, best first."""
+        ...
+
+
+class ImageText(Protocol):
+    """A CLIP: tells how well an image and a phrase go together."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def backend(self) -> str: ...
+
+    @property
+    def threshold(self) -> float:
+        """Cosine from which an image counts as showing the phrase; each model has its own."""
+        ...
+
+    @property
+    def colour_margin(self) -> float:
+        """Cosine by which the best colour must lead the next to be believed."""
+        ...
+
+    @property
+    def colours(self) -> tuple[str, ...]:
+        """The colour words it was taught: only these are asked for, and only these are rivals."""
+        ...
+
+    @property
+    def template(self) -> str:
+        """How a phrase is put to this model, e.g. 'a photo of {}'."""
+        ...
+
+    def known(self, text: str) -> tuple[str, tuple[str, ...]]:
+        """The text as far as the model can read it, and the words it cannot."""
+        ...
+
+    def crop(self, image: RgbImage, bbox_xyxy: Sequence[float]) -> RgbImage:
+        """The box with the margin the model expects; never empty."""
+        ...
+
+    def embed_image(self, crops: Sequence[RgbImage]) -> Embeddings: ...
+
+    def embed_text(self, texts: Sequence[str]) -> Embeddings: ...
+
+
+class LanguageModel(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    async def parse(self, request: ParseTaskRequest) -> ParsedTask:
+        """Raises `UnavailableError` (away, slow) or `UpstreamError` (it answered nonsense)."""
+        ...
+
+
+class VisionLanguageModel(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    async def present(self, jpeg: bytes, description: str) -> bool:
+        """Is there a `description` visible? Raises as `LanguageModel.parse`."""
+        ...
+
+
+class Camera(Protocol):
+    async def newest(self, *, after_s: float | None, wait_s: float) -> Frame | None:
+        """The newest frame later than `after_s`, waited for up to `wait_s`; none when there was none.
+
+        Raises `UnavailableError` when the camera's owner cannot be reached.
+        """
+        ...
+
+    async def aclose(self) -> None: ...

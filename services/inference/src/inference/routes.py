@@ -1,0 +1,136 @@
+"""The HTTP face: thin; every decision is made behind it."""
+
+from collections.abc import AsyncGenerator
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Request
+from fastapi.responses import Response, StreamingResponse
+
+from contracts.vision import (
+    Detections,
+    EmbedReply,
+    EmbedRequest,
+    ModelInfo,
+    ParsedTask,
+    ParseTaskRequest,
+    ScoreReply,
+    ScoreRequest,
+    ValidateRequest,
+    Validation,
+)
+from inference.images import decode
+from inference.service import Inference
+from inference.validation import require_box
+from mesh.errors import TooManyError
+
+router = APIRouter()
+
+BOUNDARY = "frame"
+STREAM_WAIT_S = 5.0
+IMAGE_BODY: dict[str, Any] = {
+    "requestBody": {
+        "required": False,
+        "description": "a JPEG or PNG of at most 10 MB; without one, the newest camera frame is looked at",
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ("image/jpeg", "image/png")},
+    }
+}
+JPEG_RESPONSE: dict[int | str, dict[str, Any]] = {
+    200: {"description": "the newest annotated frame, its stamp in X-Stamp-S", "content": {"image/jpeg": {}}},
+    204: {"description": "nothing newer came within wait_s"},
+}
+
+
+def get_inference(request: Request) -> Inference:
+    return request.state.inference
+
+
+InferenceDep = Annotated[Inference, Depends(get_inference)]
+
+
+@router.post("/detect", tags=["vision"], openapi_extra=IMAGE_BODY)
+async def detect(request: Request, inference: InferenceDep) -> Detections:
+    """Every object of a known class in the image sent, or in the newest frame."""
+    body = await request.body()
+    inference.models.detector()
+    if not body:
+        return await inference.detect_newest()
+    return await inference.detect(await inference.models.worker.run(decode, body))
+
+
+@router.post("/clip-score", tags=["vision"])
+async def clip_score(body: ScoreRequest, inference: InferenceDep) -> ScoreReply:
+    """How well each text goes with the newest frame, or with the box in it (cosines)."""
+    clip = inference.models.clip()
+    if body.bbox_xyxy is not None:
+        require_box(body.bbox_xyxy)
+    image = await inference.newest_image()
+    scores, took_ms = await inference.models.score(image, body.bbox_xyxy, body.texts)
+    return ScoreReply(scores=tuple(scores), threshold=clip.threshold, model=clip.name, took_ms=took_ms)
+
+
+@router.post("/embed", tags=["vision"])
+async def embed(body: EmbedRequest, inference: InferenceDep) -> EmbedReply:
+    """Embeddings of texts, and of the newest frame or a box in it where asked for."""
+    clip = inference.models.clip()
+    if body.bbox_xyxy is not None:
+        require_box(body.bbox_xyxy)
+    image = await inference.newest_image() if body.image else None
+    seen, said = await inference.models.embed(image, body.bbox_xyxy, body.texts)
+    return EmbedReply(
+        model=clip.name, image=None if seen is None else tuple(seen), texts=tuple(tuple(one) for one in said)
+    )
+
+
+@router.post("/validate", tags=["vision"])
+async def validate(body: ValidateRequest, inference: InferenceDep) -> Validation:
+    """Three votes: is this the thing? Two must agree."""
+    return await inference.validator.validate(body)
+
+
+@router.post("/parse-task", tags=["language"])
+async def parse_task(body: ParseTaskRequest, inference: InferenceDep) -> ParsedTask:
+    """What a command claims to mean; `parser` says who read it."""
+    return await inference.reader.parse(body)
+
+
+@router.get("/models", tags=["operations"])
+async def models(inference: InferenceDep) -> list[ModelInfo]:
+    return inference.model_infos()
+
+
+@router.get("/annotated", tags=["vision"], responses=JPEG_RESPONSE, response_class=Response)
+async def annotated(
+    inference: InferenceDep,
+    after: Annotated[float | None, Query(description="stamp of the frame already seen", allow_inf_nan=False)] = None,
+    wait_s: Annotated[float, Query(ge=0.0, le=20.0)] = 2.0,
+) -> Response:
+    """Long-poll: the newest frame with boxes, once it is another than the one taken at `after`."""
+    found = await inference.perception.annotated.other_than(after, wait_s=max(wait_s, 0.001))
+    if found is None:
+        return Response(status_code=204)
+    return Response(found[1], media_type="image/jpeg", headers={"X-Stamp-S": f"{found[0]:.6f}"})
+
+
+@router.get("/annotated/stream", tags=["vision"], include_in_schema=False)
+async def annotated_stream(inference: InferenceDep) -> StreamingResponse:
+    """MJPEG, for an <img> tag or `ffplay`; ends when the reader leaves."""
+
+    perception = inference.perception
+    if perception.viewers >= perception.settings.stream_viewers_max:
+        raise TooManyError(f"{perception.viewers} viewers are watching")
+
+    async def parts() -> AsyncGenerator[bytes]:
+        stamp_s: float | None = None
+        perception.viewers += 1
+        try:
+            while True:
+                found = await perception.annotated.other_than(stamp_s, wait_s=STREAM_WAIT_S)
+                if found is None:
+                    continue
+                stamp_s, jpeg = found
+                head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+                yield head.encode() + jpeg + b"\r\n"
+        finally:
+            perception.viewers -= 1
+
+    return StreamingResponse(parts(), media_type=f"multipart/x-mixed-replace; boundary={BOUNDARY}")

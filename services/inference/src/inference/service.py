@@ -1,0 +1,68 @@
+"""What the routes work with: the parts of the service, and the two errands that need several of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from contracts.geometry import Pose2D
+from contracts.problem import Dependency
+from contracts.vision import Detections, ModelInfo
+from inference.images import decode
+from inference.models import Models
+from inference.perception import Perception
+from inference.ports import RgbImage
+from inference.reading import Reader
+from inference.validation import Validator
+from mesh.bus import Bus
+from mesh.clock import Clock
+
+
+@dataclass(frozen=True)
+class Inference:
+    models: Models
+    perception: Perception
+    validator: Validator
+    reader: Reader
+    bus: Bus
+    clock: Clock
+    frame_age_max_s: float
+
+    async def detect(self, image: RgbImage, *, stamp_s: float | None = None, pose: Pose2D | None = None) -> Detections:
+        look = await self.models.look(image)
+        return Detections(
+            stamp_s=self.clock.now_s() if stamp_s is None else stamp_s,
+            image_width_px=image.shape[1],
+            image_height_px=image.shape[0],
+            pose=pose,
+            detections=look.detections,
+            model=look.model,
+            took_ms=look.took_ms,
+        )
+
+    async def detect_newest(self) -> Detections:
+        frame = await self.validator.fresh_frame(None)
+        return await self.detect(decode(frame.jpeg), stamp_s=frame.stamp_s, pose=frame.pose)
+
+    async def newest_image(self) -> RgbImage:
+        return decode((await self.validator.fresh_frame(None)).jpeg)
+
+    def model_infos(self) -> list[ModelInfo]:
+        vlm = self.validator.vlm
+        third = (
+            ModelInfo(role="vlm", name="", backend="", available=False, detail="none configured: its vote abstains")
+            if vlm is None
+            else ModelInfo(role="vlm", name=vlm.name, backend="ollama")
+        )
+        return [*self.models.infos(), third, *self.reader.infos()]
+
+    def dependencies(self) -> Sequence[Dependency]:
+        """Ready means: models loaded, frames looked at within the last seconds, and Redis there."""
+        problem = self.models.problem
+        age_s = self.perception.frame_age_s()
+        flowing = age_s is not None and age_s <= self.frame_age_max_s
+        told = "no frame yet" if age_s is None else f"last frame {age_s:.1f} s ago"
+        why = f"; {self.perception.trouble}" if self.perception.trouble and not flowing else ""
+        return [
+            Dependency(name="models", ok=not problem, detail=problem),
+            Dependency(name="frames", ok=flowing, detail=told + why),
+            Dependency(name="redis", ok=self.bus.connected, detail="" if self.bus.connected else "not reachable"),
+        ]

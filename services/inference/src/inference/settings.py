@@ -1,0 +1,77 @@
+"""Settings of the inference service, from the environment (prefix INFERENCE_)."""
+
+from enum import StrEnum
+from pathlib import Path
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class ModelSet(StrEnum):
+    """Which weights go together."""
+
+    SIM = "sim"
+    """Small weights of our own, trained on renders of the simulated home."""
+    COCO = "coco"
+    """YOLOv8n on COCO and CLIP ViT-B/32: what a real robot uses."""
+
+
+DETECTOR_PATHS = {ModelSet.SIM: Path("sim/weights/detector.pt"), ModelSet.COCO: Path("models/yolov8n.pt")}
+CLIP_PATHS = {ModelSet.SIM: Path("sim/weights/clip.safetensors"), ModelSet.COCO: Path("models/ViT-B-32.safetensors")}
+
+
+class Settings(BaseSettings):
+    """Frozen; every number carries its unit in its name. Paths are relative to the working directory."""
+
+    model_config = SettingsConfigDict(
+        env_prefix="INFERENCE_", env_ignore_empty=True, frozen=True, protected_namespaces=()
+    )
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=8002, ge=1, le=65535)
+    redis_url: str = "redis://127.0.0.1:6379/0"
+    robot_bridge_url: str = "http://127.0.0.1:8004"
+
+    model_set: ModelSet = ModelSet.SIM
+    detector_path: Path | None = Field(default=None, description="none = the model set's own")
+    detector_confidence_min: float = Field(default=0.30, ge=0.01, le=1.0)
+    detector_boxes_max: int = Field(default=100, ge=1, le=300)
+    clip_path: Path | None = Field(default=None, description="none = the model set's own")
+    clip_threshold: float | None = Field(default=None, description="none = the model's own, measured one")
+    colour_margin: float | None = Field(default=None, description="cosine by which a colour must lead; none = model's")
+    colour_crops_max: int | None = Field(default=None, ge=0, description="crops a frame whose colour is asked for")
+    imgsz: int | None = Field(
+        default=None, ge=32, le=1280, description="px, the detector's input side; none = the weights' own, at most 320"
+    )
+    torch_threads: int = Field(default=1, ge=1, le=64)
+    waiting_max: int = Field(default=16, ge=1, le=256, description="calls that may wait for the models")
+
+    rest_rate_hz: float = Field(default=2.0, gt=0.0, le=60.0)
+    fast_rate_hz: float = Field(default=5.0, gt=0.0, le=60.0)
+    frame_width_px: int = Field(default=0, ge=0, le=4096, description="0 = frames are kept as they come")
+    frame_height_px: int = Field(default=0, ge=0, le=4096, description="0 = in proportion to the width")
+    jpeg_quality: int = Field(default=60, ge=1, le=100)
+    annotated_width_px: int = Field(default=500, ge=0, le=2000, description="0 = as wide as the frame")
+    stream_viewers_max: int = Field(default=8, ge=0, le=100)
+    frame_wait_s: float = Field(default=2.0, gt=0.0, le=10.0)
+    frame_age_max_s: float = Field(default=3.0, gt=0.0, description="older than this, frames do not flow")
+    clock_restarted_after_s: float = Field(
+        default=5.0, gt=0.0, description="without a newer frame, the robot's clock may have started again: any will do"
+    )
+    spotted_period_s: float = Field(default=0.5, ge=0.0)
+
+    ollama_url: str = Field(default="", description="empty = no language model; the rules parse")
+    ollama_model: str = "llama3.2:3b"
+    vlm_model: str = Field(default="", description="e.g. llava:7b; empty = no vision-language vote")
+    parse_deadline_s: float = Field(default=8.0, gt=0.0, le=120.0)
+    vlm_deadline_s: float = Field(default=15.0, gt=0.0, le=120.0)
+    model_retry_after_s: float = Field(default=30.0, ge=0.0, description="a language model that is down is left alone")
+    validate_frame_wait_s: float = Field(default=3.0, gt=0.0, le=10.0)
+
+    @property
+    def detector_file(self) -> Path:
+        return self.detector_path or DETECTOR_PATHS[self.model_set]
+
+    @property
+    def clip_file(self) -> Path:
+        return self.clip_path or CLIP_PATHS[self.model_set]

@@ -1,0 +1,1 @@
+"""Remembers from where things were seen, and tells where to look first."""

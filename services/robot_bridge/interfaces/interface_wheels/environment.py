@@ -1,0 +1,54 @@
+"""What the running interpreter already has, and putting wheels into it."""
+
+import importlib.metadata
+import importlib.util
+import os
+import sys
+import sysconfig
+from collections.abc import Sequence
+from pathlib import Path
+
+from interface_wheels.commands import run
+from interface_wheels.errors import MissingToolError, PartialRosError
+from interface_wheels.sources import InterfacePackage
+
+
+def ros_provides(packages: Sequence[InterfacePackage]) -> bool:
+    """Whether a sourced ROS installation brings all of `packages`.
+
+    Raises PartialRosError where one is sourced that lacks some of them.
+    """
+    missing = [package.name for package in packages if not _is_outside_this_environment(package.name)]
+    if not missing:
+        return True
+    if _is_outside_this_environment("rclpy"):
+        raise PartialRosError(missing, os.environ.get("ROS_DISTRO", "jazzy"))
+    return False
+
+
+def is_installed(package: InterfacePackage, version: str) -> bool:
+    """Whether exactly this build of `package` is installed for the running interpreter."""
+    try:
+        return importlib.metadata.version(package.distribution) == version
+    except importlib.metadata.PackageNotFoundError:
+        return False
+
+
+def pip_command() -> list[str]:
+    """The running interpreter's pip; raises MissingToolError without one."""
+    if importlib.util.find_spec("pip") is None:
+        raise MissingToolError([f"pip for {sys.executable}"], ["python3-pip"])
+    return [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input"]
+
+
+def install(wheels: Sequence[Path], log: Path) -> None:
+    """Install `wheels` for the running interpreter; what they depend on is fetched only where it is missing."""
+    run("pip install", [*pip_command(), "install", *map(str, wheels)], log)
+
+
+def _is_outside_this_environment(module: str) -> bool:
+    spec = importlib.util.find_spec(module)
+    if spec is None or spec.origin is None:
+        return False
+    own = {Path(sysconfig.get_path(name)).resolve() for name in ("purelib", "platlib")}
+    return own.isdisjoint(Path(spec.origin).resolve().parents)

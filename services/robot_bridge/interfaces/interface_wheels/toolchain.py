@@ -1,0 +1,94 @@
+"""A throwaway virtual environment with ROS's code generators, CMake and Ninja in it."""
+
+import importlib.metadata
+import os
+import re
+import shutil
+import sysconfig
+import venv
+from dataclasses import dataclass
+from pathlib import Path
+
+from interface_wheels.commands import clean_environment, run
+from interface_wheels.environment import pip_command
+from interface_wheels.errors import MissingToolError
+from interface_wheels.sources import REQUIREMENTS, InterfacePackage
+
+# The generators' CMake files carry the include folders of the machine that built their wheels.
+BAKED_PYTHON = re.compile(r'/opt/python/cp[^;">]*?/include/python3\.\d+')
+BAKED_NUMPY = re.compile(r'/opt/python/cp[^;">]*?/numpy/_core/include')
+
+
+@dataclass(frozen=True)
+class Toolchain:
+    """Where the generators live, and what CMake needs to know to use them."""
+
+    prefix: Path
+    site_packages: Path
+
+    @property
+    def python(self) -> Path:
+        return self.prefix / "bin" / "python"
+
+    def build(self, package: InterfacePackage, work_dir: Path, jobs: int, log: Path) -> Path:
+        """Generate, compile and install `package`; returns the folder that holds the installed tree."""
+        environment = clean_environment(
+            {
+                "PATH": f"{self.prefix / 'bin'}{os.pathsep}{os.environ.get('PATH', os.defpath)}",
+                "AMENT_PREFIX_PATH": str(self.prefix),
+                "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",  # generators load no ROS library: spare each one a second start
+            }
+        )
+        cmake, tree, installed = str(self.prefix / "bin" / "cmake"), str(work_dir / "build"), work_dir / "installed"
+        options = {
+            "CMAKE_BUILD_TYPE": "Release",
+            "CMAKE_C_FLAGS_RELEASE": "-O1",
+            "CMAKE_CXX_FLAGS_RELEASE": "-O1",
+            "CMAKE_PREFIX_PATH": str(self.prefix),
+            "CMAKE_INSTALL_PREFIX": str(installed),
+            "Python3_EXECUTABLE": str(self.python),
+            "PYTHON_EXECUTABLE": str(self.python),
+            "BUILD_TESTING": "OFF",
+            "PYTHON_ONLY": "ON",
+        }
+        flags = [f"-D{name}={value}" for name, value in options.items()]
+        configure = [cmake, "-S", str(package.directory), "-B", tree, "-G", "Ninja", *flags]
+        run(f"configuring {package.name}", configure, log, environment)
+        run(f"compiling {package.name}", [cmake, "--build", tree, "--parallel", str(jobs)], log, environment)
+        run(f"installing {package.name}", [cmake, "--install", tree, "--strip"], log, environment)
+        return installed
+
+    def version_of(self, distribution: str) -> str:
+        """The version of a distribution that the build used."""
+        found = next(iter(importlib.metadata.distributions(name=distribution, path=[str(self.site_packages)])))
+        return found.version
+
+
+def require_system_tools() -> None:
+    """Raises MissingToolError, naming the apt packages, unless C and C++ can be compiled against Python here."""
+    needed = {
+        os.environ.get("CC", "gcc"): "gcc",
+        os.environ.get("CXX", "g++"): "g++",
+    }
+    missing = {tool: package for tool, package in needed.items() if shutil.which(tool.split()[0]) is None}
+    header = Path(sysconfig.get_path("include")) / "Python.h"
+    if not header.is_file():
+        missing[str(header)] = "python3-dev"
+    if missing:
+        raise MissingToolError(list(missing), list(missing.values()))
+
+
+def make_toolchain(prefix: Path, log: Path) -> Toolchain:
+    """Create the environment at `prefix` and make its generators fit this interpreter."""
+    venv.create(prefix, symlinks=True)
+    site_packages = next(prefix.glob("lib/python3*/site-packages"))
+    toolchain = Toolchain(prefix, site_packages)
+    pip = [*pip_command(), "--python", str(toolchain.python), "install", "--no-compile"]
+    run("installing the code generators", [*pip, "-r", str(REQUIREMENTS)], log)
+    numpy_include = site_packages / "numpy" / "_core" / "include"
+    for path in prefix.glob("share/*/cmake/*.cmake"):
+        text = path.read_text()
+        fitted = BAKED_PYTHON.sub(sysconfig.get_path("include"), BAKED_NUMPY.sub(str(numpy_include), text))
+        if fitted != text:
+            path.write_text(fitted)
+    return toolchain

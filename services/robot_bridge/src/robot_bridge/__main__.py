@@ -1,0 +1,21 @@
+"""`python -m robot_bridge`: the service on its own, configured by ROBOT_BRIDGE_* variables."""
+
+import sys
+
+from mesh.dds import use_mesh_profile
+from mesh.logging import configure_logging
+from mesh.server import serve
+from robot_bridge.app import create_app
+from robot_bridge.settings import Settings
+
+
+def main() -> None:
+    settings = Settings()
+    configure_logging("robot_bridge", level=settings.log_level)
+    use_mesh_profile()
+    sys.setswitchinterval(0.001)  # a stop request waits for the robot's thread no longer than this
+    serve(create_app(settings), host=settings.host, port=settings.port)
+
+
+if __name__ == "__main__":
+    main()

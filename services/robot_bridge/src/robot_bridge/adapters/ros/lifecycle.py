@@ -1,0 +1,79 @@
+"""Is Nav2 really there? Its nodes' lifecycle, asked once a second, in the robot's thread."""
+
+from typing import Any
+
+import structlog
+from action_msgs.srv import CancelGoal
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
+from rclpy.action import ActionClient
+from rclpy.node import Node
+
+from mesh.clock import Clock
+from robot_bridge.mailbox import Mailbox
+from robot_bridge.settings import RosSettings
+
+log = structlog.get_logger()
+
+ANSWER_S_MAX = 2.5
+
+
+class Nav2Watch:
+    """Says 'active' once every node answers so, and goals left by an earlier process have been cancelled."""
+
+    def __init__(
+        self, node: Node, ros: RosSettings, missing: Mailbox[str], clock: Clock, navigate: ActionClient, *, cancel: Any
+    ) -> None:
+        self._missing = missing
+        self._clock = clock
+        self._navigate = navigate
+        self._cancel = cancel
+        self._clients = {name: node.create_client(GetState, f"{name}/get_state") for name in ros.nav2_lifecycle_nodes}
+        self._heard_s: dict[str, float] = {}
+        self._swept = False
+        self._sweeping_s: float | None = None
+
+    def poll(self) -> None:
+        """Asks every node anew and judges by what was heard lately."""
+        now_s = self._clock.now_s()
+        for name, client in self._clients.items():
+            if client.service_is_ready():
+                future = client.call_async(GetState.Request())
+                future.add_done_callback(lambda done, name=name: self._heard(name, done))
+        self._judge(now_s)
+
+    def _heard(self, name: str, done: Any) -> None:
+        answer = done.result()
+        if answer is not None and answer.current_state.id == State.PRIMARY_STATE_ACTIVE:
+            self._heard_s[name] = self._clock.now_s()
+        else:
+            self._heard_s.pop(name, None)
+        self._judge(self._clock.now_s())
+
+    def _judge(self, now_s: float) -> None:
+        silent = [n for n in self._clients if now_s - self._heard_s.get(n, float("-inf")) > ANSWER_S_MAX]
+        missing = ""
+        if silent:
+            missing = f"{', '.join(silent)} not active"
+        elif not self._navigate.server_is_ready():
+            missing = "its action is not there"
+        elif not self._swept:
+            missing = "goals left by an earlier process are not cancelled yet"
+            self._sweep(now_s)
+        self._missing.put(missing, now_s)
+
+    def _sweep(self, now_s: float) -> None:
+        """Cancels every goal there is: none of them can be ours yet."""
+        waiting = self._sweeping_s is not None and now_s - self._sweeping_s < ANSWER_S_MAX
+        if waiting or not self._cancel.service_is_ready():
+            return
+        self._sweeping_s = now_s
+        self._cancel.call_async(CancelGoal.Request()).add_done_callback(self._cleared)
+
+    def _cleared(self, done: Any) -> None:
+        answer = done.result()
+        left = len(answer.goals_canceling) if answer is not None else 0
+        if left:
+            log.warning("cancelled goals that an earlier process had left in Nav2", goals=left)
+        self._swept = True
+        self._judge(self._clock.now_s())

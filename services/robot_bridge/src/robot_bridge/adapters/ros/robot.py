@@ -1,0 +1,324 @@
+"""The robot over ROS 2: one thread owns rclpy, ticks the wheels at 20 Hz, and does what asyncio hands to it."""
+
+import asyncio
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future as ThreadFuture
+from typing import Any
+
+import rclpy
+import structlog
+from action_msgs.msg import GoalStatus as RosGoalStatus
+from action_msgs.srv import CancelGoal
+from geometry_msgs.msg import Twist, TwistStamped
+from irobot_create_msgs.action import Dock, LedAnimation, Undock
+from irobot_create_msgs.msg import AudioNoteVector
+from irobot_create_msgs.srv import EStop
+from nav2_msgs.action import ComputePathToPose, NavigateToPose
+from nav2_msgs.srv import ClearEntireCostmap
+from rclpy.action import ActionClient
+from rclpy.clock import Clock as RosClock
+from rclpy.clock import ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from contracts.geometry import Pose2D, Twist2D
+from contracts.robot import GoalStatus
+from mesh.clock import Clock
+from mesh.errors import ServiceTimeoutError, UnavailableError
+from robot_bridge.adapters.ros import convert
+from robot_bridge.adapters.ros.lifecycle import Nav2Watch
+from robot_bridge.adapters.ros.sensing import Sensing, quality
+from robot_bridge.celebration import Celebration
+from robot_bridge.ports import GoalEnd, Path
+from robot_bridge.senses import Senses
+from robot_bridge.settings import Settings
+
+log = structlog.get_logger()
+
+TICK_S = 0.05
+CLOSE_S_MAX = 3.0
+
+ENDS = {
+    RosGoalStatus.STATUS_SUCCEEDED: GoalStatus.SUCCEEDED,
+    RosGoalStatus.STATUS_CANCELED: GoalStatus.CANCELED,
+    RosGoalStatus.STATUS_ABORTED: GoalStatus.ABORTED,
+}
+
+
+class RosRobot:
+    """Implements `ports.Robot`. Everything of rclpy but publishing velocities happens in its own thread."""
+
+    def __init__(self, settings: Settings, clock: Clock, *, on_death: Callable[[], None]) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._on_death = on_death
+        self._senses = Senses()
+        self._closing = threading.Event()
+        self._can_send = False
+
+    @property
+    def senses(self) -> Senses:
+        return self._senses
+
+    async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
+        self._loop = asyncio.get_running_loop()
+        opened: ThreadFuture[None] = ThreadFuture()
+        self._thread = threading.Thread(
+            target=self._live, args=(tick, navigation_velocity, opened), name="rclpy", daemon=True
+        )
+        self._thread.start()
+        await asyncio.wrap_future(opened)
+
+    async def close(self) -> None:
+        """What was handed over before (cancelling a goal, say) is still done."""
+        self._can_send = False
+        self._do(self._closing.set)
+        await asyncio.to_thread(self._thread.join, CLOSE_S_MAX)
+
+    def send_velocity(self, twist: Twist2D) -> None:
+        if not self._can_send:
+            return
+        if self._settings.ros.cmd_vel_type == "TwistStamped":
+            stamped = TwistStamped()
+            stamped.header.stamp = self._node.get_clock().now().to_msg()
+            stamped.header.frame_id = self._settings.ros.base_frame
+            stamped.twist.linear.x, stamped.twist.angular.z = twist.linear_x, twist.angular_z
+            self._cmd_vel.publish(stamped)
+        else:
+            self._cmd_vel.publish(_plain(twist))
+        if self._cmd_vel_unstamped is not None:
+            self._cmd_vel_unstamped.publish(_plain(twist))
+
+    def engage_base_stop(self, engaged: bool) -> None:
+        def call() -> None:
+            if self._e_stop.service_is_ready():
+                self._e_stop.call_async(EStop.Request(e_stop_on=engaged))
+
+        self._do(call)
+
+    def cancel_all_goals(self) -> None:
+        def call() -> None:
+            for client in self._cancels:
+                if client.service_is_ready():
+                    client.call_async(CancelGoal.Request())  # no id, no time: every goal
+
+        self._do(call)
+
+    async def navigate(self, pose: Pose2D, on_progress: Callable[[float], None]) -> "_RosGoal | None":
+        goal = NavigateToPose.Goal(pose=convert.pose_stamped(pose, self._settings.ros.map_frame))
+
+        def heard(message: Any) -> None:  # in the robot's thread
+            self._loop.call_soon_threadsafe(on_progress, float(message.feedback.distance_remaining))
+
+        return await self._send_goal(self._navigate, "nav2", goal, heard)
+
+    async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
+        frame = self._settings.ros.map_frame
+        request = ComputePathToPose.Goal(goal=convert.pose_stamped(goal, frame), use_start=start is not None)
+        if start is not None:
+            request.start = convert.pose_stamped(start, frame)
+        accepted = await self._send_goal(self._plan, "nav2", request)
+        if accepted is None:
+            raise UnavailableError("nav2", "the planner rejects requests (is it active?)")
+        try:
+            async with asyncio.timeout(self._settings.nav2_timeout_s):
+                result = await accepted.result()
+        except TimeoutError as error:
+            accepted.cancel()
+            raise ServiceTimeoutError("nav2", "the planner did not answer in time") from error
+        poses = tuple(convert.pose(each.pose) for each in result.result.path.poses)
+        return Path(poses, int(result.result.error_code))
+
+    async def clear_costmaps(self) -> None:
+        for client in self._clear_costmaps:
+            await self._ask(
+                "nav2",
+                lambda client=client: client.call_async(ClearEntireCostmap.Request()),
+                ready=client.service_is_ready,
+                timeout_s=self._settings.costmap_timeout_s,
+            )
+
+    async def dock(self) -> bool:
+        return await self._base_drives(self._dock, Dock.Goal(), docked=True)
+
+    async def undock(self) -> bool:
+        return await self._base_drives(self._undock, Undock.Goal(), docked=False)
+
+    def celebrate(self, celebration: Celebration) -> None:
+        def call() -> None:
+            self._audio.publish(convert.notes(celebration))
+            if self._lights.server_is_ready():
+                goal = LedAnimation.Goal(
+                    animation_type=celebration.led_animation_type, lightring=convert.lights(celebration)
+                )
+                convert.set_duration(goal.max_runtime, celebration.led_duration_s)
+                self._lights.send_goal_async(goal)
+
+        self._do(call)
+
+    def _live(
+        self, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None], opened: ThreadFuture[None]
+    ) -> None:
+        """The thread's life. When it ends unasked the process ends with it."""
+        context = rclpy.Context()
+        try:
+            rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+            self._open(context, tick, navigation_velocity)
+            self._can_send = True
+            opened.set_result(None)
+            while not self._closing.is_set():
+                self._executor.spin_once(timeout_sec=0.5)
+            self._shut()
+        finally:
+            self._can_send = False
+            if not opened.done():
+                opened.set_exception(UnavailableError("rclpy", "could not be started; see the log"))
+            elif not self._closing.is_set():
+                log.error("the robot's thread died; ending the process")
+                self._on_death()
+            context.try_shutdown()
+            context.destroy()
+
+    def _open(
+        self, context: Any, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]
+    ) -> None:
+        ros = self._settings.ros
+        self._executor = SingleThreadedExecutor(context=context)
+        node = self._node = Node(
+            ros.node_name,
+            namespace=ros.namespace,
+            context=context,
+            parameter_overrides=[Parameter("use_sim_time", value=ros.use_sim_time)],
+            start_parameter_services=False,
+            enable_rosout=False,
+        )
+        kind = TwistStamped if ros.cmd_vel_type == "TwistStamped" else Twist
+        self._cmd_vel = node.create_publisher(kind, ros.cmd_vel.name, quality(ros.cmd_vel))
+        unstamped = ros.cmd_vel_unstamped
+        self._cmd_vel_unstamped = (
+            node.create_publisher(Twist, unstamped.name, quality(unstamped)) if unstamped is not None else None
+        )
+        self._audio = node.create_publisher(AudioNoteVector, ros.cmd_audio.name, quality(ros.cmd_audio))
+        self._navigate = ActionClient(node, NavigateToPose, ros.navigate_action)
+        self._plan = ActionClient(node, ComputePathToPose, ros.path_action)
+        self._dock = ActionClient(node, Dock, ros.dock_action)
+        self._undock = ActionClient(node, Undock, ros.undock_action)
+        self._lights = ActionClient(node, LedAnimation, ros.led_action)
+        self._e_stop = node.create_client(EStop, ros.e_stop_service)
+        self._clear_costmaps = [node.create_client(ClearEntireCostmap, name) for name in ros.clear_costmap_services]
+        self._cancels = [
+            node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
+            for action in (ros.navigate_action, ros.dock_action, ros.undock_action)
+        ]
+        Sensing(node, ros, self._senses, self._clock, navigation_velocity)
+        self._nav2 = Nav2Watch(
+            node, ros, self._senses.nav2_missing, self._clock, self._navigate, cancel=self._cancels[0]
+        )
+        steady = RosClock(clock_type=ClockType.STEADY_TIME)  # a simulated or stepped clock must not stop the ticks
+        node.create_timer(TICK_S, tick, clock=steady)
+        node.create_timer(1.0, self._nav2.poll, clock=steady)
+        self._executor.add_node(node)
+
+    def _shut(self) -> None:
+        """Leaves nothing on the network that others would take for a robot_bridge."""
+        self._can_send = False
+        self._executor.shutdown()
+        for client in (self._navigate, self._plan, self._dock, self._undock, self._lights):
+            client.destroy()
+        self._node.destroy_node()
+
+    async def _base_drives(self, client: ActionClient, goal: Any, *, docked: bool) -> bool:
+        accepted = await self._send_goal(client, "base", goal)
+        if accepted is None:
+            return False
+        try:
+            result = await accepted.result()
+        except asyncio.CancelledError:
+            accepted.cancel()
+            raise
+        succeeded = result.status == RosGoalStatus.STATUS_SUCCEEDED
+        return succeeded and bool(result.result.is_docked) is docked
+
+    async def _send_goal(
+        self, client: ActionClient, server: str, goal: Any, feedback: Callable[[Any], None] | None = None
+    ) -> "_RosGoal | None":
+        handle = await self._ask(
+            server,
+            lambda: client.send_goal_async(goal, feedback_callback=feedback),
+            ready=client.server_is_ready,
+            timeout_s=self._settings.nav2_timeout_s,
+            too_late=lambda handle: handle.cancel_goal_async() if handle.accepted else None,
+        )
+        return _RosGoal(self, handle) if handle.accepted else None
+
+    async def _ask(
+        self,
+        server: str,
+        start: Callable[[], Any],
+        *,
+        ready: Callable[[], bool] | None = None,
+        timeout_s: float | None,
+        too_late: Callable[[Any], Any] | None = None,
+    ) -> Any:
+        """What the rclpy future of `start` (called in the robot's thread) becomes.
+
+        `too_late` is called there with a result that nobody waits for any more.
+        """
+        answer: asyncio.Future[Any] = self._loop.create_future()
+
+        def settle(done: Any) -> None:  # in asyncio
+            if not answer.done():
+                answer.set_result(done.result())
+            elif too_late is not None:
+                self._do(lambda: too_late(done.result()))
+
+        def begin() -> None:  # in the robot's thread
+            if ready is not None and not ready():
+                self._loop.call_soon_threadsafe(_fail, answer, UnavailableError(server, "is not there"))
+                return
+            start().add_done_callback(lambda done: self._loop.call_soon_threadsafe(settle, done))
+
+        self._do(begin)
+        try:
+            async with asyncio.timeout(timeout_s):
+                return await answer
+        except TimeoutError as error:
+            raise ServiceTimeoutError(server, "did not answer in time") from error
+
+    def _do(self, work: Callable[[], Any]) -> None:
+        """Hands work to the robot's thread."""
+        if not self._closing.is_set():
+            self._executor.create_task(work)
+
+
+class _RosGoal:
+    """An accepted goal of any action."""
+
+    def __init__(self, robot: RosRobot, handle: Any) -> None:
+        self._robot = robot
+        self._handle = handle
+
+    async def result(self) -> Any:
+        return await self._robot._ask("nav2", self._handle.get_result_async, timeout_s=None)
+
+    async def end(self) -> GoalEnd:
+        result = await self.result()
+        status = ENDS.get(result.status, GoalStatus.ABORTED)
+        return GoalEnd(status, int(result.result.error_code), str(result.result.error_msg)[:500])
+
+    def cancel(self) -> None:
+        self._robot._do(self._handle.cancel_goal_async)
+
+
+def _plain(twist: Twist2D) -> Twist:
+    message = Twist()
+    message.linear.x, message.angular.z = twist.linear_x, twist.angular_z
+    return message
+
+
+def _fail(answer: "asyncio.Future[Any]", error: Exception) -> None:
+    if not answer.done():
+        answer.set_exception(error)

@@ -1,0 +1,134 @@
+"""Subscriptions: what the robot publishes becomes the newest value of a sense. Runs in the robot's thread."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
+from irobot_create_msgs.msg import DockStatus, HazardDetectionVector
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Odometry as OdometryMessage
+from prometheus_client import Counter
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from mesh.clock import Clock
+from robot_bridge.adapters.ros import convert
+from robot_bridge.mailbox import Mailbox
+from robot_bridge.senses import Senses
+from robot_bridge.settings import Channel, RosSettings
+
+M = TypeVar("M")
+V = TypeVar("V")
+
+MALFORMED = Counter("robot_bridge_ros_malformed_total", "ROS messages that made no sense and were dropped", ["topic"])
+
+
+def quality(channel: Channel) -> QoSProfile:
+    return QoSProfile(
+        depth=channel.depth,
+        reliability=ReliabilityPolicy.RELIABLE if channel.reliability == "reliable" else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL
+        if channel.durability == "transient_local"
+        else DurabilityPolicy.VOLATILE,
+    )
+
+
+class Sensing:
+    """Fills `senses` from the node's subscriptions."""
+
+    def __init__(
+        self,
+        node: Node,
+        ros: RosSettings,
+        senses: Senses,
+        clock: Clock,
+        navigation_velocity: Callable[[float, float], None],
+    ) -> None:
+        self._node = node
+        self._ros = ros
+        self._senses = senses
+        self._clock = clock
+        senses.frames.set_base(ros.base_frame)
+        self._on(TFMessage, ros.tf_static, self._fixed_frames)
+        self._on(TFMessage, ros.tf, self._moving_frames)
+        self._on(OdometryMessage, ros.odom, self._odometry)
+        self._on(LaserScan, ros.scan, self._scan)
+        self._on(PoseWithCovarianceStamped, ros.amcl_pose, self._localisation)
+        self._on(Image, ros.rgb, self._colour)
+        self._on(Image, ros.depth, self._depth)
+        self._keep(CameraInfo, ros.rgb_info, senses.rgb_intrinsics, convert.intrinsics)
+        self._keep(CameraInfo, ros.depth_info, senses.depth_intrinsics, convert.intrinsics)
+        self._keep(OccupancyGrid, ros.map, senses.map, convert.grid)
+        self._keep(BatteryState, ros.battery, senses.battery, convert.battery)
+        self._keep(DockStatus, ros.dock_status, senses.docked, lambda message: bool(message.is_docked))
+        self._keep(HazardDetectionVector, ros.hazards, senses.hazards, convert.hazards)
+        if ros.cmd_vel_nav_type == "TwistStamped":
+            self._on(TwistStamped, ros.cmd_vel_nav, lambda m: navigation_velocity(m.twist.linear.x, m.twist.angular.z))
+        else:
+            self._on(Twist, ros.cmd_vel_nav, lambda m: navigation_velocity(m.linear.x, m.angular.z))
+
+    def _on(self, kind: type[M], channel: Channel, handle: Callable[[M], None]) -> None:
+        malformed = MALFORMED.labels(channel.name)
+
+        def guarded(message: M) -> None:
+            try:
+                handle(message)
+            except (ValueError, OverflowError):  # pydantic's ValidationError is a ValueError
+                malformed.inc()
+
+        self._node.create_subscription(kind, channel.name, guarded, quality(channel))
+
+    def _keep(self, kind: type[Any], channel: Channel, into: Mailbox[V], read: Callable[[Any], V]) -> None:
+        self._on(kind, channel, lambda message: into.put(read(message), self._clock.now_s()))
+
+    def _fixed_frames(self, message: TFMessage) -> None:
+        for each in message.transforms:
+            self._senses.frames.add(each.header.frame_id, each.child_frame_id, convert.transform(each.transform))
+
+    def _moving_frames(self, message: TFMessage) -> None:
+        """Only the localiser's correction is wanted: odometry comes with its velocity on its own topic."""
+        for each in message.transforms:
+            if (each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")) == (
+                self._ros.map_frame,
+                self._ros.odom_frame,
+            ):
+                correction = convert.planar(convert.transform(each.transform))
+                stamp_s = convert.stamp_s(each.header.stamp)
+                self._senses.poses.add_map_to_odom(stamp_s, correction, received_s=self._clock.now_s())
+
+    def _odometry(self, message: OdometryMessage) -> None:
+        odometry = convert.odometry(message)
+        if _repeated(odometry.stamp_s, self._senses.odometry.value):
+            return
+        self._senses.poses.add_odometry(odometry.stamp_s, odometry.pose)
+        self._senses.odometry.put(odometry, self._clock.now_s())
+
+    def _localisation(self, message: PoseWithCovarianceStamped) -> None:
+        stamp_s = convert.stamp_s(message.header.stamp)
+        pose = convert.pose(message.pose.pose)
+        self._senses.poses.add_localisation(stamp_s, pose, received_s=self._clock.now_s())
+
+    def _scan(self, message: LaserScan) -> None:
+        if _repeated(convert.stamp_s(message.header.stamp), self._senses.scan.value):
+            return
+        mount = self._senses.frames.in_base(message.header.frame_id)
+        if mount is None:
+            raise ValueError("where the laser is mounted is not known")
+        self._senses.scan.put(convert.scan(message, mount), self._clock.now_s())
+
+    def _colour(self, message: Image) -> None:
+        if not _repeated(convert.stamp_s(message.header.stamp), self._senses.rgb.value):
+            self._senses.rgb.put(convert.colour_image(message), self._clock.now_s())
+
+    def _depth(self, message: Image) -> None:
+        if not _repeated(convert.stamp_s(message.header.stamp), self._senses.depth.value):
+            image = convert.depth_image(message)
+            self._senses.depth_history.add(image)
+            self._senses.depth.put(image, self._clock.now_s())
+
+
+def _repeated(stamp_s: float, last: Any) -> bool:
+    """A sensor that sends the same moment again is frozen: it must grow old, not stay fresh."""
+    return last is not None and stamp_s == last.stamp_s and stamp_s > 0.0

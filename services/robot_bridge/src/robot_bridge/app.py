@@ -1,0 +1,62 @@
+"""Composition root: the bridge's app from its settings, a bus and a robot."""
+
+import contextlib
+from collections.abc import AsyncGenerator, Callable, Sequence
+from typing import TypedDict
+
+from fastapi import FastAPI, Request
+
+from contracts.problem import Dependency
+from mesh.app import make_app
+from mesh.bus import Bus, open_bus
+from mesh.clock import SystemClock
+from mesh.tasks import Tasks, end_this_process
+from robot_bridge.bridge import Bridge, open_bridge
+from robot_bridge.ports import Robot
+from robot_bridge.routes import routers
+from robot_bridge.settings import Settings
+
+
+class State(TypedDict):
+    bridge: Bridge
+
+
+def create_app(
+    settings: Settings,
+    *,
+    bus: Bus | None = None,
+    robot: Robot | None = None,
+    on_death: Callable[[], None] = end_this_process,
+) -> FastAPI:
+    """The real bus and the real robot unless others are given; nothing is opened before the app starts."""
+
+    @contextlib.asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncGenerator[State]:
+        async with contextlib.AsyncExitStack() as stack:
+            clock = SystemClock()
+            tasks = await stack.enter_async_context(Tasks(on_death=on_death))
+            the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
+            the_robot = robot if robot is not None else _ros_robot(settings, clock, on_death)
+            yield {"bridge": await stack.enter_async_context(open_bridge(settings, the_robot, the_bus, clock, tasks))}
+
+    app = make_app(
+        "robot_bridge",
+        lifespan=lifespan,
+        dependencies=_dependencies,
+        body_bytes_max=settings.body_bytes_max,
+        description="The one hand on the robot: what moves it, and what it senses.",
+    )
+    for router in routers():
+        app.include_router(router)
+    return app
+
+
+async def _dependencies(request: Request) -> Sequence[Dependency]:
+    bridge: Bridge = request.state.bridge
+    return bridge.dependencies()
+
+
+def _ros_robot(settings: Settings, clock: SystemClock, on_death: Callable[[], None]) -> Robot:
+    from robot_bridge.adapters.ros import RosRobot  # the only way to rclpy; a test with a fake robot never takes it
+
+    return RosRobot(settings, clock, on_death=on_death)

@@ -1,0 +1,212 @@
+"""Who may move the wheels: leases with a priority and an end, limits of speed and acceleration. Pure."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from contracts.geometry import Twist2D
+from contracts.robot import Priority
+
+ZERO = Twist2D()
+LEASES_MAX = 32
+SOURCES_REMEMBERED_MAX = 256
+
+
+class Refusal(StrEnum):
+    """Why a request never became a lease."""
+
+    NOT_FINITE = "not_finite"
+    """A velocity that is no number."""
+    STALE = "stale"
+    """Decided too long ago."""
+    FROM_THE_FUTURE = "from_the_future"
+    """Stamped later than now."""
+    OUT_OF_ORDER = "out_of_order"
+    """Decided before the last one of the same source."""
+    OLD_EPOCH = "old_epoch"
+    """From before the last emergency stop (or from no epoch there ever was)."""
+    STOPPED = "stopped"
+    """The emergency stop is latched."""
+    RESERVED = "reserved_priority"
+    """EMERGENCY and SAFETY belong to the bridge."""
+    TOO_MANY = "too_many_leases"
+    """More sources at once than a robot can have."""
+    BASE_IS_BUSY = "base_is_busy"
+    """The base drives itself (docking or undocking)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the base can do, or is wanted to do. Slowing down is never limited here: the base brakes as it can."""
+
+    speed_m_s_max: float = 0.306
+    turn_rad_s_max: float = 1.9
+    acceleration_m_s2_max: float = 0.9
+    turn_acceleration_rad_s2_max: float = 7.7
+    request_age_s_max: float = 0.5
+    request_ahead_s_max: float = 0.1
+    tick_s_max: float = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A wish to move. `stamp_s` is when it was decided, none where the source does not say."""
+
+    source: str
+    priority: Priority
+    linear_x: float
+    angular_z: float
+    duration_s: float
+    epoch: int
+    allow_reverse: bool = False
+    stamp_s: float | None = None
+    session_id: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Lease:
+    """An accepted request. Among equal priorities the source that has held its lease longest keeps the wheels."""
+
+    request: Request
+    held_since_s: float
+    expires_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The winning lease's twist within all limits; zero when there is none. `reason` tells what was changed and why."""
+
+    twist: Twist2D
+    source: str
+    reason: str
+    wanted: Twist2D
+
+
+Restrain = Callable[[Twist2D], tuple[Twist2D, str]]
+"""The safety filter as the arbiter sees it: a twist in, a twist no faster out, and why."""
+
+
+class Arbiter:
+    """Holds the leases. `choose` is asked at every tick; everything it answers is within `Limits`."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+        self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
+        self._leases: dict[str, Lease] = {}
+        self._newest_stamp_s: dict[str, float] = {}
+        self._sent = ZERO
+        self._sent_s: float | None = None
+
+    def request(self, request: Request, now_s: float, *, epoch: int) -> Refusal | None:
+        """Makes it a lease, replacing the source's last; or says why not. `epoch` is the emergency stop's own."""
+        refusal = self._refusal(request, now_s, epoch)
+        if refusal is not None:
+            self.refused[refusal] += 1
+            return refusal
+        if request.stamp_s is not None:
+            self._remember_stamp(request.source, request.stamp_s)
+        before = self._live(request.source, now_s)
+        held_since_s = before.held_since_s if before and before.request.priority == request.priority else now_s
+        self._leases[request.source] = Lease(request, held_since_s, now_s + request.duration_s)
+        return None
+
+    def drop(self, source: str) -> None:
+        self._leases.pop(source, None)
+
+    def drop_session(self, session_id: str) -> None:
+        for source in [s for s, lease in self._leases.items() if lease.request.session_id == session_id]:
+            del self._leases[source]
+
+    def drop_all(self) -> None:
+        self._leases.clear()
+        self._sent = ZERO
+
+    def winner(self, now_s: float) -> Lease | None:
+        """The lease that rules now; expired ones are gone."""
+        for source in [s for s, lease in self._leases.items() if now_s >= lease.expires_s]:
+            del self._leases[source]
+        ranked = sorted(self._leases.values(), key=lambda lease: (lease.request.priority, lease.held_since_s))
+        return ranked[0] if ranked else None
+
+    def choose(self, now_s: float, *, epoch: int, restrain: Restrain) -> Choice:
+        """What to send now. Call once a tick: the acceleration limit counts from what was chosen last."""
+        elapsed_s = 0.0 if self._sent_s is None else min(max(0.0, now_s - self._sent_s), self.limits.tick_s_max)
+        lease = self.winner(now_s)
+        if lease is None or lease.request.epoch != epoch:
+            choice = Choice(ZERO, "none", "", ZERO)
+        else:
+            choice = self._limited(lease.request, elapsed_s, restrain)
+        self._sent, self._sent_s = choice.twist, now_s
+        return choice
+
+    def note_zero_sent(self, now_s: float) -> None:
+        """Something else (the emergency stop) has sent zero: acceleration counts from there."""
+        self._sent, self._sent_s = ZERO, now_s
+
+    def _limited(self, request: Request, elapsed_s: float, restrain: Restrain) -> Choice:
+        limits, reasons = self.limits, list[str]()
+        linear_x = _clip(request.linear_x, limits.speed_m_s_max)
+        angular_z = _clip(request.angular_z, limits.turn_rad_s_max)
+        if (linear_x, angular_z) != (request.linear_x, request.angular_z):
+            reasons.append("speed limit")
+        if linear_x < 0.0 and not request.allow_reverse:
+            linear_x = 0.0
+            reasons.append("reverse is not allowed")
+        target, safety = restrain(Twist2D(linear_x=linear_x, angular_z=angular_z))
+        if safety:
+            reasons.append(safety)
+        twist = Twist2D(
+            linear_x=_approach(self._sent.linear_x, target.linear_x, limits.acceleration_m_s2_max * elapsed_s),
+            angular_z=_approach(
+                self._sent.angular_z, target.angular_z, limits.turn_acceleration_rad_s2_max * elapsed_s
+            ),
+        )
+        if twist != target:
+            reasons.append("acceleration limit")
+            # the two axes gather speed differently, so this is another arc: where it must not be driven, it is not
+            checked, why = restrain(twist)
+            if twist.linear_x != 0.0 and checked.linear_x == 0.0:
+                twist = checked
+                reasons.append(why)
+        wanted = Twist2D(linear_x=_clip(request.linear_x, 2.0), angular_z=_clip(request.angular_z, 4.0))
+        return Choice(twist, request.source, "; ".join(reasons), wanted)
+
+    def _refusal(self, request: Request, now_s: float, epoch: int) -> Refusal | None:
+        if not all(map(math.isfinite, (request.linear_x, request.angular_z, request.stamp_s or 0.0))):
+            return Refusal.NOT_FINITE
+        if request.priority in {Priority.EMERGENCY, Priority.SAFETY}:
+            return Refusal.RESERVED
+        if request.epoch != epoch:
+            return Refusal.OLD_EPOCH
+        if request.source not in self._leases and len(self._leases) >= LEASES_MAX:
+            return Refusal.TOO_MANY
+        return None if request.stamp_s is None else self._untimely(request.source, request.stamp_s, now_s)
+
+    def _untimely(self, source: str, stamp_s: float, now_s: float) -> Refusal | None:
+        if stamp_s > now_s + self.limits.request_ahead_s_max:
+            return Refusal.FROM_THE_FUTURE
+        if stamp_s < now_s - self.limits.request_age_s_max:
+            return Refusal.STALE
+        return Refusal.OUT_OF_ORDER if stamp_s < self._newest_stamp_s.get(source, -math.inf) else None
+
+    def _live(self, source: str, now_s: float) -> Lease | None:
+        lease = self._leases.get(source)
+        return lease if lease is not None and now_s < lease.expires_s else None
+
+    def _remember_stamp(self, source: str, stamp_s: float) -> None:
+        self._newest_stamp_s.pop(source, None)
+        self._newest_stamp_s[source] = stamp_s
+        if len(self._newest_stamp_s) > SOURCES_REMEMBERED_MAX:
+            del self._newest_stamp_s[next(iter(self._newest_stamp_s))]
+
+
+def _clip(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
+
+
+def _approach(sent: float, wanted: float, step: float) -> float:
+    """From `sent` towards `wanted`: speeding up by at most `step`, slowing down (towards zero) at once."""
+    slowest = 0.0 if sent * wanted <= 0.0 else min(abs(sent), abs(wanted))
+    reachable = min(abs(wanted), slowest + step) if abs(wanted) > slowest else abs(wanted)
+    return math.copysign(reachable, wanted) if reachable else 0.0

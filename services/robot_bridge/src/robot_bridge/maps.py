@@ -1,0 +1,50 @@
+"""The occupancy grid as others want it: a message, a picture, and the question whether a pose lies in it. Pure."""
+
+import base64
+import math
+import zlib
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from contracts.geometry import Pose2D
+from contracts.robot import Map
+from robot_bridge.senses import Grid
+from robot_bridge.transforms import compose, inverse
+
+
+def message(grid: Grid) -> Map:
+    height, width = grid.cells.shape
+    packed = zlib.compress(grid.cells.tobytes(), level=6)
+    return Map(
+        width=width,
+        height=height,
+        resolution_m=grid.resolution_m,
+        origin=grid.origin,
+        data_base64=base64.b64encode(packed).decode("ascii"),
+    )
+
+
+def png(grid: Grid) -> bytes:
+    """North up: free white, occupied black, unknown grey, as ROS map files look."""
+    shades: NDArray[np.uint8] = np.where(grid.cells < 0, 205, 254 - np.clip(grid.cells, 0, 100) * 2.54).astype(np.uint8)
+    encoded = cv2.imencode(".png", np.flipud(shades))[1]
+    return encoded.tobytes()
+
+
+def cell_at(grid: Grid, pose: Pose2D) -> int | None:
+    """The cell's value; none outside the map."""
+    local = compose(inverse(grid.origin), pose)
+    column = math.floor(local.x / grid.resolution_m)
+    row = math.floor(local.y / grid.resolution_m)
+    height, width = grid.cells.shape
+    return int(grid.cells[row, column]) if 0 <= row < height and 0 <= column < width else None
+
+
+def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
+    """Why a goal at `pose` makes no sense; none when it may be tried."""
+    value = cell_at(grid, pose)
+    if value is None:
+        return f"({pose.x:.2f}, {pose.y:.2f}) is outside the map"
+    return f"({pose.x:.2f}, {pose.y:.2f}) is in an unknown part of the map" if value < 0 else None

@@ -1,0 +1,106 @@
+"""From a box in the picture to metres and places, with whatever the senses hold at the time."""
+
+import asyncio
+from dataclasses import dataclass
+
+import numpy as np
+
+from contracts.robot import BoxQuery, DepthReply, LocalizeReply
+from mesh.clock import Clock
+from mesh.errors import UnavailableError, UnprocessableError
+from robot_bridge.depth import Measured, core, depths_in_box, localise, near_mode, scaled_box
+from robot_bridge.senses import DepthImage, Intrinsics, Senses
+from robot_bridge.transforms import in_map
+
+
+@dataclass(frozen=True, slots=True)
+class Measuring:
+    """Depth and place of boxes."""
+
+    senses: Senses
+    clock: Clock
+    match_s_max: float
+    image_age_s_max: float
+
+    async def depth(self, query: BoxQuery) -> DepthReply:
+        colour, box = self._camera(query)
+        measured, image = await self._measure(query, colour, box)
+        if image is None:
+            return DepthReply(distance_m=None, reason=measured.reason)
+        age_s = abs(image.stamp_s - query.stamp_s) if query.stamp_s is not None else self._depth_age_s()
+        return DepthReply(
+            distance_m=measured.distance_m,
+            spread_m=measured.spread_m,
+            samples=measured.samples,
+            age_s=age_s,
+            reason=measured.reason,
+        )
+
+    async def localize(self, query: BoxQuery) -> LocalizeReply:
+        colour, box = self._camera(query)
+        measured, image = await self._measure(query, colour, box)
+        mount = self.senses.frames.in_base(colour.frame_id)
+        if mount is None:
+            raise UnavailableError("tf", f"no fixed transform leads from base_link to {colour.frame_id}")
+        place = localise(box, measured.distance_m, colour, mount)
+        stamp_s = query.stamp_s if query.stamp_s is not None else image.stamp_s if image is not None else None
+        robot = self.senses.poses.at(stamp_s) if stamp_s is not None else self.senses.poses.newest()
+        reason = measured.reason
+        if place.base_point is not None and robot is None:
+            reason = "the robot's pose at that time is not known"
+        return LocalizeReply(
+            distance_m=place.distance_m,
+            bearing_rad=place.bearing_rad,
+            base_point=place.base_point,
+            map_point=in_map(robot, place.base_point) if robot is not None and place.base_point is not None else None,
+            reason=reason,
+        )
+
+    def _camera(self, query: BoxQuery) -> tuple[Intrinsics, tuple[float, float, float, float]]:
+        x_min, y_min, x_max, y_max = query.bbox_xyxy
+        if not (x_max > x_min and y_max > y_min):
+            raise UnprocessableError("the box has no area (x_min, y_min, x_max, y_max in pixels)")
+        if x_max <= 0 or y_max <= 0 or x_min >= query.image_width_px or y_min >= query.image_height_px:
+            raise UnprocessableError("the box lies outside the picture")
+        colour = self.senses.rgb_intrinsics.value
+        if colour is None:
+            raise UnavailableError("rgb", "no camera_info has been received")
+        size = (query.image_width_px, query.image_height_px)
+        return colour, scaled_box(query.bbox_xyxy, size, (colour.width_px, colour.height_px))
+
+    async def _measure(
+        self, query: BoxQuery, colour: Intrinsics, box: tuple[float, float, float, float]
+    ) -> tuple[Measured, DepthImage | None]:
+        image = self.senses.depth_history.nearest(query.stamp_s)
+        camera = self.senses.depth_intrinsics.value
+        age_s = self._depth_age_s()
+        if image is None or camera is None or age_s is None:
+            raise UnavailableError("depth", "no depth image has been received")
+        if query.stamp_s is None and age_s > self.image_age_s_max:
+            return Measured(None, None, 0, f"the newest depth image is {age_s:.1f} s old"), None
+        if query.stamp_s is not None and abs(image.stamp_s - query.stamp_s) > self.match_s_max:
+            apart_s = abs(image.stamp_s - query.stamp_s)
+            return Measured(None, None, 0, f"the nearest depth image is {apart_s:.1f} s away from the picture"), None
+        height_px, width_px = image.depth_m.shape
+        camera = camera.scaled_to(width_px, height_px)
+        depth_mount, colour_mount = (
+            self.senses.frames.in_base(camera.frame_id),
+            self.senses.frames.in_base(colour.frame_id),
+        )
+        moved = None
+        if camera.frame_id != colour.frame_id and depth_mount is not None and colour_mount is not None:
+            moved = np.linalg.inv(colour_mount) @ depth_mount
+        return await asyncio.to_thread(_near, image, core(box), colour, camera, moved), image
+
+    def _depth_age_s(self) -> float | None:
+        return self.senses.depth.age_s(self.clock.now_s())
+
+
+def _near(
+    image: DepthImage,
+    box: tuple[float, float, float, float],
+    colour: Intrinsics,
+    camera: Intrinsics,
+    moved: "np.typing.NDArray[np.float64] | None",
+) -> Measured:
+    return near_mode(depths_in_box(image.depth_m, box, colour, camera, moved))

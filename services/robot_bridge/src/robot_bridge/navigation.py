@@ -1,0 +1,72 @@
+"""The life of a navigation goal, as data: which state may follow which, and what an error code means. Pure."""
+
+from contracts.robot import Goal, GoalStatus
+
+ALLOWED: dict[GoalStatus, frozenset[GoalStatus]] = {
+    GoalStatus.PENDING: frozenset(
+        {GoalStatus.EXECUTING, GoalStatus.REJECTED, GoalStatus.CANCELED, GoalStatus.ABORTED, GoalStatus.TIMED_OUT}
+    ),
+    GoalStatus.EXECUTING: frozenset(
+        {GoalStatus.SUCCEEDED, GoalStatus.CANCELED, GoalStatus.ABORTED, GoalStatus.TIMED_OUT}
+    ),
+    GoalStatus.SUCCEEDED: frozenset(),
+    GoalStatus.CANCELED: frozenset(),
+    GoalStatus.ABORTED: frozenset(),
+    GoalStatus.REJECTED: frozenset(),
+    GoalStatus.TIMED_OUT: frozenset(),
+}
+"""What may follow what. An empty set is an ending."""
+
+ERROR_NAMES: dict[int, str] = {
+    0: "",
+    100: "CONTROLLER_UNKNOWN",
+    101: "INVALID_CONTROLLER",
+    102: "CONTROLLER_TF_ERROR",
+    103: "INVALID_PATH",
+    104: "PATIENCE_EXCEEDED",
+    105: "FAILED_TO_MAKE_PROGRESS",
+    106: "NO_VALID_CONTROL",
+    107: "CONTROLLER_TIMED_OUT",
+    200: "PLANNER_UNKNOWN",
+    201: "INVALID_PLANNER",
+    202: "PLANNER_TF_ERROR",
+    203: "START_OUTSIDE_MAP",
+    204: "GOAL_OUTSIDE_MAP",
+    205: "START_OCCUPIED",
+    206: "GOAL_OCCUPIED",
+    207: "TIMEOUT",
+    208: "NO_VALID_PATH",
+}
+"""Nav2's codes (Jazzy): 1xx from the controller under way, 2xx from the planner."""
+
+
+def is_over(status: GoalStatus) -> bool:
+    return not ALLOWED[status]
+
+
+def error_name(code: int) -> str:
+    return ERROR_NAMES.get(code, f"NAV2_{code}")
+
+
+def moved_on(
+    goal: Goal,
+    status: GoalStatus,
+    *,
+    stamp_s: float,
+    error_code: int = 0,
+    error_msg: str = "",
+    distance_remaining_m: float | None = None,
+) -> Goal:
+    """The goal in its next state; raises `ValueError` for a step the table does not have."""
+    if status != goal.status and status not in ALLOWED[goal.status]:
+        raise ValueError(f"{goal.status} cannot become {status}")
+    message = error_msg or error_name(error_code)
+    return goal.model_copy(
+        update={
+            "status": status,
+            "stamp_s": stamp_s,
+            "error_code": error_code,
+            "error_msg": message,
+            "distance_remaining_m": goal.distance_remaining_m if distance_remaining_m is None else distance_remaining_m,
+        }
+    )

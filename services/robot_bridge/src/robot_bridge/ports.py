@@ -1,0 +1,85 @@
+"""What the bridge needs of a robot: a real one over ROS 2, or a fake one in tests."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from contracts.geometry import Pose2D, Twist2D
+from contracts.robot import GoalStatus
+from robot_bridge.celebration import Celebration
+from robot_bridge.senses import Senses
+
+
+@dataclass(frozen=True, slots=True)
+class GoalEnd:
+    """How a goal ended at Nav2: SUCCEEDED, CANCELED or ABORTED, with Nav2's error code (0 = none)."""
+
+    status: GoalStatus
+    error_code: int = 0
+    error_msg: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Nav2's plan: `poses` is empty where `error_code` is not 0."""
+
+    poses: tuple[Pose2D, ...]
+    error_code: int = 0
+
+
+class AcceptedGoal(Protocol):
+    """A goal Nav2 has taken."""
+
+    async def end(self) -> GoalEnd:
+        """Waits for the end, however long it takes."""
+        ...
+
+    def cancel(self) -> None:
+        """Asks Nav2 to cancel it; the answer comes as the end."""
+        ...
+
+
+class Robot(Protocol):
+    """Raises `UnavailableError` (naming the dependency) from whatever needs an action or service that is away."""
+
+    @property
+    def senses(self) -> Senses: ...
+
+    async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
+        """From here on `tick` is called at 20 Hz and `navigation_velocity` with what Nav2 wants, by the robot's thread.
+
+        Goals that an earlier process left in Nav2 are cancelled.
+        """
+        ...
+
+    async def close(self) -> None: ...
+
+    def send_velocity(self, twist: Twist2D) -> None:
+        """To the base, now, from any thread. Never blocks, never raises."""
+        ...
+
+    def engage_base_stop(self, engaged: bool) -> None:
+        """Calls the base's own e_stop where there is one; waits for nothing."""
+        ...
+
+    def cancel_all_goals(self) -> None:
+        """Every goal in Nav2, whoever sent it, and docking too; waits for nothing."""
+        ...
+
+    async def navigate(self, pose: Pose2D, on_progress: Callable[[float], None]) -> AcceptedGoal | None:
+        """Sends a goal in map; none when Nav2 rejects it. `on_progress` hears the metres left, in the asyncio loop."""
+        ...
+
+    async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path: ...
+
+    async def clear_costmaps(self) -> None: ...
+
+    async def dock(self) -> bool:
+        """True when docked; false when the base could not."""
+        ...
+
+    async def undock(self) -> bool: ...
+
+    def celebrate(self, celebration: Celebration) -> None:
+        """Plays the notes and the lights; waits for nothing."""
+        ...

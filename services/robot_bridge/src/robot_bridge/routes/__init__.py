@@ -1,0 +1,9 @@
+"""The bridge's HTTP and WebSocket routes, by topic."""
+
+from fastapi import APIRouter
+
+from robot_bridge.routes import actions, camera, measure, motion, navigation, sessions, state, stop
+
+
+def routers() -> tuple[APIRouter, ...]:
+    return tuple(part.router for part in (stop, state, camera, measure, navigation, motion, sessions, actions))

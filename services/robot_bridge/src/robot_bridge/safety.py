@@ -1,0 +1,124 @@
+"""The filter nothing skips: what the laser, the bumpers and the age of both leave of a wanted velocity. Pure."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contracts.geometry import Twist2D
+from robot_bridge.senses import Hazard
+
+NO_FORWARD = frozenset({Hazard.BUMP, Hazard.CLIFF, Hazard.STALL})
+NO_REVERSE = frozenset({Hazard.BACKUP_LIMIT, Hazard.STALL})
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyLimits:
+    """Distances are from the footprint, a disc round base_link, not from the sensor."""
+
+    footprint_radius_m: float = 0.189
+    side_margin_m: float = 0.02
+    stop_distance_m: float = 0.08
+    slow_distance_m: float = 0.35
+    slow_factor_min: float = 0.3
+    scan_age_s_max: float = 0.5
+    scan_age_to_turn_s_max: float = 2.0
+    odometry_age_s_max: float = 0.5
+    known_fraction_min: float = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the filter may know. `points_m` is (n, 2) in base_link; ages are none where nothing ever came."""
+
+    points_m: NDArray[np.float64]
+    scan_age_s: float | None
+    odometry_age_s: float | None
+    known_fraction: float = 1.0
+    speed_m_s: float = 0.0
+    hazards: frozenset[Hazard] = frozenset()
+
+
+def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tuple[Twist2D, str]:
+    """The twist, never faster and never turned round, and why it differs ('' when it does not)."""
+    if twist == Twist2D():
+        return twist, ""
+    if why := _no_motion_because(around, limits):
+        return Twist2D(), why
+    if twist.linear_x == 0.0:
+        return twist, ""
+    free_m = free_travel_m(around.points_m, twist, limits.footprint_radius_m + limits.side_margin_m)
+    free_m -= abs(around.speed_m_s) * (around.scan_age_s or 0.0)  # it has moved on since the scan was taken
+    if why := _no_translation_because(twist.linear_x, free_m, around, limits):
+        return Twist2D(angular_z=twist.angular_z), why
+    factor = slowdown(free_m, limits)
+    if factor >= 1.0:
+        return twist, ""
+    slowed = Twist2D(linear_x=twist.linear_x * factor, angular_z=twist.angular_z * factor)
+    return slowed, f"slowed: {free_m:.2f} m free {_where(twist.linear_x)}"
+
+
+def slowdown(free_m: float, limits: SafetyLimits) -> float:
+    """(distance - stop) / (slow - stop), no less than the floor, no more than 1 (requirement C2)."""
+    part = (free_m - limits.stop_distance_m) / (limits.slow_distance_m - limits.stop_distance_m)
+    return min(1.0, max(limits.slow_factor_min, part))
+
+
+def free_travel_m(points_m: NDArray[np.float64], twist: Twist2D, radius_m: float) -> float:
+    """How far a disc of `radius_m` goes along the twist's arc until it touches a point; inf when it never does.
+
+    The corridor it sweeps, not the whole half-plane: a door is passed by what stands beside it. A point already inside
+    the disc counts only when the motion goes towards it.
+    """
+    if points_m.size == 0:
+        return math.inf
+    x, y = points_m[:, 0], points_m[:, 1]
+    if twist.linear_x < 0.0:  # seen from behind, reversing is driving forward with the same turn
+        x, y = -x, -y
+    speed = abs(twist.linear_x)
+    if abs(twist.angular_z) * 10.0 < speed:  # an arc of more than 10 m radius is straight within what matters here
+        touched = (np.abs(y) < radius_m) & (x > 0.0)
+        if not touched.any():
+            return math.inf
+        reach = x[touched] - np.sqrt(radius_m**2 - y[touched] ** 2)
+        return max(0.0, float(reach.min()))
+    turn_radius_m = speed / abs(twist.angular_z)
+    y = y * math.copysign(1.0, twist.angular_z)  # mirrored: always a left turn about (0, turn_radius_m)
+    from_centre = np.hypot(x, y - turn_radius_m)
+    # closer than this to the centre the triangle degenerates; such a point is touched only if it already is
+    touched = (np.abs(from_centre - turn_radius_m) < radius_m) & (from_centre > 1e-6)
+    touched &= (x > 0.0) | (np.hypot(x, y) >= radius_m)
+    if not touched.any():
+        return math.inf
+    d = from_centre[touched]
+    bearing = np.arctan2(x[touched], turn_radius_m - y[touched]) % (2.0 * math.pi)
+    cosine = (turn_radius_m**2 + d**2 - radius_m**2) / (2.0 * turn_radius_m * d)
+    before_contact = np.arccos(np.clip(cosine, -1.0, 1.0))
+    inside = np.hypot(x[touched], y[touched]) < radius_m
+    arc_rad = np.where(inside, 0.0, np.maximum(0.0, bearing - before_contact))
+    return float(arc_rad.min()) * turn_radius_m
+
+
+def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> str:
+    if Hazard.WHEEL_DROP in around.hazards:
+        return "a wheel hangs in the air"
+    if around.scan_age_s is None or around.scan_age_s > limits.scan_age_to_turn_s_max:
+        return "no laser scan"
+    return ""
+
+
+def _no_translation_because(linear_x: float, free_m: float, around: Surroundings, limits: SafetyLimits) -> str:
+    blocking = around.hazards & (NO_FORWARD if linear_x > 0.0 else NO_REVERSE)
+    reasons = {
+        f"the laser scan is {around.scan_age_s:.1f} s old": (around.scan_age_s or 0.0) > limits.scan_age_s_max,
+        "the laser is blind": around.known_fraction < limits.known_fraction_min,
+        "no odometry": around.odometry_age_s is None or around.odometry_age_s > limits.odometry_age_s_max,
+        f"hazard: {', '.join(sorted(blocking))}": bool(blocking),
+        f"obstacle {_where(linear_x)}": free_m <= limits.stop_distance_m,
+    }
+    return next((reason for reason, applies in reasons.items() if applies), "")
+
+
+def _where(linear_x: float) -> str:
+    return "ahead" if linear_x > 0.0 else "behind"

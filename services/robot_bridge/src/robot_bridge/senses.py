@@ -1,0 +1,149 @@
+"""What the robot perceives, as plain frozen values: no ROS types beyond the adapter."""
+
+import asyncio
+from dataclasses import dataclass, field, fields
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contracts.geometry import Pose2D, Twist2D
+from contracts.robot import Battery
+from robot_bridge.mailbox import Mailbox
+from robot_bridge.transforms import PoseBuffer, StaticFrames
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """A laser scan as points in base_link.
+
+    `points_m` is (n, 2): the beams that hit something. `known_fraction` tells how many beams said anything at all,
+    "nothing there" included: a blind laser must not look like free space.
+    """
+
+    stamp_s: float
+    points_m: NDArray[np.float64]
+    known_fraction: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """base_link in odom, and its measured velocity."""
+
+    stamp_s: float
+    pose: Pose2D
+    twist: Twist2D
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ColourImage:
+    """`pixels` is (height, width, 3) uint8, BGR."""
+
+    stamp_s: float
+    frame_id: str
+    pixels: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthImage:
+    """`depth_m` is (height, width) float32 along the optical axis; 0 or NaN where nothing was measured."""
+
+    stamp_s: float
+    frame_id: str
+    depth_m: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """A pinhole camera: focal lengths and principal point in pixels of a width_px x height_px image."""
+
+    frame_id: str
+    width_px: int
+    height_px: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def scaled_to(self, width_px: int, height_px: int) -> "Intrinsics":
+        """The same camera delivering another image size."""
+        sx, sy = width_px / self.width_px, height_px / self.height_px
+        return Intrinsics(self.frame_id, width_px, height_px, self.fx * sx, self.fy * sy, self.cx * sx, self.cy * sy)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """An occupancy grid: `cells` is (height, width) int8, row 0 at `origin`; -1 unknown, 0 free .. 100 occupied."""
+
+    stamp_s: float
+    resolution_m: float
+    origin: Pose2D
+    cells: NDArray[np.int8]
+
+
+class Hazard(StrEnum):
+    """Create 3's hazards, by its own names."""
+
+    BACKUP_LIMIT = "BACKUP_LIMIT"
+    BUMP = "BUMP"
+    CLIFF = "CLIFF"
+    STALL = "STALL"
+    WHEEL_DROP = "WHEEL_DROP"
+    OBJECT_PROXIMITY = "OBJECT_PROXIMITY"
+
+
+DEPTH_IMAGES_KEPT = 12
+NAV2_SILENCE_S_MAX = 3.0
+
+
+class DepthHistory:
+    """The last few depth images, so that a box can be measured in the image taken with it."""
+
+    def __init__(self) -> None:
+        self._images: tuple[DepthImage, ...] = ()
+
+    def add(self, image: DepthImage) -> None:
+        self._images = (*self._images[-(DEPTH_IMAGES_KEPT - 1) :], image)
+
+    def nearest(self, stamp_s: float | None) -> DepthImage | None:
+        """The image taken closest to `stamp_s`, or the newest."""
+        images = self._images
+        if not images:
+            return None
+        if stamp_s is None:
+            return images[-1]
+        return min(images, key=lambda image: abs(image.stamp_s - stamp_s))
+
+
+@dataclass(frozen=True, slots=True)
+class Senses:
+    """Every sensor's newest value. Written by the robot's thread, read by anyone."""
+
+    scan: Mailbox[Scan] = field(default_factory=Mailbox[Scan])
+    odometry: Mailbox[Odometry] = field(default_factory=Mailbox[Odometry])
+    rgb: Mailbox[ColourImage] = field(default_factory=Mailbox[ColourImage])
+    depth: Mailbox[DepthImage] = field(default_factory=Mailbox[DepthImage])
+    rgb_intrinsics: Mailbox[Intrinsics] = field(default_factory=Mailbox[Intrinsics])
+    depth_intrinsics: Mailbox[Intrinsics] = field(default_factory=Mailbox[Intrinsics])
+    map: Mailbox[Grid] = field(default_factory=Mailbox[Grid])
+    battery: Mailbox[Battery] = field(default_factory=Mailbox[Battery])
+    docked: Mailbox[bool] = field(default_factory=Mailbox[bool])
+    hazards: Mailbox[frozenset[Hazard]] = field(default_factory=Mailbox[frozenset[Hazard]])
+    nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
+    """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
+    depth_history: DepthHistory = field(default_factory=DepthHistory)
+    poses: PoseBuffer = field(default_factory=PoseBuffer)
+    frames: StaticFrames = field(default_factory=StaticFrames)
+
+    def why_no_nav2(self, now_s: float) -> str:
+        """'' while Nav2 is active, by what was heard lately."""
+        missing, age_s = self.nav2_missing.value, self.nav2_missing.age_s(now_s)
+        if missing is None or age_s is None or age_s > NAV2_SILENCE_S_MAX:
+            return "nothing has been heard of it"
+        return missing
+
+    def bind(self, loop: asyncio.AbstractEventLoop) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, Mailbox):
+                value.bind(loop)

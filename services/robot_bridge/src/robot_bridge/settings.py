@@ -1,0 +1,123 @@
+"""Every knob of the bridge, from the environment: ROBOT_BRIDGE_PORT, nested ROBOT_BRIDGE_ROS__SCAN__NAME."""
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class Channel(BaseModel):
+    """A ROS topic and its quality of service."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    reliability: Literal["reliable", "best_effort"] = "best_effort"
+    durability: Literal["volatile", "transient_local"] = "volatile"
+    depth: int = Field(default=5, ge=1, le=1000)
+
+
+def _sensor(name: str, depth: int = 5) -> Channel:
+    return Channel(name=name, depth=depth)
+
+
+def _kept(name: str, depth: int = 1) -> Channel:
+    return Channel(name=name, reliability="reliable", durability="transient_local", depth=depth)
+
+
+def _reliable(name: str, depth: int = 10) -> Channel:
+    return Channel(name=name, reliability="reliable", depth=depth)
+
+
+class RosSettings(BaseModel):
+    """Names, types and quality of service on the ROS side; relative names live in `namespace`."""
+
+    model_config = ConfigDict(frozen=True)
+
+    node_name: str = "robot_bridge"
+    namespace: str = ""
+    use_sim_time: bool = False
+    map_frame: str = "map"
+    odom_frame: str = "odom"
+    base_frame: str = "base_link"
+
+    rgb: Channel = _sensor("oakd/rgb/preview/image_raw", 1)
+    rgb_info: Channel = _sensor("oakd/rgb/preview/camera_info", 1)
+    depth: Channel = _sensor("oakd/stereo/image_raw", 1)
+    depth_info: Channel = _sensor("oakd/stereo/camera_info", 1)
+    scan: Channel = _sensor("scan")
+    odom: Channel = _sensor("odom")
+    amcl_pose: Channel = _kept("amcl_pose")
+    map: Channel = _kept("map")
+    tf: Channel = _reliable("tf", 100)
+    tf_static: Channel = _kept("tf_static", 100)
+    battery: Channel = _sensor("battery_state")
+    dock_status: Channel = _sensor("dock_status")
+    hazards: Channel = _sensor("hazard_detection")
+    cmd_vel_nav: Channel = _reliable("cmd_vel_nav", 1)
+    cmd_vel_nav_type: Literal["Twist", "TwistStamped"] = "TwistStamped"
+    cmd_vel: Channel = _reliable("cmd_vel")
+    cmd_vel_type: Literal["Twist", "TwistStamped"] = "TwistStamped"
+    cmd_vel_unstamped: Channel | None = Field(default=None, description="a second topic, always Twist, where set")
+    cmd_audio: Channel = _reliable("cmd_audio")
+
+    navigate_action: str = "navigate_to_pose"
+    path_action: str = "compute_path_to_pose"
+    dock_action: str = "dock"
+    undock_action: str = "undock"
+    led_action: str = "led_animation"
+    e_stop_service: str = "e_stop"
+    clear_costmap_services: tuple[str, ...] = (
+        "global_costmap/clear_entirely_global_costmap",
+        "local_costmap/clear_entirely_local_costmap",
+    )
+    nav2_lifecycle_nodes: tuple[str, ...] = ("bt_navigator", "planner_server", "controller_server")
+
+
+class Settings(BaseSettings):
+    model_config = SettingsConfigDict(env_prefix="ROBOT_BRIDGE_", env_nested_delimiter="__", frozen=True)
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=8004, ge=1, le=65535)
+    log_level: str = "INFO"
+    redis_url: str = "redis://127.0.0.1:6379/0"
+    state_dir: Path = Field(default=Path("var/robot_bridge"), description="holds the emergency stop's latch")
+    body_bytes_max: int = Field(default=200_000, ge=1000)
+
+    speed_m_s_max: float = Field(default=0.306, gt=0.0, le=1.0)
+    turn_rad_s_max: float = Field(default=1.9, gt=0.0, le=4.0)
+    acceleration_m_s2_max: float = Field(default=0.9, gt=0.0, le=5.0)
+    turn_acceleration_rad_s2_max: float = Field(default=7.7, gt=0.0, le=50.0)
+    request_age_s_max: float = Field(default=0.5, gt=0.0)
+    request_ahead_s_max: float = Field(default=0.1, ge=0.0)
+    session_timeout_s: float = Field(default=1.0, gt=0.0, le=10.0, description="a closed socket ends it at once")
+
+    footprint_radius_m: float = Field(default=0.189, gt=0.0, le=2.0)
+    side_margin_m: float = Field(default=0.02, ge=0.0, le=0.5)
+    stop_distance_m: float = Field(default=0.08, ge=0.0, le=2.0, description="from the footprint")
+    slow_distance_m: float = Field(default=0.35, gt=0.0, le=5.0, description="from the footprint")
+    slow_factor_min: float = Field(default=0.3, gt=0.0, le=1.0)
+    scan_age_s_max: float = Field(default=0.5, gt=0.0)
+    scan_age_to_turn_s_max: float = Field(default=2.0, gt=0.0)
+    odometry_age_s_max: float = Field(default=0.5, gt=0.0)
+    hazard_hold_s: float = Field(default=1.0, gt=0.0)
+
+    image_age_s_max: float = Field(default=1.5, gt=0.0)
+    pose_age_s_max: float = Field(default=5.0, gt=0.0)
+    battery_age_s_max: float = Field(default=60.0, gt=0.0)
+    jpeg_quality: int = Field(default=85, ge=10, le=100)
+    stream_viewers_max: int = Field(default=8, ge=1)
+    depth_match_s_max: float = Field(default=0.5, gt=0.0, description="between a picture and the depth measured in it")
+
+    nav2_timeout_s: float = Field(default=5.0, gt=0.0, description="for Nav2 to accept a goal or plan a path")
+    costmap_timeout_s: float = Field(default=1.0, gt=0.0)
+    fresh_scan_wait_s_max: float = Field(default=1.5, ge=0.0)
+    dock_timeout_s: float = Field(default=90.0, gt=0.0)
+
+    heading_kp: float = 2.5
+    heading_ki: float = 0.0
+    heading_kd: float = 0.05
+    drive_kp: float = 1.5
+
+    ros: RosSettings = RosSettings()

@@ -1,0 +1,16 @@
+"""Runs the service: `python -m ui`."""
+
+from mesh.logging import configure_logging
+from mesh.server import serve
+from ui.app import create_app
+from ui.settings import Settings
+
+
+def main() -> None:
+    configure_logging("ui")
+    settings = Settings()
+    serve(create_app(settings), host=settings.host, port=settings.port)
+
+
+if __name__ == "__main__":
+    main()

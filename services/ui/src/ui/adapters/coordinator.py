@@ -1,0 +1,41 @@
+"""coordinator over HTTP: missions, their state and timeline."""
+
+from collections.abc import Sequence
+
+from contracts.mission import Mission, MissionEvent, MissionStatus, StartMission
+from contracts.problem import Dependency
+from mesh.http import ServiceClient
+
+
+class CoordinatorMissions:
+    """The port `Missions`, for real."""
+
+    def __init__(self, base_url: str, *, timeout_s: float, command_timeout_s: float) -> None:
+        self._client = ServiceClient("coordinator", base_url, timeout_s=timeout_s)
+        self._command_timeout_s = command_timeout_s
+
+    async def aclose(self) -> None:
+        await self._client.aclose()
+
+    async def start(self, command: str) -> Mission:
+        return await self._client.post(
+            "/missions", StartMission(command=command), Mission, timeout_s=self._command_timeout_s
+        )
+
+    async def pause(self, mission_id: str) -> Mission:
+        return await self._client.post(f"/missions/{mission_id}/pause", None, Mission)
+
+    async def resume(self, mission_id: str) -> Mission:
+        return await self._client.post(f"/missions/{mission_id}/resume", None, Mission)
+
+    async def cancel(self, mission_id: str) -> Mission:
+        return await self._client.post(f"/missions/{mission_id}/cancel", None, Mission)
+
+    async def status(self) -> MissionStatus:
+        return await self._client.get("/state", MissionStatus, timeout_s=1.0)
+
+    async def events(self, mission_id: str) -> Sequence[MissionEvent]:
+        return await self._client.get_list(f"/missions/{mission_id}/events", MissionEvent, limit=2000)
+
+    async def dependency(self) -> Dependency:
+        return await self._client.dependency()

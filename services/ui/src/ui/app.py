@@ -1,0 +1,101 @@
+"""The composition root: the only place that knows which twins are real."""
+
+import contextlib
+from collections.abc import AsyncGenerator, Callable, Sequence
+from typing import TypedDict
+
+from fastapi import FastAPI, Request
+
+from contracts.problem import Dependency
+from mesh.app import make_app
+from mesh.bus import Bus, open_bus
+from mesh.clock import Clock, SystemClock
+from mesh.tasks import Tasks, end_this_process
+from ui import page
+from ui.adapters.coordinator import CoordinatorMissions
+from ui.adapters.inference import InferenceEyes
+from ui.adapters.memory import MemoryService
+from ui.adapters.robot_bridge import BridgeRobot
+from ui.desk import Desk
+from ui.ports import Eyes, Memory, Missions, Robot
+from ui.routes import get_desk, router
+from ui.settings import Settings
+
+
+class State(TypedDict):
+    desk: Desk
+
+
+def create_app(
+    settings: Settings,
+    *,
+    bus: Bus | None = None,
+    robot: Robot | None = None,
+    eyes: Eyes | None = None,
+    missions: Missions | None = None,
+    memory: Memory | None = None,
+    clock: Clock | None = None,
+    on_death: Callable[[], None] = end_this_process,
+) -> FastAPI:
+    """The service; whatever is not given is the real thing that `settings` name. NiceGUI allows one a process."""
+
+    @contextlib.asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
+        async with contextlib.AsyncExitStack() as stack:
+            desk = Desk(
+                settings=settings,
+                bus=bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url)),
+                robot=robot if robot is not None else _robot(settings, stack),
+                eyes=eyes if eyes is not None else _eyes(settings, stack),
+                missions=missions if missions is not None else _missions(settings, stack),
+                memory=memory if memory is not None else _memory(settings, stack),
+                clock=clock if clock is not None else SystemClock(),
+            )
+            desk.start(await stack.enter_async_context(Tasks(on_death=on_death)))
+            yield {"desk": desk}
+
+    async def dependencies(request: Request) -> Sequence[Dependency]:
+        return await get_desk(request).dependencies()
+
+    app = make_app(
+        "ui",
+        lifespan=lifespan,
+        dependencies=dependencies,
+        body_bytes_max=settings.body_bytes_max,
+        description="Shows: the operator's web page.",
+    )
+    app.include_router(router)
+    page.mount(app)
+    return app
+
+
+def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> BridgeRobot:
+    robot = BridgeRobot(
+        settings.robot_bridge_url,
+        timeout_s=settings.call_timeout_s,
+        dock_timeout_s=settings.dock_timeout_s,
+        stop_timeout_s=settings.stop_timeout_s,
+        stop_tries=settings.stop_tries,
+    )
+    stack.push_async_callback(robot.aclose)
+    return robot
+
+
+def _eyes(settings: Settings, stack: contextlib.AsyncExitStack) -> InferenceEyes:
+    eyes = InferenceEyes(settings.inference_url, timeout_s=settings.call_timeout_s)
+    stack.push_async_callback(eyes.aclose)
+    return eyes
+
+
+def _missions(settings: Settings, stack: contextlib.AsyncExitStack) -> CoordinatorMissions:
+    missions = CoordinatorMissions(
+        settings.coordinator_url, timeout_s=settings.call_timeout_s, command_timeout_s=settings.command_timeout_s
+    )
+    stack.push_async_callback(missions.aclose)
+    return missions
+
+
+def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryService:
+    memory = MemoryService(settings.memory_url, timeout_s=settings.call_timeout_s)
+    stack.push_async_callback(memory.aclose)
+    return memory

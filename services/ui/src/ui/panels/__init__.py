@@ -1,0 +1,1 @@
+"""The parts of the page. Each builds its elements once and afterwards only shows what changed."""

@@ -1,0 +1,1 @@
+"""The simulated robot on ROS 2: the only part of the simulation that needs ROS."""

@@ -1,0 +1,112 @@
+"""The simulated robot as a ROS 2 participant: opens ROS, joins World and interfaces, and closes it all again."""
+
+import threading
+from collections.abc import Callable
+from typing import Final
+
+import rclpy
+import structlog
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from contracts.geometry import Pose2D
+from mesh.dds import use_mesh_profile
+from sim.ros.nav2_stand_in import Nav2StandIn
+from sim.ros.realtime import Duty, RealTime
+from sim.ros.robot import RobotInterface
+from sim.settings import SimSettings
+from sim.world import World
+
+log = structlog.get_logger()
+
+_THREADS: Final = 6
+"""One each for two navigation goals (the newer ends the older), dock, undock, lights, and everything short."""
+
+
+class SimulatedRobot:
+    """`open` returns at once; the World is built and run in a thread of its own, ROS callbacks in others."""
+
+    def __init__(self, settings: SimSettings, make_world: Callable[[], World]) -> None:
+        self._settings = settings
+        self.realtime = RealTime(make_world, self._set_up)
+        self.interface: RobotInterface | None = None
+        self._stand_in: Nav2StandIn | None = None
+        self._nodes: list[Node] = []
+        self._executor: MultiThreadedExecutor | None = None
+        self._spinning: threading.Thread | None = None
+        self._on_death: Callable[[], None] = lambda: None
+        self.error: Exception | None = None
+
+    def open(self, *, on_death: Callable[[], None]) -> None:
+        """`on_death` is called from another thread when the World or the ROS side ends by an error."""
+        self._on_death = on_death
+        use_mesh_profile()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        robot = self._node("turtlebot4_sim")
+        self.interface = RobotInterface(robot, self._settings, self.realtime)
+        if self._settings.nav2_stand_in:
+            nav2 = self._node("nav2_stand_in")
+            self._stand_in = Nav2StandIn(nav2, self._settings, self.realtime, self._pose)
+        self._executor = MultiThreadedExecutor(_THREADS)
+        for node in self._nodes:
+            self._executor.add_node(node)
+        self._spinning = threading.Thread(target=self._spin, name="ros")
+        self._spinning.start()
+        self.realtime.start(on_death=on_death)
+
+    def close(self) -> None:
+        """Ends goals, the World and ROS, in this order. May be called after a failed `open`."""
+        for part in (self.interface, self._stand_in):
+            if part is not None:
+                part.closing.set()
+        self.realtime.stop()
+        if self._executor is not None:
+            self._executor.shutdown(timeout_sec=2.0)
+        for node in self._nodes:
+            node.destroy_node()
+        rclpy.try_shutdown()
+        if self._spinning is not None:
+            self._spinning.join(timeout=3.0)
+
+    @property
+    def died(self) -> bool:
+        return self.reason is not None
+
+    @property
+    def reason(self) -> Exception | None:
+        """The error that ended it, in the World or on the ROS side."""
+        return self.error or self.realtime.error
+
+    def last_audio(self) -> tuple[tuple[int, float], ...]:
+        """(Hz, s) of each note of the newest tune on `cmd_audio`."""
+        return self.interface.last_audio if self.interface is not None else ()
+
+    def _node(self, name: str) -> Node:
+        node = Node(name, namespace=self._settings.namespace, start_parameter_services=False, enable_rosout=False)
+        self._nodes.append(node)
+        return node
+
+    def _pose(self) -> Pose2D:
+        assert self.interface is not None
+        return self.interface.pose
+
+    def _set_up(self, world: World) -> list[Duty]:
+        """In the World's thread, once."""
+        assert self.interface is not None
+        stand_in = self._stand_in
+        if stand_in is None:
+            return self.interface.duties(world, on_scan=lambda *_: None, on_control=lambda *_: None)
+        stand_in.open(world)
+        return self.interface.duties(world, on_scan=stand_in.on_scan, on_control=stand_in.on_control)
+
+    def _spin(self) -> None:
+        assert self._executor is not None
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            return
+        except Exception as error:
+            log.exception("the ROS side died")
+            self.error = error
+            self._on_death()

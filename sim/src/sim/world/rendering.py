@@ -1,0 +1,75 @@
+"""The one way pictures of a home are made, so that the robot sees what its detector was trained on.
+
+MuJoCo renders on the processor through EGL and Mesa. Both read their settings from the environment when they are first
+loaded: import this module before `mujoco`.
+"""
+
+import ctypes.util
+import os
+from typing import Any
+
+os.environ.setdefault("MUJOCO_GL", "egl")
+os.environ.setdefault("LP_NUM_THREADS", "1")
+
+import mujoco
+import numpy as np
+
+from sim.world.types import Floats
+
+MAX_GEOMS = 5000
+INSTALL_HINT = "apt-get install -y --no-install-recommends libegl1 libopengl0 libgl1-mesa-dri"
+
+
+class RenderingUnavailableError(RuntimeError):
+    """Pictures cannot be made on this machine; the message names what to install."""
+
+
+def open_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    """A colour renderer of the project's look; the caller closes it, and uses it from one thread only.
+
+    The look is the model's own lights and materials, without shadows (each would cost 100 ms and more) and with the
+    model's `offsamples` (MuJoCo's default of 4). Raises RenderingUnavailableError where EGL is missing.
+    """
+    _require_egl()
+    model.light_castshadow[:] = 0
+    try:
+        return mujoco.Renderer(model, height=height, width=width, max_geom=MAX_GEOMS)
+    except (RuntimeError, ImportError, AttributeError) as error:
+        raise _unavailable(str(error)) from error
+
+
+class DepthRenderer:
+    """Distances along the optical axis, from a renderer without colours, lights or smoothing."""
+
+    def __init__(self, model: mujoco.MjModel, height_px: int, width_px: int) -> None:
+        samples = int(model.vis.quality.offsamples)
+        model.vis.quality.offsamples = 0
+        try:
+            self._renderer = open_renderer(model, width_px, height_px)
+        finally:
+            model.vis.quality.offsamples = samples
+        self._renderer.enable_depth_rendering()
+        self._out = np.empty((height_px, width_px), np.float32)
+
+    def render(self, data: mujoco.MjData, camera: str) -> Floats:
+        """Float32 (height, width), m; the array is reused by the next call."""
+        self._renderer.update_scene(data, camera)
+        return self._renderer.render(out=self._out)
+
+    def close(self) -> None:
+        self._renderer.close()
+
+
+def render_rgb(renderer: mujoco.Renderer, data: mujoco.MjData, camera: str) -> "np.ndarray[Any, np.dtype[np.uint8]]":
+    """uint8 (height, width, 3) from a named camera of the model."""
+    renderer.update_scene(data, camera)
+    return renderer.render()
+
+
+def _require_egl() -> None:
+    if os.environ.get("MUJOCO_GL") == "egl" and ctypes.util.find_library("EGL") is None:
+        raise _unavailable("libEGL was not found")
+
+
+def _unavailable(why: str) -> RenderingUnavailableError:
+    return RenderingUnavailableError(f"The simulated cameras need EGL and Mesa ({why}): {INSTALL_HINT}")

@@ -1,0 +1,144 @@
+"""The perception loop through the front door: what it tells, what it draws, and what it survives."""
+
+import time
+
+import cv2
+import numpy as np
+
+from contracts.topics import VISION_DETECTIONS, VISION_OBJECT_SPOTTED
+from contracts.vision import Target
+from support.inference_fakes import POSE, bottle, picture
+from support.waiting import until
+
+from .conftest import RED_BOTTLE, House, Opened
+
+RED_THING = ("red", (80, 60, 130, 200))
+BLUE_THING = ("blue", (80, 60, 130, 200))
+
+
+async def test_each_frame_is_told_with_its_own_stamp_pose_and_size(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(10.0, picture(RED_THING))
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+    (told,) = house.bus.of(VISION_DETECTIONS)
+    assert (told.stamp_s, told.pose, told.image_width_px, told.image_height_px) == (10.0, POSE, 250, 250)
+    assert told.detections == (bottle().model_copy(update={"colour": "red"}),)
+    assert told.model == "fake-detector"
+
+
+async def test_the_same_frame_is_never_told_twice(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(10.0, picture(RED_THING))
+        await until(lambda: house.camera.asked >= 4)
+    assert len(house.bus.of(VISION_DETECTIONS)) == 1
+
+
+async def test_the_target_is_announced_at_most_every_half_second(opened: Opened) -> None:
+    house = House()
+    await house.look_for(RED_BOTTLE)
+    async with opened(house):
+        for stamp_s in (10.0, 10.2, 10.4, 10.5, 10.7, 11.1):
+            house.camera.show(stamp_s, picture(RED_THING))
+            await house.until_drawn(stamp_s)
+    spotted = house.bus.of(VISION_OBJECT_SPOTTED)
+    assert [one.stamp_s for one in spotted] == [10.0, 10.5, 11.1]
+    assert (spotted[0].target, spotted[0].detection.colour, spotted[0].pose) == (RED_BOTTLE, "red", POSE)
+
+
+async def test_the_same_kind_in_another_colour_is_not_announced(opened: Opened) -> None:
+    house = House()
+    await house.look_for(RED_BOTTLE)
+    async with opened(house):
+        house.camera.show(10.0, picture(BLUE_THING))
+        await house.until_drawn(10.0)
+        await house.look_for(Target(label="bottle", description="bottle"))
+        for stamp_s in (20.0, 30.0):
+            house.camera.show(stamp_s, picture(BLUE_THING))
+            await house.until_drawn(stamp_s)
+    spotted = house.bus.of(VISION_OBJECT_SPOTTED)
+    assert spotted[-1].stamp_s == 30.0
+    assert {one.target.description for one in spotted} == {"bottle"}
+
+
+async def test_nothing_is_announced_while_nothing_is_looked_for(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(10.0, picture(RED_THING))
+        await house.until_drawn(10.0)
+    assert house.bus.of(VISION_OBJECT_SPOTTED) == []
+
+
+async def test_it_resumes_when_the_bridge_and_redis_return(opened: Opened) -> None:
+    house = House()
+    house.camera.away = True
+    house.bus.connected = False
+    async with opened(house):
+        await until(lambda: house.camera.asked >= 1)
+        ready = (await house.client.get("/ready")).json()
+        assert [one["ok"] for one in ready["dependencies"]] == [True, False, False]
+        assert "robot_bridge" in ready["dependencies"][1]["detail"]
+        house.camera.away, house.bus.connected = False, True
+        house.camera.show(10.0, picture())
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+        assert (await house.client.get("/ready")).status_code == 200
+
+
+async def test_a_damaged_frame_is_passed_over(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(10.0, b"\xff\xd8 half a pict")
+        await until(lambda: house.camera.asked >= 2)
+        house.camera.show(11.0, picture())
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+    assert [one.stamp_s for one in house.bus.of(VISION_DETECTIONS)] == [11.0]
+
+
+async def test_a_robot_whose_clock_started_again_is_seen_again(opened: Opened) -> None:
+    async with opened(clock_restarted_after_s=0.3) as house:
+        house.camera.show(1000.0, picture())
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+        house.camera.show(1.0, picture())
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)
+    assert [one.stamp_s for one in house.bus.of(VISION_DETECTIONS)] == [1000.0, 1.0]
+
+
+async def test_boxes_are_in_pixels_of_the_frame_also_when_the_detector_gets_a_smaller_one(opened: Opened) -> None:
+    house = House()
+    async with opened(house, frame_width_px=125):
+        house.camera.show(10.0, picture(RED_THING))
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+    assert house.detector.sizes == [(125, 125)]
+    (told,) = house.bus.of(VISION_DETECTIONS)
+    assert told.image_width_px == 250
+    assert told.detections[0].bbox_xyxy == (160.0, 120.0, 260.0, 400.0)
+
+
+async def test_the_rate_follows_the_mission(opened: Opened) -> None:
+    async with opened(rest_rate_hz=0.2, fast_rate_hz=60.0) as house:
+        house.camera.show(10.0, picture())
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 1)
+        began_s = time.monotonic()
+        house.camera.show(11.0, picture())
+        await house.look_for(RED_BOTTLE, fast=True)
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)
+    assert time.monotonic() - began_s < 2.0
+
+
+async def test_the_annotated_frame_is_waited_for_and_carries_its_stamp(opened: Opened) -> None:
+    async with opened() as house:
+        assert (await house.client.get("/annotated", params={"wait_s": 0.01})).status_code == 204
+        await house.look_for(RED_BOTTLE)
+        house.camera.show(10.0, picture(RED_THING))
+        first = await house.client.get("/annotated", params={"wait_s": 5})
+        assert (first.status_code, float(first.headers["x-stamp-s"])) == (200, 10.0)
+        image = cv2.imdecode(np.frombuffer(first.content, np.uint8), cv2.IMREAD_COLOR)
+        assert image.shape[1] == 500
+        again = await house.client.get("/annotated", params={"after": 10.0, "wait_s": 0.01})
+        assert again.status_code == 204
+        house.camera.show(11.0, picture())
+        later = await house.client.get("/annotated", params={"after": 10.0, "wait_s": 5})
+        assert float(later.headers["x-stamp-s"]) == 11.0
+
+
+async def test_only_so_many_may_watch_the_stream(opened: Opened) -> None:
+    async with opened(stream_viewers_max=0) as house:
+        answer = await house.client.get("/annotated/stream")
+    assert (answer.status_code, answer.headers["content-type"]) == (429, "application/problem+json")

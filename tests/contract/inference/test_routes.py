@@ -1,0 +1,198 @@
+"""The routes: what they answer, and how they refuse."""
+
+import threading
+from typing import Any
+
+import pytest
+
+from contracts.problem import Problem
+from contracts.vision import Detections, EmbedReply, ModelInfo, ParsedTask, ScoreReply
+from inference.models import Loaded
+from support.inference_fakes import POSE, FakeLanguageModel, bottle, jpeg_of, loads, picture
+from support.waiting import until
+
+from .conftest import House, Opened
+
+SCENE = picture(("red", (80, 60, 130, 200)))
+
+
+async def test_an_image_sent_is_looked_at(opened: Opened) -> None:
+    async with opened() as house:
+        answer = await house.client.post("/detect", content=jpeg_of(SCENE), headers={"content-type": "image/jpeg"})
+    told = Detections.model_validate_json(answer.content)
+    assert (answer.status_code, told.image_width_px, told.pose) == (200, 250, None)
+    assert told.detections[0].label == "bottle"
+
+
+async def test_without_an_image_the_newest_frame_is_looked_at(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(12.5, SCENE)
+        answer = await house.client.post("/detect")
+    told = Detections.model_validate_json(answer.content)
+    assert (told.stamp_s, told.pose) == (12.5, POSE)
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "word"),
+    [
+        (b"hello", 422, "neither"),
+        (jpeg_of(SCENE)[:2000], 422, "truncated"),
+        (b"x" * 10_000_001, 413, "10000000"),
+    ],
+)
+async def test_a_bad_image_is_a_clear_problem(opened: Opened, body: bytes, status: int, word: str) -> None:
+    async with opened() as house:
+        answer = await house.client.post("/detect", content=body, headers={"content-type": "image/jpeg"})
+    told = Problem.model_validate_json(answer.content)
+    assert (answer.status_code, answer.headers["content-type"]) == (status, "application/problem+json")
+    assert word in told.detail
+
+
+async def test_texts_are_scored_against_the_box(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(1.0, SCENE)
+        body = {"texts": ["red bottle", "blue bottle"], "bbox_xyxy": [80, 60, 130, 200]}
+        answer = await house.client.post("/clip-score", json=body)
+    told = ScoreReply.model_validate_json(answer.content)
+    assert told.scores[0] > 0.95 > told.scores[1]
+    assert (told.threshold, told.model) == (0.90, "fake-clip")
+
+
+async def test_embeddings_are_unit_vectors_in_the_order_sent(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(1.0, SCENE)
+        body = {"texts": ["red", "blue", "red"], "image": True, "bbox_xyxy": [80, 60, 130, 200]}
+        told = EmbedReply.model_validate_json((await house.client.post("/embed", json=body)).content)
+        alone = EmbedReply.model_validate_json((await house.client.post("/embed", json={"texts": []})).content)
+    assert told.image is not None
+    assert sum(v * v for v in told.image) == pytest.approx(1.0, abs=1e-3)
+    assert told.texts[0] == told.texts[2] != told.texts[1]
+    assert (alone.image, alone.texts) == (None, ())
+
+
+@pytest.mark.parametrize(
+    ("path", "body"),
+    [
+        ("/clip-score", {"texts": []}),
+        ("/clip-score", {"texts": ["red"], "bbox_xyxy": [10, 10, 5, 20]}),
+        ("/validate", {"target": {"label": "bottle"}}),
+        ("/validate", {"target": {"label": "bottle", "description": "b"}, "bbox_xyxy": [5, 5, 5, 5]}),
+        ("/parse-task", {"command": ""}),
+        ("/parse-task", {"command": "x" * 501}),
+        ("/parse-task", {"command": "find it", "more": 1}),
+        ("/embed", {"texts": ["x" * 201]}),
+    ],
+)
+async def test_a_malformed_request_is_refused(opened: Opened, path: str, body: dict[str, Any]) -> None:
+    async with opened() as house:
+        house.camera.show(1.0, SCENE)
+        answer = await house.client.post(path, json=body)
+    assert (answer.status_code, answer.headers["content-type"]) == (422, "application/problem+json")
+
+
+async def test_without_a_camera_the_answer_names_it(opened: Opened) -> None:
+    house = House()
+    house.camera.away = True
+    async with opened(house):
+        await until(lambda: house.camera.asked > 0)
+        answer = await house.client.post("/detect")
+    assert answer.status_code == 503
+    assert "robot_bridge" in answer.json()["detail"]
+
+
+async def test_health_answers_while_models_load_and_ready_says_so(opened: Opened) -> None:
+    may_load = threading.Event()
+
+    def load() -> Loaded:
+        may_load.wait(10.0)
+        return Loaded()
+
+    async with opened(House(load=load)) as house:
+        assert (await house.client.get("/health")).status_code == 200
+        ready = (await house.client.get("/ready")).json()
+        assert ready["dependencies"][0] == {"name": "models", "ok": False, "detail": "loading"}
+        answer = await house.client.post("/detect", content=b"x")
+        assert (answer.status_code, answer.json()["detail"]) == (503, "models: still loading")
+        may_load.set()
+
+
+async def test_models_that_cannot_be_loaded_are_named(opened: Opened) -> None:
+    house = House(load=loads(problems=("detector: no detector weights at nowhere.pt",)))
+    async with opened(house):
+        ready = await house.until_loaded()
+        assert "nowhere.pt" in ready["dependencies"][0]["detail"]
+        told = [ModelInfo.model_validate(one) for one in (await house.client.get("/models")).json()]
+        assert (await house.client.post("/clip-score", json={"texts": ["a"]})).status_code == 503
+    assert [one.role for one in told if not one.available] == ["detector", "clip", "vlm"]
+
+
+async def test_models_are_listed_with_their_thresholds(opened: Opened) -> None:
+    house = House(vlm=FakeLanguageModel(), language_model=FakeLanguageModel())
+    async with opened(house):
+        await house.until_loaded()
+        told = [ModelInfo.model_validate(one) for one in (await house.client.get("/models")).json()]
+    assert [(one.role, one.name, one.threshold) for one in told] == [
+        ("detector", "fake-detector", 0.30),
+        ("clip", "fake-clip", 0.90),
+        ("vlm", "fake-llm", None),
+        ("parser", "fake-llm", None),
+        ("parser", "rules", None),
+    ]
+
+
+async def test_the_rules_parse_without_a_language_model(opened: Opened) -> None:
+    async with opened() as house:
+        answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
+    assert ParsedTask.model_validate_json(answer.content) == ParsedTask(
+        yolo_class="bottle", description="red bottle", parser="rules"
+    )
+
+
+async def test_the_language_model_answers_first_and_is_named(opened: Opened) -> None:
+    claim = ParsedTask(yolo_class="cup", memory_object="bottle", description="coffee mug", parser="fake-llm")
+    async with opened(House(language_model=FakeLanguageModel(answer=claim))) as house:
+        answer = await house.client.post("/parse-task", json={"command": "find my coffee mug"})
+    assert ParsedTask.model_validate_json(answer.content) == claim
+
+
+@pytest.mark.parametrize("mood", [{"hangs": True}, {"away": True}])
+async def test_the_rules_answer_for_a_model_that_does_not_and_it_is_left_alone(
+    opened: Opened, mood: dict[str, bool]
+) -> None:
+    model = FakeLanguageModel(**mood)
+    async with opened(House(language_model=model)) as house:
+        for _ in range(3):
+            answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
+            told = ParsedTask.model_validate_json(answer.content)
+            assert (told.yolo_class, told.parser) == ("bottle", "rules")
+            assert "fake-llm" in told.notes
+        parsers = [one for one in (await house.client.get("/models")).json() if one["role"] == "parser"]
+    assert model.asked == 1
+    assert [one["available"] for one in parsers] == [False, True]
+
+
+async def test_the_rules_are_heard_where_the_model_saw_nothing(opened: Opened) -> None:
+    claim = ParsedTask(yolo_class="none", parser="fake-llm")
+    async with opened(House(language_model=FakeLanguageModel(answer=claim))) as house:
+        answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
+    assert answer.json()["parser"] == "rules"
+
+
+async def test_more_callers_than_may_wait_are_told_to_come_back(opened: Opened) -> None:
+    entered, go_on = threading.Event(), threading.Event()
+    house = House()
+
+    class Slow(type(house.detector)):
+        def detect(self, image: Any) -> Any:
+            entered.set()
+            go_on.wait(10.0)
+            return (bottle(),)
+
+    house.detector = Slow()
+    async with opened(house, waiting_max=1):
+        await house.until_loaded()
+        house.camera.show(1.0, SCENE)
+        await until(entered.is_set)
+        answer = await house.client.post("/detect", content=jpeg_of(SCENE))
+        go_on.set()
+    assert (answer.status_code, answer.headers["retry-after"]) == (429, "1")

@@ -1,0 +1,101 @@
+"""What every service answers alike: problems, health, readiness, metrics, limits."""
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+
+import httpx
+import pytest
+from fastapi import FastAPI, Request
+
+from contracts.base import Message
+from contracts.problem import Dependency, Problem, Readiness
+from mesh.app import make_app
+from mesh.errors import ConflictError, TooManyError
+from mesh.http import ServiceClient
+
+
+class Word(Message):
+    word: str
+
+
+@asynccontextmanager
+async def nothing(app: FastAPI) -> AsyncIterator[None]:
+    yield
+
+
+def make(*, ok: bool = True) -> FastAPI:
+    async def dependencies(request: Request) -> Sequence[Dependency]:
+        return [Dependency(name="redis", ok=ok, detail="" if ok else "away")]
+
+    app = make_app("sample", lifespan=nothing, dependencies=dependencies, body_bytes_max=1000)
+
+    @app.post("/echo")
+    async def echo(word: Word) -> Word:
+        if word.word == "busy":
+            raise ConflictError("busy with another word")
+        if word.word == "full":
+            raise TooManyError("the queue is full")
+        if word.word == "broken":
+            raise RuntimeError("a secret detail")
+        return word
+
+    return app
+
+
+@pytest.fixture
+async def client() -> AsyncIterator[httpx.AsyncClient]:
+    transport = httpx.ASGITransport(make(), raise_app_exceptions=False)
+    async with httpx.AsyncClient(transport=transport, base_url="http://sample") as opened:
+        yield opened
+
+
+@pytest.mark.parametrize(
+    ("body", "status"),
+    [
+        (b"{", 422),
+        (b'{"word": 1}', 422),
+        (b'{"word": "x", "more": 1}', 422),
+        (b'{"word": "busy"}', 409),
+        (b'{"word": "full"}', 429),
+        (b'{"word": "broken"}', 500),
+        (b'{"word": "' + b"x" * 2000 + b'"}', 413),
+    ],
+)
+async def test_what_cannot_be_done_is_a_clear_problem(client: httpx.AsyncClient, body: bytes, status: int) -> None:
+    answer = await client.post("/echo", content=body, headers={"content-type": "application/json"})
+    assert answer.status_code == status
+    assert answer.headers["content-type"] == "application/problem+json"
+    told = Problem.model_validate_json(answer.content)
+    assert told.status == status
+    assert "secret" not in answer.text
+
+
+async def test_a_body_without_a_length_is_limited_too(client: httpx.AsyncClient) -> None:
+    async def chunks() -> AsyncIterator[bytes]:
+        for _ in range(10):
+            yield b"x" * 500
+
+    answer = await client.post("/echo", content=chunks(), headers={"content-type": "application/json"})
+    assert answer.status_code == 413
+
+
+async def test_an_unknown_route_is_a_problem_too(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/nowhere")
+    assert (answer.status_code, answer.headers["content-type"]) == (404, "application/problem+json")
+
+
+async def test_ready_names_each_dependency() -> None:
+    for ok, status in ((True, 200), (False, 503)):
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(make(ok=ok)), base_url="http://sample") as client:
+            answer = await client.get("/ready")
+            assert answer.status_code == status
+            assert Readiness.model_validate_json(answer.content).dependencies[0].name == "redis"
+            assert (await client.get("/health")).status_code == 200
+            assert "python_info" in (await client.get("/metrics")).text
+
+
+async def test_the_service_client_speaks_to_such_an_app() -> None:
+    client = ServiceClient("sample", "http://sample", transport=httpx.ASGITransport(make()))
+    assert await client.post("/echo", Word(word="hello"), Word) == Word(word="hello")
+    assert (await client.dependency()).ok
+    await client.aclose()

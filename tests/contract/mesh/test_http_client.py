@@ -1,0 +1,56 @@
+"""How the service client names what can go wrong between two services."""
+
+import httpx
+import pytest
+
+from contracts.problem import Health
+from mesh.errors import MeshError, ServiceTimeoutError, UnavailableError, UpstreamError
+from mesh.http import ServiceClient
+
+
+def answering(*answers: httpx.Response | Exception) -> tuple[ServiceClient, list[httpx.Request]]:
+    seen: list[httpx.Request] = []
+    waiting = list(answers)
+
+    async def handler(request: httpx.Request) -> httpx.Response:
+        seen.append(request)
+        answer = waiting.pop(0) if len(waiting) > 1 else waiting[0]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    return ServiceClient("memory", "http://memory", transport=httpx.MockTransport(handler)), seen
+
+
+HEALTHY = httpx.Response(200, json={"status": "ok", "service": "memory"})
+
+
+@pytest.mark.parametrize(
+    ("answer", "error"),
+    [
+        (httpx.ConnectError("refused"), UnavailableError),
+        (httpx.ReadTimeout("slow"), ServiceTimeoutError),
+        (httpx.RemoteProtocolError("died"), UnavailableError),
+        (httpx.Response(409, json={"detail": "busy"}), UpstreamError),
+        (httpx.Response(503, json={"detail": "loading"}), UnavailableError),
+        (httpx.Response(500, text="<html>"), UpstreamError),
+        (httpx.Response(200, text="not json"), UpstreamError),
+        (httpx.Response(200, json={"service": 3}), UpstreamError),
+    ],
+)
+async def test_each_failure_has_a_name_and_names_the_service(
+    answer: httpx.Response | Exception, error: type[MeshError]
+) -> None:
+    client, _ = answering(answer)
+    with pytest.raises(error, match="memory"):
+        await client.post("/health", None, Health)
+
+
+async def test_reads_are_tried_again_and_writes_never() -> None:
+    client, seen = answering(httpx.ConnectError("refused"), HEALTHY)
+    assert (await client.get("/health", Health)).service == "memory"
+    assert len(seen) == 2
+    client, seen = answering(httpx.ConnectError("refused"), HEALTHY)
+    with pytest.raises(UnavailableError):
+        await client.post("/health", None, Health)
+    assert len(seen) == 1

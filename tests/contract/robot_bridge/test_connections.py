@@ -1,0 +1,160 @@
+"""What ends with a connection: sessions, teleoperation, closed-loop motions, streams."""
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import httpx
+import websockets
+from websockets.asyncio.client import ClientConnection
+
+from contracts.robot import GoalStatus
+from contracts.topics import ROBOT_NAVIGATION, ROBOT_STATE
+from robot_bridge.settings import Settings
+from support.bridge_behaviour import INSIDE
+from support.toy_robot import ToyRobot
+from support.waiting import until
+
+from .conftest import Served, serving
+
+
+@contextlib.asynccontextmanager
+async def session(served: Served) -> AsyncIterator[tuple[ClientConnection, str]]:
+    async with websockets.connect(f"ws://{served.address}/session?source=test") as socket:
+        yield socket, json.loads(await socket.recv())["session_id"]
+
+
+@contextlib.asynccontextmanager
+async def beating(socket: ClientConnection) -> AsyncIterator[None]:
+    async def beat() -> None:
+        while True:
+            await socket.send("beat")
+            await asyncio.sleep(0.05)
+
+    task = asyncio.create_task(beat())
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+def client(served: Served) -> httpx.AsyncClient:
+    return httpx.AsyncClient(base_url=f"http://{served.address}", timeout=20, trust_env=False)
+
+
+def lease(session_id: str | None = None) -> dict[str, object]:
+    return {
+        "twist": {"linear_x": 0.2},
+        "source": "test",
+        "epoch": 0,
+        "duration_s": 2.0,
+        "session_id": session_id,
+    }
+
+
+async def test_what_a_session_asked_for_ends_with_its_connection(served: Served) -> None:
+    async with client(served) as http, session(served) as (socket, session_id), beating(socket):
+        assert (await http.post("/velocity", json=lease(session_id))).json()["accepted"]
+        await until(lambda: served.toy.linear_x == 0.2)
+        socket.transport.abort()  # as a killed process leaves it
+        await until(lambda: served.toy.at_rest, timeout_s=0.5)
+        assert (await http.post("/velocity", json=lease(session_id))).status_code == 409
+
+
+async def test_a_goal_ends_with_its_session_and_nav2_moves_nothing_any_more(served: Served) -> None:
+    async with client(served) as http, session(served) as (socket, session_id), beating(socket):
+        body = {"pose": INSIDE, "epoch": 0, "session_id": session_id, "clear_costmaps": False}
+        assert (await http.post("/navigation/goals", json=body)).json()["status"] == "EXECUTING"
+        await until(lambda: served.toy.linear_x == 0.2)
+        socket.transport.abort()
+        await until(lambda: served.toy.at_rest, timeout_s=0.5)
+        await until(lambda: served.bus.of(ROBOT_NAVIGATION)[-1].status is GoalStatus.CANCELED)
+        assert served.bus.of(ROBOT_NAVIGATION)[-1].error_msg == "the session ended"
+
+
+async def test_a_session_that_falls_silent_ends_though_its_connection_stands(served: Served) -> None:
+    async with client(served) as http, session(served) as (socket, session_id):
+        async with beating(socket):
+            assert (await http.post("/velocity", json=lease(session_id))).json()["accepted"]
+            await until(lambda: served.toy.linear_x == 0.2)
+        await until(lambda: served.toy.at_rest, timeout_s=1.7)  # before the lease would end by itself
+        assert (await http.post("/velocity", json=lease(session_id))).status_code == 409
+        await asyncio.wait_for(socket.wait_closed(), 2.0)
+
+
+async def test_a_turn_ends_with_its_session(served: Served) -> None:
+    async with client(served) as http, session(served) as (socket, session_id), beating(socket):
+        body = {"angle_rad": 12.0, "epoch": 0, "session_id": session_id, "timeout_s": 30}
+        turning = asyncio.create_task(http.post("/rotate", json=body))
+        await until(lambda: served.toy.angular_z > 0.5)
+        await socket.close()
+        assert (await turning).json()["reason"] == "the session ended"
+        await until(lambda: served.toy.at_rest)
+
+
+async def test_a_turn_ends_when_its_client_goes_away(served: Served) -> None:
+    async with client(served) as http:
+        turning = asyncio.create_task(http.post("/rotate", json={"angle_rad": 12.0, "epoch": 0}))
+        await until(lambda: served.toy.angular_z > 0.5)
+        turning.cancel()
+        await until(lambda: served.toy.at_rest)
+
+
+async def test_teleoperation_answers_every_request_and_its_lease_ends_with_the_connection(served: Served) -> None:
+    async with websockets.connect(f"ws://{served.address}/velocity") as socket:
+        await socket.send("nonsense")
+        assert "malformed" in json.loads(await socket.recv())["reason"]
+        await socket.send(json.dumps(lease()))
+        assert json.loads(await socket.recv())["accepted"]
+        await until(lambda: served.toy.linear_x == 0.2)
+        socket.transport.abort()
+        await until(lambda: served.toy.at_rest, timeout_s=0.5)
+
+
+async def test_a_stop_reaches_teleoperation_as_a_refusal(served: Served) -> None:
+    async with client(served) as http, websockets.connect(f"ws://{served.address}/velocity") as socket:
+        await http.post("/emergency-stop")
+        await socket.send(json.dumps(lease() | {"epoch": 1}))
+        reply = json.loads(await socket.recv())
+        assert (reply["accepted"], reply["reason"]) == (False, "the emergency stop is latched")
+
+
+async def test_the_stream_shows_newer_and_newer_frames(served: Served) -> None:
+    stamps: list[float] = []
+    async with client(served) as http, http.stream("GET", "/camera/stream") as response:
+        assert response.headers["content-type"].startswith("multipart/x-mixed-replace")
+        async for line in response.aiter_lines():
+            if line.startswith("X-Stamp-S: "):
+                stamps.append(float(line.removeprefix("X-Stamp-S: ")))
+            if len(stamps) == 3:
+                break
+    assert stamps == sorted(set(stamps))
+
+
+async def test_a_latched_stop_is_still_latched_in_the_next_life(tmp_path: Path) -> None:
+    settings = Settings(state_dir=tmp_path)
+    async with serving(settings, ToyRobot()) as first, client(first) as http:
+        await http.post("/emergency-stop", json={"reason": "smoke", "by": "a person"})
+    async with serving(settings, ToyRobot()) as second, client(second) as http:
+        state = (await http.get("/emergency-stop")).json()
+        assert (state["latched"], state["epoch"], state["reason"]) == (True, 1, "smoke")
+        assert (await http.post("/velocity", json=lease() | {"epoch": 1})).status_code == 409
+        await until(lambda: second.toy.base_stop is True)
+        await http.post("/emergency-stop/reset")
+        assert (await http.post("/velocity", json=lease() | {"epoch": 1})).json()["accepted"]
+
+
+async def test_with_the_bus_away_the_robot_still_obeys_and_stops(served: Served) -> None:
+    served.bus.connected = False
+    async with client(served) as http:
+        assert (await http.post("/velocity", json=lease())).json()["accepted"]
+        await until(lambda: served.toy.linear_x == 0.2)
+        assert (await http.post("/emergency-stop")).json()["state"]["latched"]
+        await until(lambda: served.toy.at_rest)
+        ready = await http.get("/ready")
+        assert ready.status_code == 503
+        assert [d["name"] for d in ready.json()["dependencies"] if not d["ok"]] == ["redis"]
+    assert served.bus.of(ROBOT_STATE) is not None

@@ -1,0 +1,38 @@
+"""Every route keeps what the OpenAPI document promises, for generated good and bad requests."""
+
+from pathlib import Path
+
+import schemathesis
+from hypothesis import HealthCheck, Phase, settings
+from schemathesis.specs.openapi.checks import (
+    allow_header_conformance,
+    negative_data_rejection,
+    positive_data_acceptance,
+)
+
+from robot_bridge.app import create_app
+from robot_bridge.settings import Settings
+from support.bus import MemoryBus
+from support.fake_robot import FakeRobot
+from support.toy_robot import ToyRobot
+
+# The latch cannot be written there, which must hinder nothing.
+app = create_app(Settings(state_dir=Path("/dev/null/state")), bus=MemoryBus(), robot=FakeRobot(ToyRobot()))
+# Left out: what by its nature goes on for longer than a generated test may take. test_connections and test_bad_input
+# look after those.
+schema = schemathesis.openapi.from_asgi("/openapi.json", app).exclude(path_regex="^/(rotate|drive|camera/.*)$")
+
+
+@schema.parametrize()
+@settings(
+    max_examples=15,
+    deadline=None,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
+)
+def test_every_route_keeps_its_promise(case: schemathesis.Case) -> None:
+    # Pydantic takes "1" for 1 in a body, and a stop stops whatever its body says; a goal outside the map is a 422;
+    # Starlette names in Allow only the methods of one of two routes on a path.
+    case.call_and_validate(
+        excluded_checks=[allow_header_conformance, negative_data_rejection, positive_data_acceptance]
+    )

@@ -1,0 +1,37 @@
+"""The topics are one list, and their wire format is pinned."""
+
+import pytest
+from pydantic import ValidationError
+
+from contracts.mission import MissionTarget
+from contracts.robot import EmergencyStop
+from contracts.topics import ALL_TOPICS, MISSION_TARGET, ROBOT_EMERGENCY_STOP
+from contracts.vision import Target
+
+SERVICES = {"coordinator", "inference", "memory", "robot_bridge", "ui"}
+
+
+def test_names_are_unique() -> None:
+    assert len({topic.name for topic in ALL_TOPICS}) == len(ALL_TOPICS)
+
+
+def test_every_topic_has_one_publisher_among_the_services() -> None:
+    assert {topic.publisher for topic in ALL_TOPICS} <= SERVICES
+
+
+def test_the_wire_format_is_pinned() -> None:
+    wire = b'{"target":{"label":"bottle","description":"red bottle"},"mission_id":"m1","fast":false}'
+    message = MissionTarget(target=Target(label="bottle", description="red bottle"), mission_id="m1")
+    assert MISSION_TARGET.encode(message) == wire
+    assert MISSION_TARGET.decode(wire) == message
+
+
+@pytest.mark.parametrize("data", [b"", b"null", b'{"latched":true}', b'{"latched":true,"epoch":1,"extra":1}'])
+def test_anything_else_is_refused(data: bytes) -> None:
+    with pytest.raises(ValidationError):
+        ROBOT_EMERGENCY_STOP.decode(data)
+
+
+def test_messages_refuse_nan() -> None:
+    with pytest.raises(ValidationError):
+        EmergencyStop(latched=False, epoch=0, since_s=float("nan"))

@@ -1,0 +1,147 @@
+"""What the operator does and comes to know, whoever is away."""
+
+import asyncio
+from collections.abc import AsyncIterator
+
+import pytest
+
+from contracts.robot import EmergencyStop
+from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_EMERGENCY_STOP, ROBOT_STATE
+from mesh.tasks import Tasks
+from support.fake_clock import FakeClock
+from support.ui_world import UiWorld, event, home_map, mission, robot_state, status
+from support.waiting import until
+from ui.desk import Desk
+from ui.settings import Settings
+
+
+@pytest.fixture
+def world() -> UiWorld:
+    return UiWorld()
+
+
+@pytest.fixture
+def clock() -> FakeClock:
+    return FakeClock()
+
+
+@pytest.fixture
+async def desk(world: UiWorld, clock: FakeClock) -> AsyncIterator[Desk]:
+    opened = Desk(
+        settings=Settings(),
+        bus=world.bus,
+        robot=world.robot,
+        eyes=world.eyes,
+        missions=world.missions,
+        memory=world.memory,
+        clock=clock,
+    )
+    async with Tasks() as tasks:
+        opened.start(tasks)
+        await until(lambda: world.bus.listened_to(MISSION_EVENTS))
+        yield opened
+
+
+async def test_a_command_is_passed_on_trimmed(desk: Desk, world: UiWorld) -> None:
+    told = await desk.command("  find the red bottle \n")
+    assert (told.ok, told.text) == (True, "Looking for: red bottle")
+    assert world.missions.commands == ["find the red bottle"]
+
+
+async def test_a_refusal_is_told_in_the_words_of_the_service(desk: Desk, world: UiWorld) -> None:
+    world.missions.refusal = "nothing known in 'find the flux capacitor'"
+    told = await desk.command("find the flux capacitor")
+    assert (told.ok, told.text) == (False, "nothing known in 'find the flux capacitor'")
+
+
+@pytest.mark.parametrize("text", ["", "   ", "x" * 501])
+async def test_an_empty_or_endless_command_never_leaves_the_page(desk: Desk, world: UiWorld, text: str) -> None:
+    assert not (await desk.command(text)).ok
+    assert world.missions.commands == []
+
+
+async def test_a_command_while_the_coordinator_is_away_names_it(desk: Desk, world: UiWorld) -> None:
+    world.missions.away = True
+    told = await desk.command("find the cup")
+    assert (told.ok, told.text) == (False, "coordinator: not reachable")
+
+
+async def test_pause_resume_and_cancel_mean_the_mission_that_is_shown(desk: Desk, world: UiWorld) -> None:
+    assert not (await desk.pause()).ok
+    await world.bus.publish(MISSION_STATE, status(mission(id="m-7")))
+    await until(lambda: desk.situation.mission_id == "m-7")
+    for act in (desk.pause, desk.resume, desk.cancel):
+        assert (await act()).ok
+    assert world.missions.acted == [("pause", "m-7"), ("resume", "m-7"), ("cancel", "m-7")]
+
+
+async def test_docking_tells_how_it_went(desk: Desk) -> None:
+    assert (await desk.dock()).ok
+    told = await desk.undock()
+    assert (told.ok, told.text) == (False, "It did not undock: the base gave up")
+
+
+async def test_reset_is_told_and_shown(desk: Desk, world: UiWorld) -> None:
+    await desk.emergency_stop(reason="a test", by="test")
+    assert desk.situation.stop is not None
+    assert desk.situation.stop.latched
+    assert (await desk.reset(by="test")).ok
+    assert not desk.situation.stop.latched
+    assert len(world.robot.resets) == 1
+
+
+async def test_facts_come_from_the_bus(desk: Desk, world: UiWorld) -> None:
+    await world.bus.publish(ROBOT_STATE, robot_state())
+    await world.bus.publish(MISSION_STATE, status(mission()))
+    await world.bus.publish(MISSION_EVENTS, event(1, "begun"))
+    await world.bus.publish(ROBOT_EMERGENCY_STOP, EmergencyStop(latched=True, epoch=3))
+    await until(lambda: desk.situation.stop is not None and desk.situation.stop.epoch == 3)
+    await until(lambda: [one.text for one in desk.situation.events] == ["begun"])
+    assert desk.situation.robot is not None
+    assert desk.situation.mission_id == "m-1"
+
+
+async def test_without_redis_the_services_are_asked(desk: Desk, world: UiWorld) -> None:
+    world.bus.connected = False
+    world.missions.current = status(mission())
+    world.missions.timeline = (event(1, "begun"), event(2, "going"))
+    await desk.refresh()
+    assert [service.name for service in desk.situation.services if not service.ok] == ["redis"]
+    assert desk.situation.robot is not None
+    assert [one.text for one in desk.situation.events] == ["begun", "going"]
+
+
+async def test_what_was_told_before_this_process_began_is_fetched_once(desk: Desk, world: UiWorld) -> None:
+    world.missions.timeline = (event(1, "begun"),)
+    await world.bus.publish(MISSION_STATE, status(mission()))
+    await until(lambda: desk.situation.mission_id == "m-1")
+    await desk.refresh()
+    assert [one.text for one in desk.situation.events] == ["begun"]
+
+
+async def test_however_many_ask_the_services_are_asked_once_a_period(
+    desk: Desk, world: UiWorld, clock: FakeClock
+) -> None:
+    await asyncio.gather(*(desk.refresh() for _ in range(20)))
+    assert world.robot.asked == ["map", "state"]
+    await clock.advance(desk.settings.health_period_s + 0.1)
+    await asyncio.gather(*(desk.refresh() for _ in range(20)))
+    assert world.robot.asked == ["map", "state", "state"]
+
+
+async def test_everything_away_is_named_and_nothing_raises(desk: Desk, world: UiWorld) -> None:
+    world.bus.connected = False
+    for service in (world.missions, world.eyes, world.memory, world.robot):
+        service.away = True
+    await desk.refresh()
+    assert [service.ok for service in desk.situation.services] == [False] * 5
+
+
+async def test_a_broken_map_leaves_the_last_one_standing(desk: Desk, world: UiWorld, clock: FakeClock) -> None:
+    await desk.refresh()
+    before = desk.picture
+    world.robot.grid = home_map().model_copy(update={"data_base64": "AAAA"})
+    await clock.advance(desk.settings.map_period_s + 0.1)
+    await desk.refresh()
+    assert before is not None
+    assert desk.picture is before

@@ -1,0 +1,110 @@
+"""The routes beside the page."""
+
+import httpx
+import pytest
+
+from contracts.robot import EmergencyStopReply
+from support.ui_world import FIRST_ZERO_MS, STARTED_S, UiWorld
+
+
+async def test_stop_reaches_the_robot_and_tells_the_measured_time(client: httpx.AsyncClient, world: UiWorld) -> None:
+    answer = await client.post("/stop")
+    reply = EmergencyStopReply.model_validate_json(answer.content)
+    assert reply.state.latched
+    assert reply.first_zero_ms == FIRST_ZERO_MS
+    assert [stop.reason for stop in world.robot.stops] == ["STOP pressed on the page"]
+
+
+async def test_stop_needs_neither_redis_nor_any_service_but_the_bridge(
+    client: httpx.AsyncClient, world: UiWorld
+) -> None:
+    world.bus.connected = False
+    for service in (world.missions, world.eyes, world.memory):
+        service.away = True
+    assert (await client.post("/stop?how=escape")).status_code == 200
+    assert [stop.reason for stop in world.robot.stops] == ["Esc pressed on the page"]
+
+
+@pytest.mark.parametrize("body", [b"", b"{", b"\xff" * 100, b'{"reason": 7}'])
+async def test_nothing_in_the_request_keeps_stop_from_stopping(
+    client: httpx.AsyncClient, world: UiWorld, body: bytes
+) -> None:
+    assert (await client.post("/stop?how=[]&x=%00", content=body)).status_code == 200
+    assert len(world.robot.stops) == 1
+
+
+async def test_a_stop_that_cannot_reach_the_robot_says_so(client: httpx.AsyncClient, world: UiWorld) -> None:
+    world.robot.away = True
+    answer = await client.post("/stop")
+    assert answer.status_code == 503
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["detail"] == "robot_bridge: not reachable"
+
+
+async def test_the_newest_frame_comes_with_its_stamp(client: httpx.AsyncClient) -> None:
+    first, second = await client.get("/live/frame"), await client.get(f"/live/frame?after={STARTED_S + 1}&wait_s=1")
+    assert first.headers["content-type"] == "image/jpeg"
+    assert first.content.startswith(b"\xff\xd8")
+    assert float(second.headers["x-stamp-s"]) == float(first.headers["x-stamp-s"]) + 1.0
+
+
+async def test_no_new_frame_is_no_content(client: httpx.AsyncClient, world: UiWorld) -> None:
+    world.eyes.nothing_new = True
+    assert (await client.get("/live/frame")).status_code == 204
+
+
+async def test_a_frame_while_inference_is_away_is_a_problem_that_names_it(
+    client: httpx.AsyncClient, world: UiWorld
+) -> None:
+    world.eyes.away = True
+    answer = await client.get("/live/frame")
+    assert answer.status_code == 503
+    assert "inference" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("query", ["after=yesterday", "after=nan", "wait_s=-1", "wait_s=3600"])
+async def test_a_malformed_question_for_a_frame_is_refused(client: httpx.AsyncClient, query: str) -> None:
+    answer = await client.get(f"/live/frame?{query}")
+    assert answer.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+
+
+async def test_the_map_is_a_picture(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/live/map.png")
+    assert answer.headers["content-type"] == "image/png"
+    assert answer.content.startswith(b"\x89PNG")
+
+
+async def test_without_a_map_the_bridge_is_named(client: httpx.AsyncClient, world: UiWorld) -> None:
+    world.robot.away = True
+    answer = await client.get("/live/map.png")
+    assert answer.status_code == 503
+    assert "robot_bridge" in answer.json()["detail"]
+
+
+async def test_ready_names_redis_and_every_service(client: httpx.AsyncClient, world: UiWorld) -> None:
+    assert (await client.get("/ready")).status_code == 200
+    world.bus.connected = False
+    world.memory.away = True
+    answer = await client.get("/ready")
+    assert answer.status_code == 503
+    assert [one["name"] for one in answer.json()["dependencies"] if not one["ok"]] == ["redis", "memory"]
+
+
+async def test_health_answers_while_everything_is_away(client: httpx.AsyncClient, world: UiWorld) -> None:
+    for service in (world.missions, world.eyes, world.memory, world.robot):
+        service.away = True
+    assert (await client.get("/health")).json() == {"status": "ok", "service": "ui"}
+
+
+async def test_a_huge_body_is_refused(client: httpx.AsyncClient, world: UiWorld) -> None:
+    assert (await client.post("/stop", content=b"x" * 1_000_000)).status_code == 413
+
+
+async def test_the_page_asks_for_nothing_from_outside(client: httpx.AsyncClient) -> None:
+    page = (await client.get("/")).text
+    assert "ATOM" in page
+    assert 'src="http' not in page
+    assert 'href="http' not in page
+    style = await client.get("/assets/ui.css")
+    assert "url(http" not in style.text

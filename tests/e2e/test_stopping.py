@@ -1,0 +1,67 @@
+"""Whatever is asked to stop, or dies, the robot stands still, and the mesh heals."""
+
+import logging
+
+import pytest
+
+from demo.stack import SERVICES
+from support.mesh_run import MeshRun
+
+REST_WITHIN_S = 0.5
+SAMPLING_S = 0.15
+"""Reading the truth over HTTP takes a moment; the robot may have been at rest for that long already."""
+
+
+@pytest.fixture(autouse=True)
+def begin_at_rest(mesh: MeshRun) -> None:
+    mesh.rested()
+
+
+def seconds_to_rest(mesh: MeshRun, since_s: float) -> float:
+    """Simulated seconds from `since_s` until the robot was seen at rest."""
+    mesh.until(mesh.still, timeout_s=5.0, what="a robot at rest")
+    seconds = mesh.simulated_s() - since_s
+    logging.getLogger(__name__).info("at rest after %.2f s", seconds)
+    return seconds
+
+
+def test_the_emergency_stop_stops_and_it_stays_stopped(mesh: MeshRun) -> None:
+    mission_id = mesh.driving()
+    at_s = mesh.simulated_s()
+    stopped = mesh.http.post(mesh.url("robot_bridge", "/emergency-stop"))  # as curl -X POST does: no body
+    assert stopped.status_code == 200
+    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S + SAMPLING_S
+    mesh.stays_at_rest_for(3.0)
+    mesh.until(
+        lambda: mesh.get("coordinator", f"/missions/{mission_id}")["outcome"] == "aborted",
+        timeout_s=5.0,
+        what="an aborted mission",
+    )
+    refused = mesh.post("coordinator", "/missions", {"command": "find the red bottle"})
+    assert refused.status_code == 409
+    mesh.post("robot_bridge", "/emergency-stop/reset").raise_for_status()
+    mesh.stays_at_rest_for(2.0)
+
+
+def test_killing_the_coordinator_brings_the_robot_to_rest_and_nothing_resumes(mesh: MeshRun) -> None:
+    mesh.driving()
+    at_s = mesh.kill("coordinator")
+    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S + SAMPLING_S
+    mesh.until(mesh.ready, timeout_s=60.0, what="the mesh ready again after the coordinator died")
+    mesh.stays_at_rest_for(2.0)
+
+
+def test_killing_the_bridge_brings_the_robot_to_rest_before_anything_else(mesh: MeshRun) -> None:
+    mesh.driving()
+    at_s = mesh.kill("robot_bridge")
+    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S + SAMPLING_S
+    mesh.until(mesh.ready, timeout_s=60.0, what="the mesh ready again after the bridge died")
+    mesh.rested()  # the mission may go on by itself, with requests of its own; it can be cancelled as ever
+
+
+@pytest.mark.parametrize("name", sorted({*SERVICES, "redis"} - {"coordinator", "robot_bridge"}))
+def test_any_other_process_may_die_and_comes_back(mesh: MeshRun, name: str) -> None:
+    mesh.kill(name)
+    mesh.until(lambda: not mesh.ready(), timeout_s=10.0, what=f"{name} missed")
+    mesh.stays_at_rest_for(1.0)
+    mesh.until(mesh.ready, timeout_s=60.0, what=f"the mesh ready again after {name} died")

@@ -1,0 +1,204 @@
+"""The whole service over real Redis and a real SQLite file."""
+
+import sqlite3
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import aclosing, asynccontextmanager, closing, contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+from asgi_lifespan import LifespanManager
+
+from contracts.geometry import Pose2D
+from contracts.memory import LabelCount, ObservationBatch, ObservationsReply, View
+from contracts.topics import VISION_DETECTIONS
+from contracts.vision import Detection, Detections
+from memory.adapters.sqlite import SqliteStore
+from memory.app import create_app
+from memory.settings import Settings
+from mesh.bus import open_bus
+from mesh.errors import UnavailableError
+from mesh.http import ServiceClient
+from support.observations import seen
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "data" / "memory.db"
+
+
+@asynccontextmanager
+async def serving(path: Path, redis_url: str) -> AsyncIterator[ServiceClient]:
+    settings = Settings(
+        database_url=f"sqlite+aiosqlite:///{path}", redis_url=redis_url, flush_period_s=0.02, busy_timeout_s=0.3
+    )
+    async with LifespanManager(create_app(settings)) as manager:
+        client = ServiceClient("memory", "http://memory", transport=httpx.ASGITransport(manager.app), timeout_s=5.0)
+        try:
+            yield client
+        finally:
+            await client.aclose()
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    with closing(sqlite3.connect(path, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        yield
+        other.execute("ROLLBACK")
+
+
+def batch(*xs: float) -> ObservationBatch:
+    return ObservationBatch(observations=tuple(seen(x=x) for x in xs))
+
+
+async def test_detections_on_redis_become_views_and_survive_a_restart(path: Path, redis_url: str) -> None:
+    frame = Detections(
+        stamp_s=3.0,
+        image_width_px=250,
+        image_height_px=250,
+        pose=Pose2D(x=1.0, y=2.0, yaw=0.5),
+        detections=tuple(
+            Detection(label=label, confidence=0.8, bbox_xyxy=(0.0, 0.0, 9.0, 9.0), colour=colour)
+            for label, colour in (("bottle", "red"), ("person", None))
+        ),
+    )
+    async with serving(path, redis_url) as client, open_bus(redis_url) as bus:
+        found: list[View] = []
+        while not found:
+            assert await bus.publish(VISION_DETECTIONS, frame)
+            found = await client.get_list("/views", View, label="bottle")
+        assert (await client.http.get("/ready")).status_code == 200
+    async with serving(path, redis_url) as client:
+        assert await client.get_list("/views", View) == found
+        assert [one.label for one in await client.get_list("/labels", LabelCount)] == ["bottle"]
+    assert not any(b"person" in file.read_bytes() for file in path.parent.iterdir())
+
+
+async def test_a_locked_file_is_a_503_not_a_hang_and_reading_goes_on(path: Path, redis_url: str) -> None:
+    async with serving(path, redis_url) as client:
+        await client.post("/observations", batch(1.0), ObservationsReply)
+        with locked(path):
+            with pytest.raises(UnavailableError, match="database is locked"):
+                await client.post("/observations", batch(2.0), ObservationsReply)
+            answer = await client.http.get("/ready", timeout=1.0)
+            assert "database is locked" in answer.text
+            assert len(await client.get_list("/views", View)) == 1
+        await client.post("/observations", batch(3.0), ObservationsReply)
+        assert len(await client.get_list("/views", View)) == 2
+
+
+async def test_a_file_that_is_locked_at_the_start_is_opened_once_it_is_free(path: Path, redis_url: str) -> None:
+    path.parent.mkdir()
+    async with serving(path, redis_url) as client:
+        with locked(path), pytest.raises(UnavailableError, match="database is locked"):
+            await client.post("/observations", batch(1.0), ObservationsReply)
+        await client.post("/observations", batch(1.0), ObservationsReply)
+        assert len(await client.get_list("/views", View)) == 1
+
+
+def all_of_it(whole: bytes) -> bytes:
+    return b"this is no database" * 1000
+
+
+def its_end(whole: bytes) -> bytes:
+    return whole[: len(whole) // 2]
+
+
+def some_pages(whole: bytes) -> bytes:
+    return whole[:8192] + bytes(range(256)) * 128 + whole[8192 + 256 * 128 :]
+
+
+def change(path: Path, damage: Callable[[bytes], bytes]) -> bytes:
+    path.write_bytes(damage(path.read_bytes()))
+    return path.read_bytes()
+
+
+def read(path: Path, name: str) -> bytes:
+    return path.with_name(name).read_bytes()
+
+
+@pytest.mark.parametrize("damage", [all_of_it, its_end, some_pages])
+async def test_a_corrupt_file_is_set_aside_as_it_was(
+    path: Path, redis_url: str, damage: Callable[[bytes], bytes], capfd: pytest.CaptureFixture[str]
+) -> None:
+    async with aclosing(SqliteStore(path)) as store:
+        await store.add([seen(x=float(k)) for k in range(1000)])
+    damaged = change(path, damage)
+    path.with_name("memory.db.corrupt-1").write_bytes(b"of an earlier time")
+    async with serving(path, redis_url) as client:
+        await client.post("/observations", batch(1.0), ObservationsReply)
+        assert len(await client.get_list("/views", View)) == 1
+    assert read(path, "memory.db.corrupt-1") == b"of an earlier time"
+    assert read(path, "memory.db.corrupt-2") == damaged
+    said = "".join(capfd.readouterr())
+    assert "the memory was corrupt: set aside" in said
+    assert "memory.db.corrupt-2" in said
+
+
+@pytest.mark.parametrize(
+    ("statements", "told"),
+    [
+        ("CREATE TABLE recipes (id INTEGER)", "another program's tables"),
+        ("CREATE TABLE schema_version (version INTEGER); INSERT INTO schema_version VALUES (99)", "schema version 99"),
+    ],
+)
+async def test_a_file_that_is_not_ours_is_left_alone(path: Path, redis_url: str, statements: str, told: str) -> None:
+    path.parent.mkdir()
+    with closing(sqlite3.connect(path)) as other:
+        other.executescript(statements)
+    before = read(path, path.name)
+    async with serving(path, redis_url) as client:
+        with pytest.raises(UnavailableError, match=told):
+            await client.post("/observations", batch(1.0), ObservationsReply)
+        answer = await client.http.get("/ready")
+        assert (answer.status_code, told in answer.text) == (503, True)
+    assert read(path, path.name) == before
+
+
+async def test_a_folder_that_cannot_be_made_is_a_503(tmp_path: Path, redis_url: str) -> None:
+    (tmp_path / "data").write_text("a file, not a folder")
+    async with serving(tmp_path / "data" / "memory.db", redis_url) as client:
+        with pytest.raises(UnavailableError, match="database"):
+            await client.post("/observations", batch(1.0), ObservationsReply)
+
+
+WRITER = """
+import asyncio, sys
+from pathlib import Path
+from contracts.geometry import Pose2D
+from contracts.memory import Observation
+from memory.adapters.sqlite import SqliteStore
+
+async def main():
+    store = SqliteStore(Path(sys.argv[1]))
+    for k in range(int(sys.argv[2]), 20_000):
+        pose = Pose2D(x=k * 0.25 + 0.1, y=0.0, yaw=0.1)
+        await store.add([Observation(label="cup", confidence=0.5, pose=pose, stamp_s=float(k))] * 3)
+        print(k, flush=True)
+
+asyncio.run(main())
+"""
+
+
+def killed_after(acknowledgements: int, path: Path, first: int) -> list[int]:
+    """Everything a writer said was stored before it was killed in mid-writing."""
+    command = [sys.executable, "-c", WRITER, str(path), str(first)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
+        assert writer.stdout is not None
+        said = [int(writer.stdout.readline()) for _ in range(acknowledgements)]
+        writer.kill()
+        return said + [int(line) for line in writer.stdout.read().splitlines()]
+
+
+async def test_nothing_that_was_acknowledged_is_lost_when_the_writer_is_killed(path: Path) -> None:
+    acknowledged: list[int] = []
+    for enough in (1, 30, 7):
+        acknowledged += killed_after(enough, path, len(acknowledged))
+    async with aclosing(SqliteStore(path)) as store:
+        kept = {round((one.pose.x - 0.1) / 0.25) for one in await store.views("cup", 5000)}
+    assert set(acknowledged) <= kept
+    assert len(kept) <= len(acknowledged) + 3
+    assert [file.name for file in path.parent.iterdir() if "corrupt" in file.name] == []

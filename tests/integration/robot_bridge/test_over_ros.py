@@ -1,0 +1,171 @@
+"""What only real ROS 2 can show: foreign velocities, senseless messages, lives and deaths of the process."""
+
+import asyncio
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import AsyncIterator, Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import rclpy
+import redis.asyncio
+from nav2_msgs.action import NavigateToPose
+from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image, LaserScan
+
+from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_STATE
+from mesh.bus import kept_key
+from support.bridge_behaviour import INSIDE, Rig
+from support.redis_server import free_port
+from support.toy_robot import ToyRobot
+from support.waiting import until
+
+pytestmark = pytest.mark.filterwarnings("ignore:failed to send response:RuntimeWarning")
+
+SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@pytest.fixture
+def stranger(ros_domain: int) -> Iterator[Node]:
+    """Somebody else's node on the robot's network."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = Node("stranger", context=context, enable_rosout=False, start_parameter_services=False)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
+    context.destroy()
+
+
+async def test_nav2_velocity_without_a_goal_of_ours_moves_nothing(rig: Rig) -> None:
+    """The toy sends cmd_vel_nav all the time."""
+    before = len(rig.toy.velocities)
+    await until(lambda: len(rig.toy.velocities) > before + 20)
+    assert set(rig.toy.velocities) == {(0.0, 0.0)}
+
+
+async def test_zeros_go_out_at_20_hz_whatever_happens(rig: Rig) -> None:
+    loop = asyncio.get_running_loop()
+    before, began_s = len(rig.toy.velocities), loop.time()
+    await until(lambda: len(rig.toy.velocities) >= before + 40)
+    assert (loop.time() - began_s) / 40 == pytest.approx(0.05, rel=0.2)
+
+
+async def test_senseless_messages_are_dropped_and_counted_and_nothing_dies(rig: Rig, stranger: Node) -> None:
+    scan = stranger.create_publisher(LaserScan, "scan", SENSOR)
+    rgb = stranger.create_publisher(Image, "oakd/rgb/preview/image_raw", SENSOR)
+    depth = stranger.create_publisher(Image, "oakd/stereo/image_raw", SENSOR)
+    info = stranger.create_publisher(CameraInfo, "oakd/rgb/preview/camera_info", SENSOR)
+    publishers = (scan, rgb, depth, info)
+    await until(lambda: all(each.get_subscription_count() for each in publishers))
+    nan_scan = LaserScan(range_max=12.0, angle_increment=0.1, ranges=[float("nan")] * 10)
+    nan_scan.header.frame_id, nan_scan.angle_min = "laser", float("nan")
+
+    async def counts() -> dict[str, float]:
+        lines = (await rig.client.get("/metrics")).text.splitlines()
+        named = (line.split() for line in lines if line.startswith("robot_bridge_ros_malformed_total{"))
+        return {name.split('"')[1]: float(value) for name, value in named}
+
+    before = await counts()
+    topics = ("scan", "oakd/rgb/preview/image_raw", "oakd/stereo/image_raw", "oakd/rgb/preview/camera_info")
+    now = before
+    async with asyncio.timeout(10.0):
+        while not all(now[topic] > before[topic] for topic in topics):
+            scan.publish(nan_scan)
+            rgb.publish(Image(encoding="rgb8", width=0, height=0))
+            depth.publish(Image(encoding="16UC1", width=640, height=400, step=1280, data=b"\0"))
+            info.publish(CameraInfo(width=250, height=250))
+            await asyncio.sleep(0.02)
+            now = await counts()
+    assert (await rig.client.get("/ready")).status_code == 200
+
+
+class Process:
+    """`python -m robot_bridge` as a supervisor starts it."""
+
+    def __init__(self, state_dir: Path, redis_url: str) -> None:
+        self.port = free_port()
+        self._environment = os.environ | {
+            "ROBOT_BRIDGE_PORT": str(self.port),
+            "ROBOT_BRIDGE_STATE_DIR": str(state_dir),
+            "ROBOT_BRIDGE_REDIS_URL": redis_url,
+        }
+
+    @contextlib.asynccontextmanager
+    async def life(self) -> AsyncIterator["tuple[asyncio.subprocess.Process, httpx.AsyncClient]"]:
+        process = await asyncio.create_subprocess_exec(sys.executable, "-m", "robot_bridge", env=self._environment)
+        base_url = f"http://127.0.0.1:{self.port}"
+        async with httpx.AsyncClient(base_url=base_url, timeout=20, trust_env=False) as client:
+            try:
+                await _ready(client)
+                yield process, client
+            finally:
+                with contextlib.suppress(ProcessLookupError):
+                    process.terminate()
+                await asyncio.wait_for(process.wait(), 10.0)
+
+
+async def _ready(client: httpx.AsyncClient) -> None:
+    async with asyncio.timeout(30.0):
+        while True:
+            with contextlib.suppress(httpx.TransportError):
+                if (await client.get("/ready")).status_code == 200:
+                    return
+            await asyncio.sleep(0.05)
+
+
+async def test_a_killed_bridge_wakes_up_latched_and_its_facts_are_in_redis(
+    toy: ToyRobot, tmp_path: Path, redis_url: str
+) -> None:
+    bridge = Process(tmp_path, redis_url)
+    async with bridge.life() as (process, client):
+        goal: dict[str, Any] = {"pose": INSIDE, "epoch": 0}
+        assert (await client.post("/navigation/goals", json=goal)).json()["status"] == "EXECUTING"
+        await until(lambda: toy.linear_x == 0.2)
+        assert (await client.post("/emergency-stop")).json()["state"]["latched"]
+        process.kill()
+        await process.wait()
+    await until(lambda: toy.at_rest)
+    async with bridge.life() as (process, client):
+        assert (await client.get("/emergency-stop")).json()["latched"]
+        await until(lambda: toy.base_stop is True)
+        store = redis.asyncio.Redis.from_url(redis_url)
+        kept = ROBOT_EMERGENCY_STOP.decode(await store.get(kept_key(ROBOT_EMERGENCY_STOP)))
+        state = ROBOT_STATE.decode(await store.get(kept_key(ROBOT_STATE)))
+        await store.aclose()
+        assert (kept.latched, kept.epoch, state.pose is not None) == (True, 1, True)
+        process.send_signal(signal.SIGTERM)
+        assert await asyncio.wait_for(process.wait(), 10.0) in {
+            0,
+            -signal.SIGTERM,
+        }  # uvicorn raises it again at the end
+
+
+def spin(executor: SingleThreadedExecutor, condition: Callable[[], bool]) -> None:
+    """Serves a node until the condition holds; the test's own timeout ends it otherwise."""
+    while not condition():
+        executor.spin_once(timeout_sec=0.02)
+
+
+async def test_goals_left_by_an_earlier_life_are_cancelled_and_never_driven(
+    toy: ToyRobot, tmp_path: Path, redis_url: str, stranger: Node
+) -> None:
+    executor = SingleThreadedExecutor(context=stranger.context)
+    executor.add_node(stranger)
+    client = ActionClient(stranger, NavigateToPose, "navigate_to_pose")
+    spin(executor, client.server_is_ready)
+    sending = client.send_goal_async(NavigateToPose.Goal())
+    spin(executor, sending.done)
+    assert sending.result().accepted
+    async with Process(tmp_path, redis_url).life():
+        assert toy.cancelled == 1
+        assert set(toy.velocities) == {(0.0, 0.0)}
+    client.destroy()
+    executor.shutdown()

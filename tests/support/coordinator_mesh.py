@@ -1,0 +1,110 @@
+"""The coordinator's app over a fake world in fake time."""
+
+import asyncio
+import math
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from dataclasses import dataclass
+
+import httpx
+from asgi_lifespan import LifespanManager
+
+from contracts.geometry import Pose2D
+from contracts.mission import Mission, MissionEvent, MissionState
+from coordinator.app import create_app
+from coordinator.settings import Settings
+from support.bus import MemoryBus
+from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, Thing, World
+from support.fake_clock import FakeClock
+
+
+@dataclass
+class Mesh:
+    client: httpx.AsyncClient
+    world: World
+    robot: FakeRobot
+    eyes: FakeEyes
+    memory: FakeMemory
+    clock: FakeClock
+    bus: MemoryBus
+    running: asyncio.Task[None]
+
+    def silence(self) -> None:
+        """The robot and the eyes say nothing any more."""
+        self.running.cancel()
+
+    def away_m(self, thing: Thing) -> float:
+        """From the camera."""
+        return math.hypot(self.world.pose.x - thing.x, self.world.pose.y - thing.y) - 0.06
+
+    def bearing_rad(self, thing: Thing) -> float:
+        pose = self.world.pose
+        return math.remainder(math.atan2(thing.y - pose.y, thing.x - pose.x) - pose.yaw, math.tau)
+
+    async def post_mission(self, command: str = "find the red bottle") -> Mission:
+        response = await self.client.post("/missions", json={"command": command})
+        assert response.status_code == 201, response.text
+        return Mission.model_validate_json(response.content)
+
+    async def mission(self, mission_id: str) -> Mission:
+        return Mission.model_validate_json((await self.client.get(f"/missions/{mission_id}")).content)
+
+    async def timeline(self, mission_id: str) -> list[MissionEvent]:
+        answer = await self.client.get(f"/missions/{mission_id}/events")
+        return [MissionEvent.model_validate(event) for event in answer.json()]
+
+    async def advance_until(
+        self, holds: Callable[[], Awaitable[bool]], *, within_s: float, step_s: float = 0.4
+    ) -> None:
+        until_s = self.clock.now_s() + within_s
+        while not await holds():
+            assert self.clock.now_s() < until_s, "it did not happen in time"
+            await self.clock.advance(step_s)
+
+    async def until_state(self, state: MissionState, *, within_s: float = 900.0) -> None:
+        async def reached() -> bool:
+            return (await self.client.get("/state")).json()["state"] == state.value
+
+        await self.advance_until(reached, within_s=within_s)
+
+    async def until_over(self, mission_id: str, *, within_s: float = 1000.0) -> Mission:
+        async def over() -> bool:
+            return (await self.mission(mission_id)).outcome is not None
+
+        await self.advance_until(over, within_s=within_s, step_s=1.0)
+        return await self.mission(mission_id)
+
+
+OpenMesh = Callable[..., AbstractAsyncContextManager[Mesh]]
+
+
+@asynccontextmanager
+async def opened_mesh(
+    *things: Thing,
+    views: tuple[Pose2D, ...] = (),
+    keep_out: tuple[tuple[float, float, float], ...] = (),
+    colours_unknown: bool = False,
+    **settings: object,
+) -> AsyncIterator[Mesh]:
+    clock, bus = FakeClock(), MemoryBus()
+    world = World(clock, bus, things=list(things), keep_out=list(keep_out), colours_unknown=colours_unknown)
+    robot, eyes, memory = FakeRobot(world), FakeEyes(world), FakeMemory(views)
+    deaths: list[str] = []
+    app = create_app(
+        Settings.model_validate(settings),
+        bus=bus,
+        robot=robot,
+        eyes=eyes,
+        memory=memory,
+        clock=clock,
+        on_death=lambda: deaths.append("a task died"),
+    )
+    async with LifespanManager(app) as manager:
+        running = asyncio.create_task(world.run())
+        transport = httpx.ASGITransport(app=manager.app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://coordinator") as client:
+            await clock.advance(0.3)
+            yield Mesh(client, world, robot, eyes, memory, clock, bus, running)
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+    assert deaths == []

@@ -1,0 +1,372 @@
+"""A flat world in fake time behind the coordinator's ports: a robot that drives, a camera, votes, a memory."""
+
+import asyncio
+import base64
+import math
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from contracts.geometry import Point3D, Pose2D, Twist2D
+from contracts.memory import LabelCount, RecalledView, RecallReply, RecallRequest, View
+from contracts.problem import Dependency
+from contracts.robot import (
+    BoxQuery,
+    EmergencyStop,
+    Goal,
+    GoalStatus,
+    LocalizeReply,
+    Map,
+    MotionReply,
+    PathReply,
+    RobotState,
+    VelocityReply,
+)
+from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_STATE, VISION_DETECTIONS
+from contracts.vision import (
+    Detection,
+    Detections,
+    ParsedTask,
+    ParseTaskRequest,
+    ValidateRequest,
+    Validation,
+    Verdict,
+    Vote,
+)
+from mesh.errors import NotFoundError, UnavailableError, UpstreamError
+from support.bus import MemoryBus
+from support.fake_clock import FakeClock
+
+HFOV_RAD = math.radians(54)
+WIDTH_PX, HEIGHT_PX = 320, 240
+CAMERA_M = 0.06
+STEP_S = 0.05
+
+
+@dataclass(frozen=True)
+class Thing:
+    label: str
+    colour: str
+    x: float
+    y: float
+    near_limit_m: float = 0.2
+    """Nearer than this it has left the picture (it stands on a table)."""
+
+
+@dataclass
+class World:
+    """10 x 8 m, walls round it, one wall with a door in the middle; `keep_out` discs stop the robot."""
+
+    clock: FakeClock
+    bus: MemoryBus
+    things: list[Thing] = field(default_factory=list)
+    keep_out: list[tuple[float, float, float]] = field(default_factory=list)
+    pose: Pose2D = field(default_factory=lambda: Pose2D(x=1.5, y=1.5, yaw=0.0))
+    stop: EmergencyStop = field(default_factory=lambda: EmergencyStop(latched=False, epoch=0))
+    docked: bool = False
+    sees: bool = True
+    colours_unknown: bool = False
+    range_m: float = 2.5
+    speed_m_s: float = 0.0
+    moves: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        free = np.zeros((160, 200), dtype=bool)
+        free[4:-4, 4:-4] = True
+        free[:, 98:102] = False
+        free[70:94, 98:102] = True
+        self.free = free
+
+    def is_free(self, x: float, y: float, clearance_m: float = 0.2) -> bool:
+        if any(math.hypot(x - cx, y - cy) < r for cx, cy, r in self.keep_out):
+            return False
+        offsets = ((0.0, 0.0), (clearance_m, 0.0), (-clearance_m, 0.0), (0.0, clearance_m), (0.0, -clearance_m))
+        return all(self._cell_free(x + dx, y + dy) for dx, dy in offsets)
+
+    def _cell_free(self, x: float, y: float) -> bool:
+        row, column = int(y / 0.05), int(x / 0.05)
+        return 0 <= row < 160 and 0 <= column < 200 and bool(self.free[row, column])
+
+    def in_sight(self, thing: Thing) -> tuple[float, float] | None:
+        """(distance from the camera, bearing), or none."""
+        dx, dy = thing.x - self.pose.x, thing.y - self.pose.y
+        bearing = math.remainder(math.atan2(dy, dx) - self.pose.yaw, math.tau)
+        away = math.hypot(dx, dy) - CAMERA_M
+        if abs(bearing) > HFOV_RAD / 2 * 0.95 or not thing.near_limit_m <= away <= self.range_m:
+            return None
+        ray = np.linspace(0.0, 1.0, 60)
+        clear = all(self._cell_free(self.pose.x + dx * t, self.pose.y + dy * t) for t in ray)
+        return (away, bearing) if clear else None
+
+    def detections(self) -> Detections:
+        focal = WIDTH_PX / 2 / math.tan(HFOV_RAD / 2)
+        found: list[Detection] = []
+        for thing in self.things:
+            seen = self.in_sight(thing)
+            if seen is not None:
+                away, bearing = seen
+                u, half = WIDTH_PX / 2 - focal * math.tan(bearing), max(3.0, 0.04 * focal / away)
+                box = (max(0.0, u - half), 100.0, min(float(WIDTH_PX), u + half), 100.0 + 4 * half)
+                colour = None if self.colours_unknown else thing.colour
+                found.append(Detection(label=thing.label, confidence=0.8, bbox_xyxy=box, colour=colour))
+        return Detections(
+            stamp_s=self.clock.now_s(),
+            image_width_px=WIDTH_PX,
+            image_height_px=HEIGHT_PX,
+            pose=self.pose,
+            detections=tuple(found),
+        )
+
+    def at(self, box: BoxQuery) -> Thing | None:
+        """The thing a box shows."""
+        focal = WIDTH_PX / 2 / math.tan(HFOV_RAD / 2)
+        u = (box.bbox_xyxy[0] + box.bbox_xyxy[2]) / 2
+        bearing = math.atan2(WIDTH_PX / 2 - u, focal)
+        seen = [(t, s) for t in self.things if (s := self.in_sight(t)) is not None and abs(s[1] - bearing) < 0.1]
+        return min(seen, key=lambda pair: abs(pair[1][1] - bearing))[0] if seen else None
+
+    def state(self) -> RobotState:
+        return RobotState(
+            stamp_s=self.clock.now_s(),
+            pose=self.pose,
+            odometry=self.pose,
+            twist=Twist2D(linear_x=self.speed_m_s),
+            docked=self.docked,
+            emergency_stop=self.stop,
+        )
+
+    async def latch(self, reason: str) -> None:
+        self.stop = EmergencyStop(latched=True, epoch=self.stop.epoch + 1, reason=reason)
+        await self.bus.publish(ROBOT_EMERGENCY_STOP, self.stop)
+
+    async def reset(self) -> None:
+        self.stop = EmergencyStop(latched=False, epoch=self.stop.epoch)
+        await self.bus.publish(ROBOT_EMERGENCY_STOP, self.stop)
+
+    async def run(self) -> None:
+        """Publishes what the robot and the eyes would, until cancelled."""
+        count = 0
+        while True:
+            await self.bus.publish(ROBOT_STATE, self.state())
+            if self.sees and count % 3 == 0:
+                await self.bus.publish(VISION_DETECTIONS, self.detections())
+            count += 1
+            await self.clock.sleep(0.1)
+
+    def turn_to(self, yaw: float) -> None:
+        self.pose = Pose2D(x=self.pose.x, y=self.pose.y, yaw=math.remainder(yaw, math.tau))
+
+    def shift(self, dx: float, dy: float) -> bool:
+        x, y = self.pose.x + dx, self.pose.y + dy
+        if not self.is_free(x, y):
+            return False
+        self.pose = Pose2D(x=x, y=y, yaw=self.pose.yaw)
+        return True
+
+
+class FakeRobot:
+    """The port `Robot` over a `World`. `fail_next` makes the next calls of a name fail; `aborts` ends goals badly."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.session_held = True
+        self.fail_next: dict[str, int] = {}
+        self.aborts: list[tuple[GoalStatus, int]] = []
+        self.celebrations = 0
+        self.slow_to_accept_s = 0.0
+        self.goals: dict[str, Goal] = {}
+        self._going: asyncio.Task[None] | None = None
+
+    async def hold_session(self) -> None:
+        await asyncio.Event().wait()
+
+    def _check(self, name: str, epoch: int | None = None) -> None:
+        if self.fail_next.get(name, 0) > 0:
+            self.fail_next[name] -= 1
+            raise UnavailableError("robot_bridge", f"{name} is away")
+        if epoch is not None:
+            if self.world.stop.latched or epoch != self.world.stop.epoch:
+                raise UpstreamError("robot_bridge", 409, "stopped, or of an older epoch")
+            self.world.moves.append(name)
+
+    async def map(self) -> Map:
+        self._check("map")
+        cells = np.where(self.world.free, 0, 100).astype(np.int8)
+        return Map(
+            width=200,
+            height=160,
+            resolution_m=0.05,
+            origin=Pose2D(x=0.0, y=0.0, yaw=0.0),
+            data_base64=base64.b64encode(zlib.compress(cells.tobytes())).decode(),
+        )
+
+    async def path(self, goal: Pose2D) -> PathReply:
+        self._check("path")
+        if not self.world.is_free(goal.x, goal.y, 0.25):
+            return PathReply(reachable=False, error_code=206, error_name="GOAL_OCCUPIED")
+        return PathReply(reachable=True, length_m=math.hypot(goal.x - self.world.pose.x, goal.y - self.world.pose.y))
+
+    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
+        self._check("navigate", epoch)
+        if self.slow_to_accept_s:
+            await self.world.clock.sleep(self.slow_to_accept_s)
+        status, code = self.aborts.pop(0) if self.aborts else (GoalStatus.EXECUTING, 0)
+        goal = Goal(
+            id=f"goal-{len(self.goals)}", pose=pose, status=status, error_code=code, stamp_s=self.world.clock.now_s()
+        )
+        self.goals[goal.id] = goal
+        if status is GoalStatus.EXECUTING:
+            self._going = asyncio.create_task(self._go(goal))
+        return goal
+
+    async def _go(self, goal: Goal) -> None:
+        world = self.world
+        while (left := math.hypot(goal.pose.x - world.pose.x, goal.pose.y - world.pose.y)) > 0.01:
+            if world.stop.latched or self.goals[goal.id].status is not GoalStatus.EXECUTING:
+                return
+            step = min(left, 0.3 * STEP_S)
+            yaw = math.atan2(goal.pose.y - world.pose.y, goal.pose.x - world.pose.x)
+            world.pose = Pose2D(x=world.pose.x + step * math.cos(yaw), y=world.pose.y + step * math.sin(yaw), yaw=yaw)
+            await world.clock.sleep(STEP_S)
+        world.turn_to(goal.pose.yaw)
+        self.goals[goal.id] = goal.model_copy(update={"status": GoalStatus.SUCCEEDED})
+
+    async def goal(self, goal_id: str) -> Goal:
+        if goal_id not in self.goals:
+            raise NotFoundError(goal_id)
+        return self.goals[goal_id]
+
+    async def cancel_goal(self, goal_id: str) -> Goal:
+        self.goals[goal_id] = self.goals[goal_id].model_copy(update={"status": GoalStatus.CANCELED})
+        return self.goals[goal_id]
+
+    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> MotionReply:
+        self._check("rotate", epoch)
+        await self.world.clock.sleep(abs(angle_rad) / speed_rad_s)
+        self.world.turn_to(self.world.pose.yaw + angle_rad)
+        return MotionReply(completed=True, moved=angle_rad)
+
+    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> MotionReply:
+        self._check("drive", epoch)
+        moved = 0.0
+        while moved < distance_m:
+            step = min(speed_m_s * STEP_S, distance_m - moved)
+            if self.world.stop.latched:
+                return MotionReply(completed=False, moved=moved, reason="emergency stop")
+            yaw = self.world.pose.yaw
+            if not self.world.shift(step * math.cos(yaw), step * math.sin(yaw)):
+                return MotionReply(completed=False, moved=moved, reason="obstacle ahead")
+            moved += step
+            await self.world.clock.sleep(STEP_S)
+        return MotionReply(completed=True, moved=moved)
+
+    async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
+        self._check("velocity", epoch)
+        yaw, step_s = self.world.pose.yaw, 0.1 if twist.linear_x else duration_s
+        moved = twist.linear_x * step_s
+        driven = self.world.shift(moved * math.cos(yaw), moved * math.sin(yaw)) if moved else True
+        self.world.turn_to(self.world.pose.yaw + twist.angular_z * step_s)
+        self.world.speed_m_s = twist.linear_x if driven else 0.0
+        return VelocityReply(accepted=True, sent=twist)
+
+    async def end_motion(self) -> None:
+        self.world.speed_m_s = 0.0
+
+    async def localize(self, box: BoxQuery) -> LocalizeReply:
+        self._check("localize")
+        thing = self.world.at(box)
+        seen = self.world.in_sight(thing) if thing is not None else None
+        if thing is None or seen is None or seen[0] > 3.0:
+            return LocalizeReply(distance_m=None, bearing_rad=0.0, reason="no depth in the box")
+        away, bearing = seen
+        reach = away + CAMERA_M
+        return LocalizeReply(
+            distance_m=away,
+            bearing_rad=bearing,
+            base_point=Point3D(x=reach * math.cos(bearing), y=reach * math.sin(bearing), z=0.1),
+            map_point=Point3D(x=thing.x, y=thing.y, z=0.1),
+        )
+
+    async def undock(self, *, timeout_s: float) -> MotionReply:
+        self._check("undock", self.world.stop.epoch)
+        await self.world.clock.sleep(2.0)
+        self.world.docked = False
+        return MotionReply(completed=True, moved=0.0)
+
+    async def celebrate(self) -> None:
+        self.celebrations += 1
+
+    async def dependency(self) -> Dependency:
+        return Dependency(name="robot_bridge", ok=True)
+
+
+class FakeEyes:
+    """The port `Eyes`: reads '<verb> the <colour> <label>', and votes by what really stands in the box."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.fail_next = 0
+        self.parse = ParsedTask(yolo_class="bottle", memory_object="bottle", description="red bottle", parser="rules")
+        self.validations = 0
+        self.narrow = False
+
+    async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
+        return self.parse
+
+    async def validate(self, request: ValidateRequest, *, timeout_s: float) -> Validation:
+        self.validations += 1
+        if self.fail_next > 0:
+            self.fail_next -= 1
+            raise UnavailableError("inference", "the model is away")
+        assert request.bbox_xyxy is not None
+        box = BoxQuery(bbox_xyxy=request.bbox_xyxy, image_width_px=WIDTH_PX, image_height_px=HEIGHT_PX)
+        thing = self.world.at(box)
+        right = thing is not None and f"{thing.colour} {thing.label}" == request.target.description
+        votes = (
+            Vote(voter="detector", verdict=Verdict.YES, score=0.8, threshold=0.3),
+            Vote(
+                voter="clip",
+                verdict=Verdict.YES if right else Verdict.NO,
+                score=0.5 if right else 0.38 if self.narrow else 0.1,
+                threshold=0.4,
+            ),
+            Vote(voter="vlm", verdict=Verdict.ABSTAIN, reason="none is there"),
+        )
+        return Validation(
+            confirmed=right,
+            votes=votes,
+            stamp_s=self.world.clock.now_s(),
+            image_width_px=WIDTH_PX,
+            image_height_px=HEIGHT_PX,
+        )
+
+    async def dependency(self) -> Dependency:
+        return Dependency(name="inference", ok=True)
+
+
+class FakeMemory:
+    """The port `Memory` over a list of robot poses."""
+
+    def __init__(self, views: Sequence[Pose2D] = ()) -> None:
+        self.views = tuple(views)
+        self.away = False
+
+    async def labels(self) -> Sequence[LabelCount]:
+        if self.away:
+            raise UnavailableError("memory", "not reachable")
+        known = LabelCount(label="bottle", views=len(self.views), best_confidence=0.9, last_seen_s=1.0)
+        return [known] if self.views else []
+
+    async def recall(self, request: RecallRequest) -> RecallReply:
+        if self.away:
+            raise UnavailableError("memory", "not reachable")
+        views = (
+            View(id=k, label=request.label, confidence=0.9, pose=pose, stamp_s=1.0)
+            for k, pose in enumerate(self.views[: request.limit])
+        )
+        return RecallReply(views=tuple(RecalledView(view=view, source="label") for view in views))
+
+    async def dependency(self) -> Dependency:
+        return Dependency(name="memory", ok=not self.away)

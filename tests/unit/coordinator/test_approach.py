@@ -1,0 +1,251 @@
+"""Centring, measuring, judging, driving up to it."""
+
+import math
+
+import pytest
+
+from contracts.mission import MissionState, Outcome
+from contracts.robot import GoalStatus
+from contracts.vision import Verdict
+from coordinator.core import actions as do
+from coordinator.core import events as ev
+from coordinator.core.centering import centering_speed_rad_s
+from coordinator.core.rules import Rules
+from support.mission_script import Script, box
+
+S = MissionState
+
+
+@pytest.mark.parametrize(
+    ("error_px", "speed_rad_s"),
+    [(160.0, -0.3), (-160.0, 0.3), (50.0, -0.15), (-50.0, 0.15), (5.0, -0.05), (-5.0, 0.05)],
+)
+def test_the_centring_speed_is_proportional_clipped_and_never_too_slow(error_px: float, speed_rad_s: float) -> None:
+    assert centering_speed_rad_s(error_px, Rules()) == pytest.approx(speed_rad_s)
+
+
+def test_three_centred_frames_in_a_row_lead_to_the_depth_check() -> None:
+    script = Script().begin().see(box()).see(box()).see(box())
+    assert script.mission.state is S.CENTERING
+    assert script.see(box()).mission.state is S.DEPTH_CHECK
+
+
+def test_a_frame_off_centre_starts_the_count_again() -> None:
+    script = Script(centering_rule="proportional").begin().see(box()).see(box()).see(box()).see(box(200)).see(box())
+    assert script.mission.state is S.CENTERING
+
+
+def test_the_plain_rule_turns_by_leases_towards_the_box() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60)).see(box(60))
+    assert script.last(do.SetVelocity).twist.angular_z == pytest.approx(0.3)
+    assert script.last(do.SetVelocity).duration_s == pytest.approx(0.4)
+
+
+def test_the_bearing_rule_turns_by_the_bearing() -> None:
+    script = Script().begin().see(box(60)).see(box(60))
+    assert script.last(do.Rotate).angle_rad == pytest.approx(math.atan(100 / (160 / math.tan(0.471))), abs=0.01)
+
+
+def test_pixels_are_scaled_to_the_frame_they_come_from() -> None:
+    script = Script().begin().see(box())
+    assert script.mission.candidate is not None
+    assert abs(script.mission.candidate.sighting.error_px) < 1e-6
+
+
+def test_lost_for_four_seconds_it_goes_back_to_scanning() -> None:
+    script = Script().begin().see(box()).wait(4.4)
+    assert script.mission.state is S.SCANNING
+
+
+def test_fifteen_seconds_without_being_centred_are_enough() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60))
+    for _ in range(60):
+        if script.mission.state is not S.CENTERING:
+            break
+        script.see(box(60))
+    assert script.mission.state is S.SCANNING
+
+
+def test_what_was_lost_twice_in_a_direction_is_not_followed_a_third_time() -> None:
+    script = Script().begin().see(box()).wait(4.4).see(box()).wait(4.4)
+    assert script.mission.state is S.SCANNING
+    assert script.see(box()).mission.state is S.SCANNING
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "samples", "state"),
+    [(0.44, 3, S.DONE), (1.2, 3, S.APPROACHING), (2.0, 1, S.DRIVING_1M)],
+)
+def test_after_a_yes_the_distance_decides(distance_m: float, samples: int, state: MissionState) -> None:
+    script = Script().begin().centred().measured(distance_m, samples).voted(Verdict.YES)
+    assert script.mission.state is state
+
+
+def test_beyond_two_and_a_half_metres_it_goes_closer_without_asking() -> None:
+    script = Script().begin().centred().measured(2.8)
+    assert script.mission.state is S.DRIVING_1M
+    assert not script.asked(do.Validate)
+
+
+def test_the_plain_rule_counts_reach_as_done_without_asking() -> None:
+    script = Script(approach_rule="seeds").begin().centred().measured(0.44, 3)
+    assert script.mission.state is S.DONE
+    assert not script.asked(do.Validate)
+
+
+def test_near_things_are_measured_three_times_and_the_median_counts() -> None:
+    script = Script().begin().centred()
+    script.localized(1.2, 1.26).see(box()).localized(2.9, 2.96).see(box())
+    assert not script.asked(do.Validate)
+    script.localized(1.3, 1.36)
+    assert script.mission.candidate is not None
+    assert script.mission.candidate.distance_m == pytest.approx(1.3)
+
+
+def test_a_clear_no_is_remembered_and_the_same_thing_is_not_judged_again() -> None:
+    script = Script().begin().centred().measured(1.2, 3).voted(Verdict.NO)
+    assert script.mission.state is S.SCANNING
+    script.see(box()).localized(1.2, 1.26)
+    assert script.mission.state is S.SCANNING
+    assert len(script.asked(do.Validate)) == 1
+
+
+def test_another_one_behind_the_refused_one_is_judged() -> None:
+    script = Script().begin().centred().measured(1.0, 3).voted(Verdict.NO)
+    script.see(box()).localized(2.0, 2.06)
+    assert script.mission.state is S.CENTERING
+
+
+def test_a_narrow_no_from_afar_earns_one_closer_look() -> None:
+    script = Script().begin().centred().measured(2.0).voted(Verdict.NO, score=0.38)
+    assert script.mission.state is S.DRIVING_1M
+
+
+def test_a_narrow_no_from_near_makes_the_ending_unsure() -> None:
+    script = Script(mission_timeout_s=40.0, look_timeout_s=60.0).begin().centred()
+    script.measured(1.0, 3).voted(Verdict.NO, score=0.38).wait(41.0)
+    assert script.mission.outcome is Outcome.UNSURE
+
+
+def approaching(distance_m: float = 1.2, **rules: object) -> Script:
+    return Script(**rules).begin().centred().measured(distance_m, 3).voted(Verdict.YES)
+
+
+def test_it_asks_for_a_reachable_place_round_the_object_facing_it() -> None:
+    script = approaching()
+    choose = script.last(do.ChoosePath)
+    first = choose.groups[0][0]
+    assert math.hypot(first.x - 1.26, first.y) == pytest.approx(0.62)
+    assert first.yaw == pytest.approx(0.0)
+    assert len(choose.costs_m) == len(choose.poses)
+
+
+def test_out_of_the_picture_it_finishes_on_the_place_and_odometry() -> None:
+    script = approaching().path().arrived().wait(3.0)
+    drive = script.last(do.Drive)
+    assert drive.distance_m == pytest.approx(0.62 - 0.06 - 0.40, abs=0.01)
+    script.drove().wait(2.0)
+    assert script.mission.outcome is Outcome.FOUND
+    assert script.mission.state is S.DONE
+    assert script.mission.candidate is not None
+    assert script.mission.candidate.distance_m == pytest.approx(0.40, abs=0.01)
+
+
+def test_a_last_look_corrects_the_place() -> None:
+    script = approaching().path().arrived().see(box()).localized(0.66, 1.36)
+    assert script.last(do.Drive).distance_m == pytest.approx(0.26, abs=0.01)
+
+
+def test_a_measurement_that_jumps_is_not_believed() -> None:
+    script = approaching().path().arrived().see(box()).localized(2.5, 3.2)
+    assert script.last(do.Drive).distance_m == pytest.approx(0.16, abs=0.01)
+
+
+def test_a_blocked_drive_is_a_find_with_its_distance_and_the_reason() -> None:
+    script = approaching().path().arrived().wait(3.0).drove(moved=0.02, reason="obstacle ahead").wait(2.0)
+    assert script.mission.outcome is Outcome.FOUND
+    assert "as near as the map allows: obstacle ahead" in script.mission.reason
+
+
+def test_stopped_far_off_it_tries_another_side_once() -> None:
+    script = approaching(1.45).path(None).wait(3.0).drove(moved=0.1, reason="obstacle ahead").wait(2.0)
+    assert script.mission.state is S.APPROACHING
+    script.path(None).wait(3.0).drove(moved=0.0, reason="obstacle ahead").wait(2.0)
+    assert script.mission.outcome is Outcome.FOUND
+
+
+def test_the_step_to_a_far_target_ends_in_centring_even_when_blocked() -> None:
+    script = Script().begin().centred().measured(2.8).path(None)
+    assert script.last(do.Drive).distance_m == pytest.approx(1.0)
+    assert script.drove(moved=0.1, reason="obstacle ahead").mission.state is S.CENTERING
+
+
+def test_an_aborted_step_is_tried_once_more() -> None:
+    script = Script().begin().centred().measured(2.8).path().arrived(GoalStatus.ABORTED, 104)
+    assert len(script.asked(do.Navigate)) == 2
+    assert script.arrived(GoalStatus.ABORTED, 104).mission.state is S.CENTERING
+
+
+def test_confirmed_and_then_out_of_sight_it_finishes_on_the_map() -> None:
+    script = Script().begin().centred().measured(2.0).voted(Verdict.YES).path().arrived().wait(4.5)
+    assert script.mission.state is S.APPROACHING
+
+
+def test_the_plain_approach_drives_by_leases_and_measures_twice_a_second() -> None:
+    script = approaching(approach_rule="seeds")
+    script.robot(speed_m_s=0.15).wait(1.0)
+    assert script.last(do.SetVelocity).twist.linear_x == pytest.approx(0.15)
+    script.localized(0.44, 1.26)
+    assert script.mission.outcome is Outcome.FOUND
+
+
+def test_the_plain_approach_centres_again_after_a_drift() -> None:
+    script = approaching(approach_rule="seeds").wait(0.2).see(box(220))
+    assert script.mission.state is S.CENTERING
+
+
+def test_the_plain_approach_ends_at_an_obstacle() -> None:
+    script = approaching(approach_rule="seeds").wait(3.3)
+    assert script.mission.outcome is Outcome.FOUND
+    assert "obstacle" in script.mission.reason
+
+
+def test_the_plain_step_takes_a_metre_at_its_speed() -> None:
+    script = Script(approach_rule="seeds").begin().centred().measured(2.8).wait(6.5)
+    assert script.mission.state is S.DRIVING_1M
+    assert script.wait(0.3).mission.state is S.CENTERING
+
+
+def test_a_candidate_that_never_gets_nearer_is_given_up() -> None:
+    script = Script(rounds_max=2).begin()
+    for _ in range(3):
+        if script.mission.state is S.SCANNING:
+            script.see(box())
+        for _ in range(3):
+            script.see(box())
+        if script.mission.state is not S.DEPTH_CHECK:
+            break
+        script.measured(2.9).path(None).drove(moved=0.0, reason="obstacle ahead")
+    assert script.mission.search.rejections
+
+
+def test_validation_failing_again_and_again_aborts_with_the_cause() -> None:
+    script = Script(failures_max=2).begin().centred().measured(1.2, 3)
+    script.feed(ev.CallFailed(script.last(do.Validate).call, "inference", "away"))
+    assert script.mission.running
+    script.feed(ev.CallFailed(script.last(do.Validate).call, "inference", "away")).wait(2.2)
+    assert script.mission.state in {S.DEPTH_CHECK, S.CENTERING}
+
+
+def test_a_robot_that_is_not_localised_follows_what_it_sees() -> None:
+    script = Script().begin().robot(None).see(box())
+    assert script.mission.state is S.CENTERING
+
+
+def test_a_drive_cut_off_by_something_else_than_an_obstacle_is_taken_up_again() -> None:
+    script = approaching().path().arrived().wait(3.0).drove(moved=0.02, reason="the session ended")
+    assert script.mission.running
+    script.wait(2.2)
+    assert script.mission.state is S.APPROACHING
+    script.wait(3.0)
+    assert len(script.asked(do.Drive)) == 2

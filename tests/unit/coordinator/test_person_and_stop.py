@@ -1,0 +1,150 @@
+"""Cancel, pause, resume, the emergency stop, a silent robot: from every state, and nothing resumes by itself."""
+
+from collections.abc import Callable
+
+import pytest
+
+from contracts.geometry import Pose2D
+from contracts.mission import MissionState, Outcome
+from contracts.vision import Verdict
+from coordinator.core import actions as do
+from coordinator.core import events as ev
+from coordinator.core.actions import MOTION
+from support.mission_script import Script, box
+
+S = MissionState
+VIEW = Pose2D(x=3.0, y=0.0, yaw=1.0)
+
+
+def exploring() -> Script:
+    script = Script().begin(VIEW).path(None)
+    for _ in range(11):
+        script.see()
+        if isinstance(script.actions[-1], do.Rotate):
+            script.turned()
+    return script.planned(VIEW, Pose2D(x=1.0, y=1.0, yaw=0.0))
+
+
+REACH: dict[MissionState, Callable[[], Script]] = {
+    S.MEMORY_NAV: lambda: Script().begin(VIEW).path(),
+    S.SCANNING: lambda: Script().begin(),
+    S.MOVING_TO_SCAN: exploring,
+    S.CENTERING: lambda: Script().begin().see(box(40)).see(box(40)),
+    S.DEPTH_CHECK: lambda: Script().begin().centred(),
+    S.APPROACHING: lambda: Script().begin().centred().measured(1.2, 3).voted(Verdict.YES).path(),
+    S.DRIVING_1M: lambda: Script().begin().centred().measured(2.8).path(),
+}
+
+
+@pytest.mark.parametrize("state", REACH)
+def test_a_stop_reaches_every_running_state_and_aborts_the_mission(state: MissionState) -> None:
+    script = REACH[state]()
+    assert script.mission.state is state
+    script.feed(ev.StopLatched(1, "a person pressed it"))
+    assert script.mission.state is S.EMERGENCY_STOP
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "a person pressed it" in script.mission.reason
+
+
+@pytest.mark.parametrize("state", REACH)
+def test_after_a_reset_it_is_idle_and_asks_for_no_motion(state: MissionState) -> None:
+    script = REACH[state]().feed(ev.StopLatched(1, "stop"))
+    before = len([a for a in script.actions if isinstance(a, MOTION)])
+    script.feed(ev.StopReset(1)).wait(5.0)
+    assert script.mission.state is S.IDLE
+    assert len([a for a in script.actions if isinstance(a, MOTION)]) == before
+
+
+@pytest.mark.parametrize("state", REACH)
+def test_cancel_ends_it_at_once_and_stops(state: MissionState) -> None:
+    script = REACH[state]().feed(ev.CancelAsked())
+    assert script.mission.outcome is Outcome.CANCELED
+    assert script.mission.state is S.IDLE
+    assert isinstance(script.asked(do.StopMotion)[-1], do.StopMotion)
+
+
+@pytest.mark.parametrize("state", REACH)
+def test_a_pause_stops_and_resume_goes_on_in_the_same_state(state: MissionState) -> None:
+    script = REACH[state]().feed(ev.PauseAsked())
+    assert script.mission.paused
+    asked = len([a for a in script.actions if isinstance(a, MOTION)])
+    script.wait(2.0).see(box(20))
+    assert len([a for a in script.actions if isinstance(a, MOTION)]) == asked
+    assert script.mission.state is state
+    script.feed(ev.ResumeAsked())
+    assert not script.mission.paused
+    assert script.mission.running
+
+
+def test_time_spent_paused_does_not_count_against_the_deadline() -> None:
+    script = Script().begin()
+    before = script.mission.deadline_s
+    script.feed(ev.PauseAsked()).wait(30.0).feed(ev.ResumeAsked())
+    assert script.mission.deadline_s == pytest.approx(before + 30.0)
+
+
+def test_a_mission_paused_for_too_long_is_aborted() -> None:
+    script = Script(pause_timeout_s=5.0).begin().feed(ev.PauseAsked()).wait(5.2)
+    assert script.mission.outcome is Outcome.ABORTED
+
+
+def test_a_stop_that_came_and_went_unseen_still_aborts() -> None:
+    script = Script().begin().robot(epoch=1)
+    assert script.mission.outcome is Outcome.ABORTED
+    assert script.mission.state is S.IDLE
+
+
+def test_a_state_published_before_the_stop_does_not_lift_it() -> None:
+    script = Script().begin().feed(ev.StopLatched(1, "stop")).robot(epoch=0)
+    assert script.mission.state is S.EMERGENCY_STOP
+
+
+def test_while_stopped_no_mission_begins() -> None:
+    script = Script().feed(ev.StopLatched(1, "stop")).begin()
+    assert script.mission.state is S.EMERGENCY_STOP
+    assert not script.mission.running
+
+
+def test_a_second_mission_is_not_begun_while_one_runs() -> None:
+    script = Script().begin()
+    script.feed(ev.MissionStarted("m2", "x", script.mission.target, "rules", None, ()))  # type: ignore[arg-type]
+    assert script.mission.id == "m1"
+
+
+def test_done_becomes_idle_after_two_seconds_and_the_outcome_stays() -> None:
+    script = Script().begin().centred().measured(0.4, 3).voted(Verdict.YES)
+    assert script.mission.state is S.DONE
+    assert len(script.asked(do.Celebrate)) == 1
+    assert script.wait(1.8).mission.state is S.DONE
+    assert script.wait(0.4).mission.state is S.IDLE
+    assert script.mission.outcome is Outcome.FOUND
+
+
+def test_a_robot_that_falls_silent_aborts_the_mission() -> None:
+    script = Script(robot_silent_s=3.0).begin()
+    for _ in range(40):
+        script.now_s += 0.1
+        script.feed(ev.Tick())
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "robot_bridge" in script.mission.reason
+
+
+def test_answers_to_calls_given_up_are_ignored() -> None:
+    script = Script().begin(VIEW).path()
+    late = script.last(do.Navigate).call
+    script.feed(ev.PauseAsked()).feed(ev.ResumeAsked())
+    assert script.feed(ev.CallFailed(late, "robot_bridge", "late")).mission.failures == 0
+
+
+def test_a_call_without_an_answer_is_given_up_in_time() -> None:
+    script = Script(turn_timeout_s=2.0).begin().see().wait(5.5)
+    assert "no answer in time" in script.said()
+    assert script.mission.running
+
+
+def test_metres_are_counted_by_odometry_and_jumps_are_not() -> None:
+    script = Script().begin()
+    for x in (0.1, 0.2, 0.3):
+        script.robot(Pose2D(x=x, y=0.0, yaw=0.0))
+    script.robot(Pose2D(x=9.0, y=0.0, yaw=0.0)).robot(Pose2D(x=9.1, y=0.0, yaw=0.0))
+    assert script.mission.metres_m == pytest.approx(0.4)

@@ -1,0 +1,238 @@
+"""From any stream of events: the core stays in its table, moves only when it may, and answers the same twice."""
+
+from collections.abc import Callable
+from typing import Any, assert_never
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from contracts.geometry import Point3D, Pose2D
+from contracts.mission import MissionState
+from contracts.robot import GoalStatus, LocalizeReply
+from contracts.vision import Detection, Detections, Target, Validation, Verdict, Vote
+from coordinator.core import actions as do
+from coordinator.core import events as ev
+from coordinator.core.actions import MOTION
+from coordinator.core.activities import (
+    CheckingPlace,
+    ChoosingPath,
+    Driving,
+    Entering,
+    Going,
+    Looking,
+    Measuring,
+    Nothing,
+    Paused,
+    PlanningCoverage,
+    Steering,
+    Turning,
+    Undocking,
+    Validating,
+    Waiting,
+)
+from coordinator.core.mission import Mission, Place
+from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules
+from coordinator.core.states import ALLOWED, RESTING
+from coordinator.core.step import step
+
+metres = st.floats(-5.0, 5.0)
+poses = st.builds(Pose2D, x=metres, y=metres, yaw=st.floats(-3.0, 3.0))
+calls = st.integers(-3, 0)
+"""Relative to the newest call: 0 answers it, others come too late."""
+LOCALISED = ("robot", Pose2D(x=0.0, y=0.0, yaw=0.0), False, 0.0)
+TARGET = Target(label="bottle", description="red bottle")
+
+
+def detections(stamp_s: float, boxes: list[tuple[float, str | None, float]], pose: Pose2D | None) -> Detections:
+    found = tuple(
+        Detection(label="bottle", confidence=confidence, bbox_xyxy=(u - 8, 100.0, u + 8, 140.0), colour=colour)
+        for u, colour, confidence in boxes
+    )
+    return Detections(stamp_s=stamp_s, image_width_px=320, image_height_px=240, pose=pose, detections=found)
+
+
+def localized(call: int, distance_m: float | None, pose: Pose2D) -> ev.Localized:
+    point = Point3D(x=pose.x, y=pose.y, z=0.2) if distance_m is not None else None
+    return ev.Localized(call, LocalizeReply(distance_m=distance_m, bearing_rad=0.0, base_point=point, map_point=point))
+
+
+def validated(call: int, confirmed: bool, score: float) -> ev.Validated:
+    vote = Vote(voter="clip", verdict=Verdict.YES if confirmed else Verdict.NO, score=score, threshold=0.4)
+    return ev.Validated(
+        call,
+        Validation(confirmed=confirmed, votes=(vote,), stamp_s=1.0, image_width_px=320, image_height_px=240),
+    )
+
+
+boxes = st.lists(st.tuples(st.floats(10, 310), st.sampled_from(["red", "blue", None]), st.floats(0.3, 1.0)), max_size=3)
+texts = st.sampled_from(["", "obstacle ahead", "timeout"])
+fitting = st.tuples(
+    st.just("fit"), st.sampled_from([True, True, True, False]), st.sampled_from([0.4, 0.9, 1.3, 2.0, 2.8]), metres
+)
+anything = st.one_of(
+    st.tuples(st.just("start"), st.lists(st.builds(Place, poses), max_size=3).map(tuple)),
+    st.tuples(st.just("tick"), st.sampled_from([0.1, 0.1, 1.0, 5.0, 40.0, 200.0])),
+    st.tuples(st.just("robot"), poses | st.none(), st.booleans(), st.floats(0.0, 0.3)),
+    st.tuples(st.just("latch"), st.booleans()),
+    st.tuples(st.just("reset")),
+    st.tuples(st.just("person"), st.sampled_from([ev.CancelAsked(), ev.PauseAsked(), ev.ResumeAsked()])),
+    st.tuples(st.just("see"), boxes),
+    st.tuples(st.just("undocked"), calls),
+    st.tuples(st.just("path"), calls, st.none() | st.integers(0, 40)),
+    st.tuples(st.just("goal"), calls, st.sampled_from(GoalStatus)),
+    st.tuples(st.just("motion"), calls, st.booleans(), st.floats(-1, 2), texts),
+    st.tuples(st.just("localized"), calls, st.none() | st.floats(0.2, 4.0), poses),
+    st.tuples(st.just("validated"), calls, st.booleans(), st.floats(0.0, 1.0)),
+    st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
+    st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
+)
+
+steps = st.one_of(fitting, fitting, fitting, anything)
+"""Mostly what the core waits for; the rest is anything at all."""
+prefixes = st.tuples(st.integers(0, 40), st.sampled_from([0.4, 1.3, 2.0, 2.8])).map(
+    lambda drawn: [("fit", True, drawn[1], 0.0)] * drawn[0]
+)
+"""A mission going well, to begin deep inside it."""
+
+
+ANSWERS: dict[str, Callable[..., ev.Event]] = {
+    "undocked": ev.Undocked,
+    "path": lambda call, index: ev.PathChosen(call, index, 1.0, "NO_VALID_PATH"),
+    "goal": ev.GoalEnded,
+    "motion": ev.MotionEnded,
+    "localized": localized,
+    "validated": validated,
+    "coverage": lambda call, points: ev.CoveragePlanned(call, points, 10.0),
+    "failed": lambda call, service: ev.CallFailed(call, service, "away"),
+}
+
+
+class Player:
+    def __init__(self, rules: Rules) -> None:
+        self.mission, self.now_s, self.epoch = Mission(rules=rules), 100.0, 0
+        self.log: list[tuple[ev.Event, float]] = []
+
+    def event(self, what: tuple[Any, ...]) -> ev.Event:
+        kind, *rest = what
+        if kind in ANSWERS:
+            return ANSWERS[kind](self.mission.calls + rest[0], *rest[1:])
+        return getattr(self, f"on_{kind}")(*rest)
+
+    def on_start(self, views: tuple[Place, ...]) -> ev.Event:
+        return ev.MissionStarted("m", "find the red bottle", TARGET, "rules", "red", views)
+
+    def on_tick(self, seconds: float) -> ev.Event:
+        self.now_s += seconds
+        return ev.Tick()
+
+    def on_robot(self, pose: Pose2D | None, docked: bool, speed_m_s: float) -> ev.Event:
+        return ev.RobotUpdated(self.now_s, pose, pose, docked, speed_m_s, False, self.epoch)
+
+    def on_latch(self, seen: bool) -> ev.Event:
+        """A stop, told as such or only by the epoch that rose with it."""
+        self.epoch += 1
+        missed = ev.RobotUpdated(self.now_s, None, None, False, 0.0, False, self.epoch)
+        return ev.StopLatched(self.epoch, "stop") if seen else missed
+
+    def on_fit(self, good: bool, distance_m: float, x: float) -> ev.Event:  # noqa: PLR0911, PLR0912 - one per activity
+        """What the mission waits for now, well or badly."""
+        activity, call = self.mission.activity, self.mission.activity.call
+        point = Pose2D(x=distance_m, y=0.0 if good else x, yaw=0.0)
+        match activity:
+            case Nothing() if self.mission.state in {MissionState.IDLE, MissionState.DONE}:
+                return self.on_start((Place(point),) if good else ())
+            case Nothing():
+                return self.on_reset()
+            case Paused():
+                return ev.ResumeAsked()
+            case Undocking():
+                return ev.Undocked(call)
+            case PlanningCoverage():
+                return ev.CoveragePlanned(call, (point,), 10.0)
+            case ChoosingPath():
+                return ev.PathChosen(call, 0 if good else None, 1.0, "NO_VALID_PATH")
+            case Going():
+                return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
+            case Turning() | Driving():
+                return ev.MotionEnded(call, good, 0.3, "" if good else "obstacle ahead")
+            case Measuring() | CheckingPlace():
+                return localized(call, distance_m, point)
+            case Steering() if call:
+                return localized(call, distance_m, point)
+            case Validating():
+                return validated(call, good, 0.38)
+            case Looking():
+                return self.on_see([(160.0 if good else 60.0, "red", 0.9)])
+            case Waiting() | Entering() | Steering():
+                return self.on_tick(2.5)
+            case _:
+                assert_never(activity)
+
+    def on_reset(self) -> ev.Event:
+        return ev.StopReset(self.epoch)
+
+    def on_person(self, event: ev.Event) -> ev.Event:
+        return event
+
+    def on_see(self, seen: list[tuple[float, str | None, float]]) -> ev.Event:
+        self.now_s += 0.3
+        return ev.DetectionsSeen(detections(self.now_s, seen, self.mission.robot.pose))
+
+    def play(self, event: ev.Event) -> tuple[Mission, tuple[do.Action, ...]]:
+        self.log.append((event, self.now_s))
+        before = self.mission
+        self.mission, actions = step(before, event, self.now_s)
+        return before, actions
+
+
+def check_path(before: MissionState, actions: tuple[do.Action, ...], after: MissionState) -> None:
+    """Each change of state is said; together they lead from one to the other along the table."""
+    here = before
+    for say in actions:
+        if isinstance(say, do.Say) and "before" in say.data:
+            assert say.data["before"] == here.value
+            here = MissionState(say.data["after"])
+            assert here in ALLOWED[MissionState(say.data["before"])]
+            assert say.text
+    assert here is after
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.tuples(prefixes, st.lists(steps, max_size=50)).map(lambda parts: [*parts[0], *parts[1]]),
+    st.sampled_from(ApproachRule),
+    st.sampled_from(CenteringRule),
+    st.sampled_from(CoverageRule),
+)
+def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
+    stream: list[tuple[Any, ...]], approach: ApproachRule, centering: CenteringRule, coverage: CoverageRule
+) -> None:
+    player = Player(Rules(approach_rule=approach, centering_rule=centering, coverage_rule=coverage))
+    start = player.mission
+    for what in [LOCALISED, ("start", ()), *stream]:
+        before, actions = player.play(player.event(what))
+        check_path(before.state, actions, player.mission.state)
+        moving = [a for a in actions if isinstance(a, MOTION)]
+        may_not = player.mission.state in RESTING or player.mission.paused or player.mission.robot.stopped
+        assert not (moving and may_not)
+        assert player.mission.state in RESTING or player.mission.running
+    again = start
+    for event, now_s in player.log:
+        again, _ = step(again, event, now_s)
+    assert again == player.mission
+
+
+@settings(max_examples=100, deadline=None)
+@given(prefixes, st.lists(steps, max_size=10), st.sampled_from(ApproachRule))
+def test_left_alone_every_mission_ends_within_its_deadlines(
+    prefix: list[tuple[Any, ...]], rest: list[tuple[Any, ...]], approach: ApproachRule
+) -> None:
+    player = Player(Rules(approach_rule=approach))
+    for what in [LOCALISED, ("start", ()), *prefix, *rest]:
+        player.play(player.event(what))
+    limit_s = player.now_s + player.mission.rules.mission_timeout_s + player.mission.rules.pause_timeout_s + 10.0
+    while player.mission.running:
+        player.now_s += 1.0
+        assert player.now_s < limit_s
+        player.play(ev.RobotUpdated(player.now_s, None, None, False, 0.0, False, player.mission.robot.epoch))
+        player.play(ev.Tick())

@@ -1,0 +1,188 @@
+"""Remembered places, exploration, scans, and what goes wrong on the way."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from contracts.geometry import Pose2D
+from contracts.mission import MissionState, Outcome
+from contracts.robot import GoalStatus
+from coordinator.core import actions as do
+from coordinator.core import events as ev
+from support.mission_script import ORIGIN, Script, box
+
+S = MissionState
+VIEW = Pose2D(x=3.0, y=0.0, yaw=1.0)
+OTHER = Pose2D(x=0.0, y=4.0, yaw=0.0)
+
+
+def scan(script: Script, looks: int = 11) -> Script:
+    """Looks round and sees nothing."""
+    for _ in range(looks):
+        script.see()
+        if script.mission.state is S.SCANNING and script.actions and isinstance(script.actions[-1], do.Rotate):
+            script.turned()
+    return script
+
+
+def test_without_memory_it_looks_round_where_it_stands() -> None:
+    script = Script().begin()
+    assert script.mission.state is S.SCANNING
+    assert len(script.mission.search.headings) == 11
+
+
+def test_with_memory_it_drives_to_the_best_view_first() -> None:
+    script = Script().begin(VIEW, OTHER).path()
+    assert script.mission.state is S.MEMORY_NAV
+    assert script.last(do.Navigate).goal == VIEW
+
+
+def test_it_leaves_the_dock_before_anything_else() -> None:
+    script = Script().robot(docked=True).begin(VIEW)
+    assert not script.asked(do.ChoosePath)
+    script.feed(ev.Undocked(script.last(do.Undock).call))
+    assert script.last(do.ChoosePath).groups[0] == (VIEW,)
+
+
+def test_a_scan_turns_420_degrees_in_equal_steps_from_the_remembered_heading() -> None:
+    script = Script().begin(VIEW).path().arrived()
+    headings = script.mission.search.headings
+    assert headings[0] == VIEW.yaw
+    assert math.degrees(headings[-1] - headings[0]) == pytest.approx(420.0, abs=0.01)
+    steps = {round(b - a, 6) for a, b in pairwise(headings)}
+    assert len(steps) == 1
+    assert steps.pop() < math.radians(54)
+
+
+def test_a_frame_taken_while_turning_does_not_count_as_a_look() -> None:
+    script = Script().begin()
+    script.see()
+    rotate = script.last(do.Rotate)
+    script.see(box())
+    assert script.mission.state is S.SCANNING
+    script.feed(ev.MotionEnded(rotate.call, True, rotate.angle_rad))
+    script.see(box())
+    assert script.mission.state is S.CENTERING
+
+
+def test_after_a_scan_comes_the_next_view_and_then_exploration() -> None:
+    script = scan(Script().begin(VIEW, OTHER).path().arrived())
+    assert script.mission.state is S.MEMORY_NAV
+    scan(script.path().arrived())
+    assert script.mission.state is S.MOVING_TO_SCAN
+    assert script.asked(do.PlanCoverage)
+
+
+def test_a_view_beside_a_place_already_looked_at_is_not_looked_at_again() -> None:
+    near = Pose2D(x=3.2, y=0.1, yaw=2.0)
+    script = scan(Script().begin(VIEW, near).path().arrived())
+    assert script.mission.state is S.MOVING_TO_SCAN
+
+
+def test_the_plan_is_asked_without_what_was_looked_at_or_unreachable() -> None:
+    script = scan(Script().begin())
+    script.planned(VIEW, OTHER).path(None)
+    assert script.mission.state is S.MOVING_TO_SCAN
+    assert set(script.last(do.PlanCoverage).avoid) == {ORIGIN, VIEW}
+
+
+def test_an_abort_by_the_controller_is_tried_once_more_from_where_it_stands() -> None:
+    script = Script().begin(VIEW, OTHER).path().arrived(GoalStatus.ABORTED, 104)
+    assert len(script.asked(do.Navigate)) == 2
+    assert script.last(do.Navigate).goal == VIEW
+    script.arrived(GoalStatus.ABORTED, 104).path()
+    assert script.last(do.Navigate).goal == OTHER
+
+
+def test_an_unreachable_view_is_skipped_with_the_reason() -> None:
+    script = Script().begin(VIEW, OTHER).path(None)
+    assert script.last(do.ChoosePath).groups[0] == (OTHER,)
+    assert "NO_VALID_PATH" in script.said()
+
+
+def test_when_no_view_is_reachable_it_looks_round_here() -> None:
+    script = Script().begin(VIEW).path(None)
+    assert script.mission.state is S.SCANNING
+
+
+def test_a_sighting_on_the_way_stops_the_drive() -> None:
+    script = Script().begin(VIEW).path().see(box(40))
+    assert script.mission.state is S.CENTERING
+    assert script.asked(do.StopMotion)
+
+
+def test_another_colour_or_an_unsure_box_does_not_stop_the_drive() -> None:
+    script = Script().begin(VIEW).path().see(box(colour="blue"), box(confidence=0.35), box(label="cup"))
+    assert script.mission.state is S.MEMORY_NAV
+
+
+def test_a_box_of_unknown_colour_is_worth_a_look() -> None:
+    assert Script().begin().see(box(colour=None)).mission.state is S.CENTERING
+
+
+def test_with_nothing_left_to_look_at_it_says_not_found_and_how_much_it_saw() -> None:
+    script = scan(Script().begin())
+    script.feed(ev.CoverageLooked(0.87)).planned()
+    assert script.mission.outcome is Outcome.NOT_FOUND
+    assert script.mission.state is S.IDLE
+    assert "87 %" in script.mission.reason
+
+
+def test_lawnmower_points_are_planned_once_and_taken_in_order() -> None:
+    script = scan(Script(coverage_rule="lawnmower").begin())
+    script.planned(VIEW, OTHER).path().arrived()
+    scan(script)
+    assert len(script.asked(do.PlanCoverage)) == 1
+    assert script.last(do.ChoosePath).groups[0] == (OTHER,)
+
+
+def test_a_blind_robot_gives_up_after_a_few_looks() -> None:
+    script = Script().begin().wait(25.0)
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "no picture" in script.mission.reason
+
+
+def test_nav2_refusing_every_goal_ends_the_mission_with_the_cause() -> None:
+    script = Script().begin(*(Pose2D(x=float(k), y=5.0, yaw=0.0) for k in range(10)))
+    for _ in range(30):
+        if script.mission.outcome is not None:
+            break
+        script.path().arrived(GoalStatus.REJECTED).wait(2.5)
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "refused" in script.mission.reason
+
+
+def test_the_mission_deadline_ends_a_search() -> None:
+    script = Script(mission_timeout_s=30.0, look_timeout_s=20.0).begin().wait(31.0)
+    assert script.mission.outcome is Outcome.NOT_FOUND
+    assert "time is up" in script.mission.reason
+
+
+def test_a_goal_that_others_cancelled_is_sent_again_after_a_pause() -> None:
+    script = Script().begin(VIEW).path().arrived(GoalStatus.CANCELED).wait(2.2).path()
+    assert script.mission.state is S.MEMORY_NAV
+    assert [n.goal for n in script.asked(do.Navigate)] == [VIEW, VIEW]
+
+
+def test_a_turn_cut_off_is_done_again_and_its_heading_not_skipped() -> None:
+    script = Script().begin().see()
+    heading = script.mission.search.headings[0]
+    script.turned(completed=False).wait(2.2)
+    assert script.mission.search.headings[0] == heading
+    assert len(script.asked(do.Rotate)) == 2
+
+
+def test_a_robot_that_never_turns_ends_the_mission_with_the_cause() -> None:
+    script = Script().begin().see()
+    for _ in range(8):
+        if script.mission.running:
+            script.turned(completed=False).wait(2.2)
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "would not turn" in script.mission.reason
+
+
+def test_a_dock_status_that_lags_does_not_undock_twice() -> None:
+    script = Script().robot(docked=True).begin(VIEW)
+    script.feed(ev.Undocked(script.last(do.Undock).call)).robot(docked=True).path(None)
+    assert len(script.asked(do.Undock)) == 1

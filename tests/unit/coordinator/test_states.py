@@ -1,0 +1,44 @@
+"""The table of requirement A12, as data."""
+
+import pytest
+
+from contracts.mission import MissionState
+from coordinator.core.states import ALLOWED, RESTING, SENTENCES
+
+S = MissionState
+
+DRAWN = [
+    (S.IDLE, S.MEMORY_NAV), (S.IDLE, S.SCANNING), (S.MEMORY_NAV, S.SCANNING), (S.MEMORY_NAV, S.MEMORY_NAV),
+    (S.MEMORY_NAV, S.CENTERING), (S.SCANNING, S.CENTERING), (S.SCANNING, S.MOVING_TO_SCAN),
+    (S.MOVING_TO_SCAN, S.SCANNING), (S.MOVING_TO_SCAN, S.MOVING_TO_SCAN), (S.MOVING_TO_SCAN, S.CENTERING),
+    (S.MOVING_TO_SCAN, S.IDLE), (S.CENTERING, S.DEPTH_CHECK), (S.CENTERING, S.SCANNING), (S.DEPTH_CHECK, S.DONE),
+    (S.DEPTH_CHECK, S.APPROACHING), (S.DEPTH_CHECK, S.DRIVING_1M), (S.DEPTH_CHECK, S.SCANNING),
+    (S.DRIVING_1M, S.CENTERING), (S.APPROACHING, S.DONE), (S.APPROACHING, S.CENTERING), (S.DONE, S.IDLE),
+    (S.EMERGENCY_STOP, S.IDLE),
+]  # fmt: skip
+
+
+def test_the_table_names_every_state() -> None:
+    assert set(ALLOWED) == set(MissionState)
+
+
+def test_every_state_has_a_sentence() -> None:
+    assert set(SENTENCES) == set(MissionState)
+    assert all(sentence.endswith(".") for sentence in SENTENCES.values())
+
+
+@pytest.mark.parametrize(("before", "after"), DRAWN)
+def test_every_arrow_of_the_document_is_in_the_table(before: MissionState, after: MissionState) -> None:
+    assert after in ALLOWED[before]
+
+
+def test_every_state_but_the_stop_itself_can_be_stopped() -> None:
+    assert all(S.EMERGENCY_STOP in ALLOWED[state] for state in MissionState if state is not S.EMERGENCY_STOP)
+
+
+def test_a_stop_leads_to_idle_and_nowhere_else() -> None:
+    assert ALLOWED[S.EMERGENCY_STOP] == {S.IDLE}
+
+
+def test_resting_states_are_those_without_work() -> None:
+    assert {S.IDLE, S.DONE, S.EMERGENCY_STOP} == RESTING

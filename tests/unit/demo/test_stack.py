@@ -1,0 +1,51 @@
+import configparser
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from demo.stack import SERVICES, Ports, Stack, StackError
+
+
+def stack(folder: Path) -> Stack:
+    return Stack(Ports(9000), folder, folder / "home.json", seed=7)
+
+
+@given(st.integers(min_value=1024, max_value=65000))
+def test_every_part_has_a_port_of_its_own_and_ros_a_domain_it_can_have(base: int) -> None:
+    ports = Ports(base)
+    named = [ports.coordinator, ports.inference, ports.memory, ports.robot_bridge, ports.redis, ports.truth, ports.ui]
+    assert len(set(named)) == len(named)
+    assert 1 <= ports.ros_domain_id <= 101
+
+
+def test_the_usual_ports_are_the_documented_ones() -> None:
+    ports = Ports()
+    assert [getattr(ports, service) for service in SERVICES] == [8004, 8002, 8003, 8001, 8080]
+
+
+def test_supervisord_restarts_each_process_and_tells_it_where_the_others_are(tmp_path: Path) -> None:
+    config = configparser.RawConfigParser(strict=False)
+    config.read_string(stack(tmp_path)._configuration())
+    programs = {name.removeprefix("program:") for name in config.sections() if name.startswith("program:")}
+    assert programs == {"redis", "sim", *SERVICES}
+    for name in programs:
+        assert config[f"program:{name}"]["autorestart"] == "true"
+    told = config["program:coordinator"]["environment"]
+    assert 'COORDINATOR_ROBOT_BRIDGE_URL="http://127.0.0.1:9004"' in told
+    assert 'COORDINATOR_REDIS_URL="redis://127.0.0.1:9005/0"' in told
+
+
+def test_nothing_runs_where_nothing_was_started(tmp_path: Path) -> None:
+    mesh = stack(tmp_path)
+    assert not mesh.running()
+    with pytest.raises(OSError, match="No such file"):
+        mesh.states()
+    mesh.stop()
+
+
+def test_a_second_mesh_in_the_same_place_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Stack, "running", lambda self: True)
+    with pytest.raises(StackError, match="make down PORT_BASE=9000"):
+        stack(tmp_path).start()

@@ -1,0 +1,98 @@
+"""Which sightings are the same view, what is kept of them, and what is never kept."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from contracts.geometry import Pose2D
+from contracts.memory import Observation
+from contracts.vision import Detection, Detections
+from memory.views import Exclusion, merge, observations_of, place_of
+from support.observations import observations, seen
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (seen(x=0.01), seen(x=0.24)),
+        (seen(y=-0.01), seen(y=-0.24)),
+        (seen(yaw=0.01), seen(yaw=math.radians(29.9))),
+        (seen(yaw=-0.1), seen(yaw=2.0 * math.pi - 0.1)),
+        (seen(colour="red", confidence=0.1), seen(colour="red", confidence=0.9)),
+    ],
+)
+def test_the_same_thing_from_the_same_cell_and_sector_is_one_view(one: Observation, other: Observation) -> None:
+    assert place_of(one) == place_of(other)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (seen("bottle"), seen("cup")),
+        (seen(colour="red"), seen(colour="blue")),
+        (seen(colour="red"), seen(colour=None)),
+        (seen(x=0.24), seen(x=0.26)),
+        (seen(x=-0.01), seen(x=0.01)),
+        (seen(yaw=math.radians(29.0)), seen(yaw=math.radians(31.0))),
+        (seen(yaw=-0.01), seen(yaw=0.01)),
+    ],
+)
+def test_another_label_colour_cell_or_sector_is_another_view(one: Observation, other: Observation) -> None:
+    assert place_of(one) != place_of(other)
+
+
+def test_a_view_keeps_the_best_pose_the_last_time_and_the_count() -> None:
+    best = seen(x=0.2, confidence=0.9, stamp_s=5.0)
+    (kept,) = merge([seen(x=0.1, stamp_s=7.0), best, seen(x=0.05, confidence=0.6, stamp_s=6.0)]).values()
+    assert (kept.pose, kept.confidence, kept.last_seen_s, kept.count) == (best.pose, 0.9, 7.0, 3)
+
+
+@given(st.lists(observations, max_size=40))
+def test_merging_agrees_with_a_plain_dict_of_lists(given_: list[Observation]) -> None:
+    model: dict[object, list[Observation]] = {}
+    for one in given_:
+        model.setdefault(place_of(one), []).append(one)
+    kept = merge(given_)
+    assert kept.keys() == model.keys()
+    for place, all_of in model.items():
+        best = max(all_of, key=lambda one: one.confidence)
+        assert kept[place].pose == best.pose  # type: ignore[index]
+        assert kept[place].confidence == best.confidence  # type: ignore[index]
+        assert kept[place].last_seen_s == max(one.stamp_s for one in all_of)  # type: ignore[index]
+        assert kept[place].count == len(all_of)  # type: ignore[index]
+
+
+@given(observations)
+def test_every_heading_has_one_of_twelve_sectors(one: Observation) -> None:
+    assert 0 <= place_of(one).sector < 12
+
+
+@pytest.mark.parametrize("label", ["person", "Person", " person ", "PERSON", "ｐｅｒｓｏｎ"])
+def test_an_excluded_label_cannot_be_spelled_round(label: str) -> None:
+    assert label in Exclusion.of(["person"])
+
+
+def frame(*detections: Detection, pose: Pose2D | None = Pose2D(x=1.0, y=2.0, yaw=0.0)) -> Detections:  # noqa: B008
+    return Detections(stamp_s=3.0, image_width_px=250, image_height_px=250, pose=pose, detections=detections)
+
+
+def box(label: str, confidence: float = 0.8, colour: str | None = None) -> Detection:
+    return Detection(label=label, confidence=confidence, bbox_xyxy=(0.0, 0.0, 9.0, 9.0), colour=colour)
+
+
+def test_a_frame_gives_one_observation_a_thing_but_none_of_people_or_of_guesses() -> None:
+    told = observations_of(
+        frame(box("bottle", colour="red"), box("person"), box("cup", 0.1)), Exclusion.of(["person"]), 0.3
+    )
+    assert told == [seen("bottle", 1.0, 2.0, confidence=0.8, stamp_s=3.0, colour="red")]
+
+
+def test_a_frame_without_a_pose_says_nothing_of_places() -> None:
+    assert observations_of(frame(box("bottle"), pose=None), Exclusion.of([]), 0.3) == []
+
+
+def test_a_colour_that_is_no_word_is_not_known() -> None:
+    (told,) = observations_of(frame(box("bottle", colour="re\x00d")), Exclusion.of([]), 0.3)
+    assert told.colour is None

@@ -1,0 +1,69 @@
+"""Turning and driving on odometry, against a base that does what it is told a tick later."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from contracts.geometry import Pose2D, Twist2D
+from contracts.robot import MotionReply
+from robot_bridge.motion import Drive, Gains, Motion, Rotation
+from robot_bridge.senses import Odometry
+
+
+def run(
+    motion: Motion, *, heading: float = 0.0, blocked: bool = False, blind: bool = False
+) -> tuple[MotionReply, float]:
+    """The reply, and the heading at rest."""
+    x = y = now_s = 0.0
+    yaw, sent = heading, Twist2D()
+    for _ in range(4000):
+        odometry = Odometry(now_s, Pose2D(x=x, y=y, yaw=math.remainder(yaw, math.tau)), sent)
+        wanted = motion.step(None if blind else odometry, now_s, sent, "obstacle ahead" if blocked else "")
+        x += sent.linear_x * 0.05 * math.cos(yaw)
+        y += sent.linear_x * 0.05 * math.sin(yaw)
+        yaw += sent.angular_z * 0.05
+        if isinstance(wanted, MotionReply):
+            return wanted, yaw - heading
+        sent = Twist2D() if blocked else wanted
+        now_s += 0.05
+    raise AssertionError("it never ended")
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(-7.4, 7.4), st.floats(0.3, 1.9), st.floats(-3.1, 3.1))
+def test_any_turn_ends_within_3_degrees_more_than_once_round_too(angle: float, speed: float, heading: float) -> None:
+    reply, turned = run(Rotation(angle, speed_rad_s=speed, timeout_s=60.0, gains=Gains()), heading=heading)
+    assert reply.completed
+    assert math.isclose(turned, angle, abs_tol=math.radians(3.0))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.05, 2.0), st.floats(0.05, 0.306), st.floats(-3.1, 3.1))
+def test_any_drive_ends_within_2_cm(distance_m: float, speed: float, heading: float) -> None:
+    drive = Drive(distance_m, speed_m_s=speed, timeout_s=60.0, allow_reverse=False, gains=Gains())
+    reply, turned = run(drive, heading=heading)
+    assert reply.completed
+    assert math.isclose(reply.moved, distance_m, abs_tol=0.02)
+    assert abs(turned) < 0.01
+
+
+def test_reversing_a_metre_is_a_metre_back() -> None:
+    reply, _ = run(Drive(-1.0, speed_m_s=0.2, timeout_s=60.0, allow_reverse=True, gains=Gains()))
+    assert reply.moved == pytest.approx(-1.0, abs=0.02)
+
+
+def test_what_never_moves_is_given_up_with_the_filters_reason() -> None:
+    reply, _ = run(Drive(1.0, speed_m_s=0.2, timeout_s=60.0, allow_reverse=False, gains=Gains()), blocked=True)
+    assert (reply.completed, reply.reason) == (False, "obstacle ahead")
+
+
+def test_without_odometry_it_is_given_up() -> None:
+    reply, _ = run(Rotation(1.0, speed_rad_s=1.0, timeout_s=60.0, gains=Gains()), blind=True)
+    assert (reply.completed, reply.reason) == (False, "no odometry")
+
+
+def test_a_turn_too_slow_for_its_time_ends_at_its_time() -> None:
+    reply, _ = run(Rotation(6.0, speed_rad_s=0.5, timeout_s=2.0, gains=Gains()))
+    assert (reply.completed, reply.reason) == (False, "timeout")

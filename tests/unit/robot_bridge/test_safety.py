@@ -1,0 +1,156 @@
+"""What the safety filter leaves of a velocity."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from contracts.geometry import Twist2D
+from robot_bridge.obstacles import obstacles
+from robot_bridge.safety import SafetyLimits, Surroundings, free_travel_m, restrain, slowdown
+from robot_bridge.senses import Hazard, Scan
+
+LIMITS = SafetyLimits()
+RADIUS_M = LIMITS.footprint_radius_m + LIMITS.side_margin_m
+FORWARD = Twist2D(linear_x=0.3)
+TURN = Twist2D(angular_z=1.0)
+
+
+def points(*xy: tuple[float, float]) -> NDArray[np.float64]:
+    return np.array(xy, dtype=np.float64).reshape(-1, 2)
+
+
+def around(*xy: tuple[float, float], **changes: object) -> Surroundings:
+    values: dict[str, object] = {"points_m": points(*xy), "scan_age_s": 0.0, "odometry_age_s": 0.0} | changes
+    return Surroundings(**values)  # type: ignore[arg-type]
+
+
+def door(width_m: float, distance_m: float = 0.5) -> NDArray[np.float64]:
+    """A wall across the way, with a gap in the middle."""
+    y = np.arange(width_m / 2, 2.0, 0.02)
+    x = np.full_like(y, distance_m)
+    return np.concatenate([np.stack([x, y], 1), np.stack([x, -y], 1)])
+
+
+def test_a_free_way_is_left_alone() -> None:
+    assert restrain(FORWARD, around((3.0, 0.0)), LIMITS) == (FORWARD, "")
+
+
+def test_it_slows_in_proportion_and_stops_inside_the_stop_distance() -> None:
+    half_way = RADIUS_M + (LIMITS.stop_distance_m + LIMITS.slow_distance_m) / 2
+    slowed, why = restrain(FORWARD, around((half_way, 0.0)), LIMITS)
+    assert math.isclose(slowed.linear_x, 0.15, abs_tol=1e-9)
+    assert why.startswith("slowed")
+    stopped, why = restrain(FORWARD, around((RADIUS_M + 0.079, 0.0)), LIMITS)
+    assert (stopped.linear_x, why) == (0.0, "obstacle ahead")
+
+
+def test_the_factor_has_a_floor_and_never_exceeds_one() -> None:
+    assert slowdown(LIMITS.stop_distance_m, LIMITS) == LIMITS.slow_factor_min
+    assert slowdown(10.0, LIMITS) == 1.0
+
+
+def test_a_door_of_0_9_m_is_passed_at_full_speed_and_one_too_narrow_is_not_passed() -> None:
+    assert free_travel_m(door(0.9), FORWARD, RADIUS_M) == math.inf
+    assert free_travel_m(door(0.40), FORWARD, RADIUS_M) < 0.5
+
+
+def test_what_stands_beside_or_behind_does_not_hinder_driving_forward() -> None:
+    assert restrain(FORWARD, around((0.0, 0.25), (0.0, -0.25), (-0.25, 0.0)), LIMITS)[0] == FORWARD
+
+
+def test_reversing_minds_the_rear_and_not_the_front() -> None:
+    back = Twist2D(linear_x=-0.2)
+    assert restrain(back, around((0.25, 0.0)), LIMITS)[0] == back
+    stopped, why = restrain(back, around((-0.25, 0.0)), LIMITS)
+    assert (stopped.linear_x, why) == (0.0, "obstacle behind")
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_turning_with_a_translation_minds_the_side_it_turns_to(side: float) -> None:
+    curve = Twist2D(linear_x=0.2, angular_z=side * 1.0)
+    assert free_travel_m(points((0.2, side * 0.35)), FORWARD, RADIUS_M) == math.inf
+    assert free_travel_m(points((0.2, side * 0.35)), curve, RADIUS_M) < 0.3
+    assert free_travel_m(points((0.2, -side * 0.5)), curve, RADIUS_M) == math.inf
+
+
+def test_turning_on_the_spot_is_always_possible_beside_a_wall() -> None:
+    assert restrain(TURN, around((0.2, 0.0), (0.0, 0.2), (-0.2, 0.0)), LIMITS)[0] == TURN
+
+
+def test_an_old_scan_forbids_translation_and_a_very_old_one_turning_too() -> None:
+    assert restrain(FORWARD, around(scan_age_s=0.6), LIMITS)[0] == Twist2D()
+    assert restrain(TURN, around(scan_age_s=0.6), LIMITS)[0] == TURN
+    assert restrain(TURN, around(scan_age_s=2.1), LIMITS) == (Twist2D(), "no laser scan")
+    assert restrain(TURN, around(scan_age_s=None), LIMITS)[0] == Twist2D()
+
+
+def test_a_blind_laser_and_silent_odometry_forbid_translation() -> None:
+    assert restrain(FORWARD, around(known_fraction=0.1), LIMITS)[1] == "the laser is blind"
+    assert restrain(FORWARD, around(odometry_age_s=None), LIMITS)[1] == "no odometry"
+    assert restrain(FORWARD, around(odometry_age_s=0.6), LIMITS)[1] == "no odometry"
+
+
+@pytest.mark.parametrize(
+    ("hazard", "twist", "left"),
+    [
+        (Hazard.BUMP, Twist2D(linear_x=0.2, angular_z=0.5), Twist2D(angular_z=0.5)),
+        (Hazard.CLIFF, FORWARD, Twist2D()),
+        (Hazard.BUMP, Twist2D(linear_x=-0.2), Twist2D(linear_x=-0.2)),
+        (Hazard.BACKUP_LIMIT, Twist2D(linear_x=-0.2), Twist2D()),
+        (Hazard.WHEEL_DROP, TURN, Twist2D()),
+        (Hazard.OBJECT_PROXIMITY, FORWARD, FORWARD),
+    ],
+)
+def test_each_hazard_forbids_what_would_make_it_worse(hazard: Hazard, twist: Twist2D, left: Twist2D) -> None:
+    assert restrain(twist, around(hazards=frozenset({hazard})), LIMITS)[0] == left
+
+
+def test_what_was_driven_since_the_scan_counts() -> None:
+    near = RADIUS_M + LIMITS.stop_distance_m + 0.05
+    assert restrain(FORWARD, around((near, 0.0)), LIMITS)[0].linear_x > 0.0
+    moved_on = around((near, 0.0), scan_age_s=0.3, speed_m_s=0.3)
+    assert restrain(FORWARD, moved_on, LIMITS)[0].linear_x == 0.0
+
+
+@given(
+    st.floats(-0.306, 0.306),
+    st.floats(-1.9, 1.9),
+    st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)), max_size=30),
+)
+def test_it_never_speeds_up_nor_turns_round_a_velocity(x: float, z: float, xy: list[tuple[float, float]]) -> None:
+    left, why = restrain(Twist2D(linear_x=x, angular_z=z), around(*xy), LIMITS)
+    assert abs(left.linear_x) <= abs(x)
+    assert abs(left.angular_z) <= abs(z)
+    assert left.linear_x * x >= 0.0
+    assert left.angular_z * z >= 0.0
+    assert bool(why) or (left.linear_x, left.angular_z) == (x, z)
+
+
+@given(
+    st.floats(0.02, 0.306),
+    st.floats(-1.9, 1.9).filter(lambda z: abs(z) > 0.031),  # a smaller turn is taken as none
+    st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)).filter(lambda p: math.hypot(*p) > RADIUS_M + 0.02),
+)
+def test_the_free_travel_is_where_a_simulated_disc_first_touches(x: float, z: float, p: tuple[float, float]) -> None:
+    """The closed form against stepping along the arc, up to half a turn."""
+    free_m = free_travel_m(points(p), Twist2D(linear_x=x, angular_z=z), RADIUS_M)
+    reach_m = min(free_m - 0.005, 1.0, math.pi * x / max(abs(z), 1e-9))
+    s = np.arange(0.0, max(reach_m, 0.0), 0.002)
+    heading = s * z / x
+    centre_x, centre_y = x / z * np.sin(heading), x / z * (1.0 - np.cos(heading))
+    assert not (np.hypot(p[0] - centre_x, p[1] - centre_y) < RADIUS_M - 0.001).any()
+
+
+def test_sectors_are_measured_from_the_footprint_and_named() -> None:
+    scan = Scan(0.0, points((0.5, 0.0), (0.0, 1.0), (-0.7, 0.0)))
+    found = obstacles(scan, LIMITS, 1.0)
+    assert found.sectors_m["front"] == pytest.approx(0.311)
+    assert found.sectors_m["left"] == pytest.approx(0.811)
+    assert found.sectors_m["back"] == pytest.approx(0.511)
+    assert found.sectors_m["right"] is None
+    assert not found.emergency
+    assert obstacles(Scan(0.0, points((0.25, 0.0))), LIMITS, 1.0).emergency

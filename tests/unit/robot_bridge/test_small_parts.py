@@ -1,0 +1,87 @@
+"""Goals as data, the celebration, the mailbox, sessions."""
+
+import asyncio
+import math
+import threading
+
+import pytest
+
+from contracts.geometry import Pose2D
+from contracts.robot import Goal, GoalStatus
+from mesh.errors import ConflictError, TooManyError
+from robot_bridge.celebration import SUCCESS
+from robot_bridge.mailbox import Mailbox
+from robot_bridge.navigation import ALLOWED, error_name, is_over, moved_on
+from robot_bridge.sessions import SESSIONS_MAX, Sessions
+
+GOAL = Goal(id="g", pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.PENDING, stamp_s=1.0)
+
+
+def test_the_table_names_every_status_and_endings_stay_endings() -> None:
+    assert set(ALLOWED) == set(GoalStatus)
+    assert {status for status in GoalStatus if not is_over(status)} == {GoalStatus.PENDING, GoalStatus.EXECUTING}
+    reached = moved_on(moved_on(GOAL, GoalStatus.EXECUTING, stamp_s=2.0), GoalStatus.SUCCEEDED, stamp_s=3.0)
+    with pytest.raises(ValueError, match="SUCCEEDED cannot become EXECUTING"):
+        moved_on(reached, GoalStatus.EXECUTING, stamp_s=4.0)
+
+
+def test_error_codes_have_names() -> None:
+    assert error_name(104) == "PATIENCE_EXCEEDED"
+    assert error_name(999) == "NAV2_999"
+    aborted = moved_on(GOAL, GoalStatus.ABORTED, stamp_s=2.0, error_code=208)
+    assert (aborted.error_code, aborted.error_msg) == (208, "NO_VALID_PATH")
+
+
+def test_the_celebration_is_as_the_requirement_says() -> None:
+    assert [note.frequency_hz for note in SUCCESS.notes] == [262, 330, 392, 523, 659, 784]
+    assert all(0.3 <= note.duration_s <= 0.6 for note in SUCCESS.notes)
+    assert math.isclose(sum(note.duration_s for note in SUCCESS.notes), 2.3)
+    assert (SUCCESS.led_rgb, SUCCESS.led_animation_type, SUCCESS.led_duration_s) == ((0, 255, 0), 2, 3.0)
+
+
+async def test_a_mailbox_wakes_who_waits_from_another_thread_and_keeps_only_the_newest() -> None:
+    box: Mailbox[int] = Mailbox()
+    box.bind(asyncio.get_running_loop())
+    waiting = asyncio.create_task(box.wait_for(lambda reading: reading.value >= 3, 5.0))
+    await asyncio.sleep(0)
+
+    def write() -> None:
+        for value in (1, 2, 3):
+            box.put(value, float(value))
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    reading = await waiting
+    thread.join()
+    assert reading is not None
+    assert (reading.value, box.age_s(5.0)) == (3, 2.0)
+
+
+async def test_nothing_wanted_in_time_is_none() -> None:
+    box: Mailbox[int] = Mailbox()
+    box.bind(asyncio.get_running_loop())
+    assert await box.wait_for(lambda _: True, 0.01) is None
+    box.put(1, 1.0)
+    assert await box.wait_for(lambda reading: reading.value > 1, 0.01) is None
+    assert await box.wait_for(lambda reading: reading.value == 1, 0.0) is not None
+
+
+def test_a_session_lives_while_it_beats_and_never_again_once_silent() -> None:
+    sessions = Sessions(timeout_s=0.35)
+    one = sessions.open("test", 10.0)
+    assert sessions.end_silent(10.9) == ()  # still starting
+    assert sessions.beat(one, 10.9)
+    assert sessions.end_silent(11.2) == ()
+    assert sessions.end_silent(11.26) == (one,)
+    assert not sessions.beat(one, 11.27)
+    with pytest.raises(ConflictError, match="has ended"):
+        sessions.check(one)
+    sessions.check(None)
+
+
+def test_the_number_of_sessions_is_bounded() -> None:
+    sessions = Sessions(timeout_s=1.0)
+    for _ in range(SESSIONS_MAX):
+        sessions.open("test", 0.0)
+    with pytest.raises(TooManyError):
+        sessions.open("test", 0.0)

@@ -1,0 +1,116 @@
+"""Poses over time, and fixed frames."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from contracts.geometry import Point3D, Pose2D
+from robot_bridge.transforms import PoseBuffer, StaticFrames, compose, in_map, inverse, matrix, planar, wrap
+
+poses = st.builds(
+    Pose2D, x=st.floats(-50, 50), y=st.floats(-50, 50), yaw=st.floats(-math.pi, math.pi, exclude_min=True)
+)
+
+
+@given(poses, poses)
+def test_a_pose_undone_leaves_nothing(a: Pose2D, b: Pose2D) -> None:
+    back = compose(inverse(a), compose(a, b))
+    assert math.isclose(back.x, b.x, abs_tol=1e-6)
+    assert math.isclose(back.y, b.y, abs_tol=1e-6)
+    assert abs(wrap(back.yaw - b.yaw)) < 1e-6
+
+
+@given(st.floats(-100.0, 100.0))
+def test_wrapped_angles_are_the_same_angle_within_half_a_turn(angle: float) -> None:
+    assert -math.pi < wrap(angle) <= math.pi
+    assert math.isclose(math.cos(wrap(angle)), math.cos(angle), abs_tol=1e-6)
+
+
+def test_the_pose_between_two_odometry_samples_is_interpolated_across_the_wrap() -> None:
+    buffer = PoseBuffer()
+    buffer.add_map_to_odom(0.0, Pose2D(x=10.0, y=0.0, yaw=0.0), received_s=0.0)
+    buffer.add_odometry(1.0, Pose2D(x=0.0, y=0.0, yaw=3.1))
+    buffer.add_odometry(2.0, Pose2D(x=1.0, y=0.0, yaw=-3.1))
+    middle = buffer.at(1.5)
+    assert middle is not None
+    assert (middle.x, abs(middle.yaw)) == (10.5, pytest.approx(math.pi))
+
+
+def test_a_pose_too_far_from_any_sample_is_not_known() -> None:
+    buffer = PoseBuffer()
+    buffer.add_map_to_odom(0.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=0.0)
+    buffer.add_odometry(1.0, Pose2D(x=0.0, y=0.0, yaw=0.0))
+    assert buffer.at(1.2) is not None
+    assert buffer.at(1.3) is None
+    assert buffer.at(0.9) is None
+
+
+def test_without_a_localiser_there_is_no_pose_in_the_map() -> None:
+    buffer = PoseBuffer()
+    buffer.add_odometry(1.0, Pose2D(x=0.0, y=0.0, yaw=0.0))
+    assert buffer.newest() is None
+    assert buffer.age_s(1.0) is None
+
+
+def test_a_localisers_pose_serves_until_tf_speaks() -> None:
+    buffer = PoseBuffer()
+    buffer.add_odometry(1.0, Pose2D(x=1.0, y=0.0, yaw=0.0))
+    buffer.add_localisation(1.0, Pose2D(x=5.0, y=5.0, yaw=math.pi / 2), received_s=1.0)
+    buffer.add_odometry(2.0, Pose2D(x=2.0, y=0.0, yaw=0.0))
+    assert (round(buffer.newest().x, 6), round(buffer.newest().y, 6)) == (5.0, 6.0)
+    buffer.add_map_to_odom(2.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=2.0)
+    buffer.add_localisation(2.0, Pose2D(x=50.0, y=50.0, yaw=0.0), received_s=2.0)
+    assert (buffer.newest().x, buffer.newest().y) == (2.0, 0.0)
+
+
+def test_a_clock_set_back_starts_a_new_history() -> None:
+    buffer = PoseBuffer()
+    buffer.add_map_to_odom(0.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=0.0)
+    buffer.add_odometry(1000.0, Pose2D(x=1.0, y=0.0, yaw=0.0))
+    buffer.add_odometry(5.0, Pose2D(x=2.0, y=0.0, yaw=0.0))
+    assert buffer.at(5.0).x == 2.0
+
+
+def test_old_samples_are_forgotten() -> None:
+    buffer = PoseBuffer()
+    buffer.add_map_to_odom(0.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=0.0)
+    for tick in range(20_000):
+        buffer.add_odometry(tick * 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
+    assert len(buffer._odom_to_base._samples) < 1000
+    assert buffer.at(990.0) is not None
+
+
+def test_a_chain_of_fixed_frames_leads_to_the_base_in_any_order_and_from_above() -> None:
+    frames = StaticFrames()
+    frames.add("plate", "camera", matrix((0.0, 0.0, 0.2), (0.0, 0.0, 0.0, 1.0)))
+    assert frames.in_base("camera") is None
+    frames.add("base_link", "plate", matrix((0.1, 0.0, 0.0), (0.0, 0.0, 0.5**0.5, 0.5**0.5)))
+    frames.add("base_footprint", "base_link", matrix((0.0, 0.0, 0.05), (0.0, 0.0, 0.0, 1.0)))
+    camera = frames.in_base("/camera")
+    assert camera is not None
+    np.testing.assert_allclose(camera[:3, 3], [0.1, 0.0, 0.2], atol=1e-9)
+    assert math.isclose(planar(camera).yaw, math.pi / 2)
+    assert frames.in_base("base_footprint")[2, 3] == pytest.approx(-0.05)
+    assert frames.in_base("elsewhere") is None
+
+
+def test_a_loop_of_frames_is_survived() -> None:
+    frames = StaticFrames()
+    still = matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    frames.add("a", "b", still)
+    frames.add("b", "a", still)
+    assert frames.in_base("a") is None
+
+
+@pytest.mark.parametrize("xyzw", [(0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0)])
+def test_no_rotation_is_refused(xyzw: tuple[float, float, float, float]) -> None:
+    with pytest.raises(ValueError, match="not a rotation"):
+        matrix((0.0, 0.0, 0.0), xyzw)
+
+
+def test_a_point_of_the_base_is_placed_in_the_map() -> None:
+    point = in_map(Pose2D(x=1.0, y=2.0, yaw=math.pi / 2), Point3D(x=2.0, y=0.0, z=0.3))
+    assert (round(point.x, 6), round(point.y, 6), point.z) == (1.0, 4.0, 0.3)

@@ -1,0 +1,66 @@
+"""What is kept of what comes in."""
+
+from contracts.geometry import Pose2D
+from contracts.robot import EmergencyStop, EmergencyStopReply
+from support.ui_world import event, mission, robot_state, status
+from ui.situation import Situation
+
+
+def test_the_trail_grows_by_steps_not_by_messages() -> None:
+    situation = Situation(trail_step_m=0.05)
+    for x in (0.0, 0.01, 0.02, 0.06, 0.13):
+        situation.take_robot(robot_state(Pose2D(x=x, y=0.0, yaw=0.0)), now_s=1.0)
+    assert [pose.x for pose in situation.trail] == [0.0, 0.06, 0.13]
+
+
+def test_a_long_trail_is_thinned_and_keeps_its_ends() -> None:
+    situation = Situation(trail_points_max=100)
+    for step in range(1000):
+        situation.take_robot(robot_state(Pose2D(x=step * 0.1, y=0.0, yaw=0.0)), now_s=1.0)
+    assert len(situation.trail) <= 100
+    assert situation.trail[0].x == 0.0
+    assert situation.trail[-1].x == 99.9
+
+
+def test_a_new_mission_begins_a_new_trail_and_timeline() -> None:
+    situation = Situation()
+    situation.take_mission(status(mission()), now_s=1.0)
+    situation.take_events([event(1, "one")])
+    for x in (0.0, 1.0):
+        situation.take_robot(robot_state(Pose2D(x=x, y=0.0, yaw=0.0)), now_s=1.0)
+    situation.take_mission(status(mission(id="m-2")), now_s=2.0)
+    assert [pose.x for pose in situation.trail] == [1.0]
+    assert situation.events == ()
+
+
+def test_events_are_kept_once_in_order_and_bounded() -> None:
+    situation = Situation(events_kept=3)
+    situation.take_events([event(2, "two"), event(1, "one")])
+    situation.take_events([event(2, "two"), event(3, "three"), event(4, "four")])
+    assert [one.id for one in situation.events] == [2, 3, 4]
+
+
+def test_a_late_message_does_not_take_a_stop_away() -> None:
+    situation = Situation()
+    reply = EmergencyStopReply(state=EmergencyStop(latched=True, epoch=5), first_zero_ms=3.0)
+    situation.take_stop_reply(reply, now_s=10.0)
+    situation.take_robot(robot_state(stop=EmergencyStop(latched=False, epoch=4)), now_s=10.1)
+    assert situation.stop is not None
+    assert situation.stop.latched
+    assert situation.first_zero_ms == 3.0
+
+
+def test_a_bridge_that_began_anew_is_believed_after_a_while() -> None:
+    situation = Situation()
+    situation.take_stop(EmergencyStop(latched=True, epoch=5), now_s=10.0)
+    situation.take_stop(EmergencyStop(latched=False, epoch=0), now_s=12.0)
+    assert situation.stop is not None
+    assert not situation.stop.latched
+
+
+def test_the_measured_time_belongs_to_its_own_stop() -> None:
+    situation = Situation()
+    first = EmergencyStopReply(state=EmergencyStop(latched=True, epoch=1), first_zero_ms=3.0)
+    situation.take_stop_reply(first, now_s=1.0)
+    situation.take_stop(EmergencyStop(latched=True, epoch=2), now_s=2.0)
+    assert situation.first_zero_ms is None

@@ -1,0 +1,124 @@
+"""What the page says."""
+
+import pytest
+
+from contracts.mission import MissionState, Outcome
+from contracts.problem import Dependency
+from contracts.robot import EmergencyStop, EmergencyStopReply, NavigationState
+from support.ui_world import event, mission, robot_state, status, votes
+from ui.situation import Situation
+from ui.view import PHASES, Tone, View, duration, line, view
+
+NOW_S = 100.0
+
+
+def seen(situation: Situation, now_s: float = NOW_S) -> View:
+    return view(situation, now_s=now_s, silence_s_max=2.0)
+
+
+def test_every_mission_state_has_words() -> None:
+    assert set(PHASES) == set(MissionState)
+
+
+def test_nothing_known_is_said_and_nothing_can_be_pressed() -> None:
+    shown = seen(Situation())
+    assert shown.phase == "No news of missions"
+    assert shown.robot_facts[0].value == "no news yet"
+    assert not any((shown.can_pause, shown.can_resume, shown.can_cancel, shown.can_dock, shown.can_undock))
+
+
+def test_a_running_mission_shows_phase_command_reason_and_numbers() -> None:
+    situation = Situation()
+    situation.take_mission(status(mission(votes=votes(), measured_distance_m=1.32)), NOW_S)
+    shown = seen(situation)
+    assert (shown.phase, shown.phase_tone) == ("Looking around", Tone.BUSY)
+    assert shown.headline == "“find the red bottle”"
+    assert shown.reason == "turning to the next of 8 headings"
+    assert [chip.value for chip in shown.mission_facts] == ["0:42", "6.4 m", "1.32 m"]
+    assert [chip.value for chip in shown.votes] == ["yes 0.81 / 0.30", "yes 0.62 / 0.45", "–"]
+    assert shown.can_pause
+    assert shown.can_cancel
+
+
+def test_a_paused_mission_can_go_on_but_not_be_paused() -> None:
+    situation = Situation()
+    situation.take_mission(status(mission(paused=True)), NOW_S)
+    shown = seen(situation)
+    assert (shown.phase, shown.can_pause, shown.can_resume) == ("Paused", False, True)
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+def test_an_ended_mission_says_how_and_why(outcome: Outcome) -> None:
+    situation = Situation()
+    situation.take_mission(status(mission(outcome=outcome, reason="because"), state=MissionState.IDLE), NOW_S)
+    shown = seen(situation)
+    assert shown.phase.lower().replace(" ", "_") in {outcome.value, "not_sure", "cancelled"}
+    assert shown.reason == "because"
+    assert not shown.can_cancel
+
+
+def test_a_stop_comes_before_everything_else() -> None:
+    situation = Situation()
+    situation.take_mission(status(mission()), NOW_S)
+    situation.take_robot(robot_state(), NOW_S)
+    stop = EmergencyStop(latched=True, epoch=1, reason="STOP pressed on the page", by="ui 10.0.0.7")
+    situation.take_stop_reply(EmergencyStopReply(state=stop, first_zero_ms=2.44), NOW_S)
+    shown = seen(situation)
+    assert shown.stopped
+    assert (shown.phase, shown.phase_tone) == ("Stopped", Tone.BAD)
+    assert shown.stop_detail == "STOP pressed on the page · by ui 10.0.0.7 · first zero velocity after 2.4 ms"
+    assert not shown.can_pause
+    assert not shown.can_dock
+
+
+def test_a_silent_robot_is_told_with_the_time_it_has_been_silent() -> None:
+    situation = Situation()
+    situation.take_robot(robot_state(), NOW_S)
+    shown = seen(situation, now_s=NOW_S + 75.0)
+    assert shown.robot_facts[0].value == "no news for 1:15"
+    assert not shown.robot_fresh
+    assert not shown.can_dock
+
+
+def test_a_stale_sensor_is_told_by_name() -> None:
+    situation = Situation()
+    situation.take_robot(robot_state(), NOW_S)
+    tones = {chip.label: chip.tone for chip in seen(situation).sensors}
+    assert tones["depth"] is Tone.BAD
+    assert tones["scan"] is Tone.GOOD
+
+
+def test_the_dock_buttons_follow_the_robot() -> None:
+    situation = Situation()
+    situation.take_robot(robot_state(docked=True), NOW_S)
+    assert (seen(situation).can_dock, seen(situation).can_undock) == (False, True)
+    situation.take_robot(robot_state(docked=False), NOW_S)
+    assert (seen(situation).can_dock, seen(situation).can_undock) == (True, False)
+    driving = robot_state(docked=False).model_copy(update={"navigation": NavigationState.NAVIGATING})
+    situation.take_robot(driving, NOW_S)
+    assert not seen(situation).can_dock
+
+
+def test_who_is_missing_is_named() -> None:
+    situation = Situation()
+    ok = Dependency(name="memory", ok=True)
+    situation.services = (Dependency(name="redis", ok=False, detail="not reachable"), ok)
+    assert seen(situation).away == "Redis not reachable"
+    ready = Dependency(name="inference", ok=False, detail="not ready")
+    situation.services = (Dependency(name="redis", ok=False, detail="not reachable"), ready)
+    assert seen(situation).away == "Redis, inference not available"
+
+
+def test_a_line_of_the_timeline_has_its_time_and_votes() -> None:
+    data = {"votes": [vote.model_dump(mode="json") for vote in votes()]}
+    shown = line(event(65, "2 of 3 say yes", kind="votes", data=data), started_s=event(0, "").stamp_s)
+    assert shown.time == "1:05"
+    assert [chip.label for chip in shown.votes] == ["Detector", "CLIP", "VLM"]
+
+
+def test_votes_that_cannot_be_read_are_left_out() -> None:
+    assert line(event(1, "odd", data={"votes": "three"}), 0.0).votes == ()
+
+
+def test_durations_read_like_a_clock() -> None:
+    assert [duration(seconds) for seconds in (7.9, 750.0, 3723.0)] == ["0:07", "12:30", "1:02:03"]
