@@ -14,7 +14,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 
-def wait_for(condition: Callable[[], Any], what: str, *, timeout_s: float = 15.0) -> Any:
+def wait_for(condition: Callable[[], Any], what: str, *, timeout_s: float = 45.0) -> Any:
     """The first true value of `condition()`; fails the test when there is none in time."""
     deadline = time.monotonic() + timeout_s
     pause = threading.Event()
@@ -33,12 +33,12 @@ class SimProcess:
     base_url: str
 
     def get(self, path: str) -> Any:
-        with urllib.request.urlopen(self.base_url + path, timeout=5) as response:
+        with urllib.request.urlopen(self.base_url + path, timeout=30) as response:
             return json.load(response)
 
     def status(self, path: str) -> int:
         try:
-            with urllib.request.urlopen(self.base_url + path, timeout=5) as response:
+            with urllib.request.urlopen(self.base_url + path, timeout=30) as response:
                 return int(response.status)
         except urllib.error.HTTPError as error:
             return error.code
@@ -91,6 +91,6 @@ class Mission:
         return done(client.call_async(request))
 
 
-def done(future: Any, *, timeout_s: float = 15.0) -> Any:
+def done(future: Any, *, timeout_s: float = 45.0) -> Any:
     wait_for(future.done, "an answer", timeout_s=timeout_s)
     return future.result()

@@ -21,7 +21,7 @@ with warnings.catch_warnings():
     warnings.filterwarnings("ignore", "module 'sre_.+' is deprecated", DeprecationWarning)
     import rosidl_generator_py  # noqa: F401
 
-TIMEOUT_S = 10.0
+TIMEOUT_S = 60.0
 KEPT = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
