@@ -1,6 +1,5 @@
 """The perception loop through the front door: what it tells, what it draws, and what it survives."""
 
-
 import cv2
 import numpy as np
 
