@@ -171,7 +171,7 @@ def test_the_e_stop_holds_the_base_against_every_velocity(
     assert mission.call(EStop, "e_stop", EStop.Request(e_stop_on=True)).success
     wait_for(sim.at_rest, "rest")
     assert sim.truth()["e_stop_on"]
-    assert mission.node.count_publishers("cmd_vel") >= 2
+    wait_for(lambda: mission.node.count_publishers("cmd_vel") >= 2, "the relay's publisher")
     assert mission.call(EStop, "e_stop", EStop.Request(e_stop_on=False)).success
     wait_for(lambda: not sim.at_rest(), "motion")
 
