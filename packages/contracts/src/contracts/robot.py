@@ -42,6 +42,25 @@ class EmergencyStopReply(Message):
     )
 
 
+class EmergencyStopAction(StrEnum):
+    STOPPED = "stopped"
+    """Somebody asked for the stop."""
+    RESET = "reset"
+    """Somebody permitted motion again."""
+    RESTORED = "restored"
+    """The bridge has started and found the latch set."""
+
+
+class EmergencyStopEvent(Message):
+    """A line of the stop's history, kept on disk: who did what, when and why."""
+
+    stamp_s: StampS
+    action: EmergencyStopAction
+    epoch: int = Field(ge=0)
+    by: str = Field(default="", max_length=100)
+    reason: str = Field(default="", max_length=500)
+
+
 class NavigationState(StrEnum):
     INACTIVE = "inactive"
     """Nav2 is not there, or its lifecycle is not active."""
@@ -108,6 +127,7 @@ class VelocityReply(Message):
     accepted: bool
     sent: Twist2D = Field(description="what reaches the base now, after arbitration, limits and safety")
     reason: str = Field(default="", description="why it was refused or differs from the request")
+    source: str = Field(default="none", description="who has the wheels now")
 
 
 class GoalStatus(StrEnum):
@@ -201,6 +221,22 @@ class MotionReply(Message):
     completed: bool
     moved: float = Field(description="rad for a rotation, m for a drive, by odometry")
     reason: str = Field(default="", description="why it ended early: obstacle, timeout, emergency stop, cancelled, ...")
+
+
+class MotionGains(Message):
+    """How closed-loop turning and driving are tuned; a change acts on the motion under way."""
+
+    heading_kp: float = Field(ge=0.0, le=20.0, description="rad/s per rad")
+    heading_ki: float = Field(ge=0.0, le=20.0, description="rad/s per rad s")
+    heading_kd: float = Field(ge=0.0, le=20.0, description="rad/s per rad/s")
+    drive_kp: float = Field(ge=0.0, le=20.0, description="m/s per m")
+    drive_ki: float = Field(ge=0.0, le=20.0, description="m/s per m s")
+    drive_kd: float = Field(ge=0.0, le=20.0, description="m/s per m/s")
+    turn_tolerance_rad: float = Field(gt=0.0, le=0.2, description="a turn is done this near to its angle")
+    drive_tolerance_m: float = Field(gt=0.0, le=0.1, description="a drive is done this near to its distance")
+    turn_rad_s_min: float = Field(ge=0.0, le=0.5, description="slower than this the base does not turn")
+    drive_m_s_min: float = Field(ge=0.0, le=0.1, description="slower than this the base does not drive")
+    blocked_s_max: float = Field(gt=0.0, le=10.0, description="given up when nothing reaches the base for so long")
 
 
 class Map(Message):
