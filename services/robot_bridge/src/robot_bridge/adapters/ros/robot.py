@@ -80,7 +80,7 @@ class RosRobot:
             self._velocity.send(twist)
 
     def engage_base_stop(self, engaged: bool) -> None:
-        self._do(lambda: self._base_stop.engage(engaged))
+        self._do(lambda: self._base_stop.want(engaged))
 
     def cancel_all_goals(self) -> None:
         def call() -> None:
@@ -181,7 +181,7 @@ class RosRobot:
         self._dock = ActionClient(node, Dock, ros.dock_action)
         self._undock = ActionClient(node, Undock, ros.undock_action)
         self._lights = ActionClient(node, LedAnimation, ros.led_action)
-        self._base_stop = BaseStop(node, ros)
+        self._base_stop = BaseStop(node, ros.e_stop_service, self._clock)
         self._clear_costmaps = [node.create_client(ClearEntireCostmap, name) for name in ros.clear_costmap_services]
         self._cancels = [
             node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
