@@ -24,6 +24,7 @@ from robot_bridge.motion import Motion, Tuning
 from robot_bridge.navigator import Navigator
 from robot_bridge.obstacles import obstacles
 from robot_bridge.ports import Robot
+from robot_bridge.recordings import Recordings
 from robot_bridge.sessions import Sessions
 from robot_bridge.settings import Settings
 from robot_bridge.snapshot import Snapshot, look
@@ -54,6 +55,7 @@ class Bridge:
     stopping: Stopping
     tuning: Tuning
     docking: Docking
+    recordings: Recordings
     celebrated_s: float | None = None
 
     def end_session(self, session_id: str) -> None:
@@ -202,7 +204,6 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         latch=latch,
         history=StopHistory(settings.state_dir),
         clock=clock,
-        tasks=tasks,
     )
     bridge = Bridge(
         settings=settings,
@@ -217,6 +218,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         stopping=stopping,
         tuning=Tuning(motion_gains(settings)),
         docking=Docking(robot=robot, wheels=wheels, navigator=navigator, clock=clock, settings=settings),
+        recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
     wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=navigator.end_session)
     await robot.start(tick=wheels.tick, navigation_velocity=wheels.navigation_velocity)
@@ -225,13 +227,16 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("publish-state", bridge.publish_state())
         tasks.start("publish-obstacles", bridge.publish_obstacles())
         tasks.start("publish-stop", stopping.publish(bus))
+        tasks.start("keep-stop", stopping.keep())
         tasks.start("publish-navigation", events.publish(bus))
         tasks.start("hear-sightings", bus.listen(VISION_OBJECT_SPOTTED, navigator.sighted))
         tasks.start("watch-dock", bridge.docking.watch())
         yield bridge
     finally:
+        await bridge.recordings.close()
         navigator.stop("robot_bridge is shutting down")
         wheels.silence()
+        await stopping.save()
         await robot.close()
 
 

@@ -9,7 +9,6 @@ from contracts.robot import EmergencyStop, EmergencyStopAction, EmergencyStopEve
 from contracts.topics import ROBOT_EMERGENCY_STOP
 from mesh.bus import Bus
 from mesh.clock import Clock
-from mesh.tasks import Tasks
 from robot_bridge.emergency_stop import LatchFile, StopHistory
 from robot_bridge.navigator import Navigator
 from robot_bridge.ports import Robot
@@ -32,7 +31,6 @@ class Stopping:
         latch: LatchFile,
         history: StopHistory,
         clock: Clock,
-        tasks: Tasks,
     ) -> None:
         self.history = history
         self._wheels = wheels
@@ -40,8 +38,8 @@ class Stopping:
         self._navigator = navigator
         self._latch = latch
         self._clock = clock
-        self._tasks = tasks
         self._changed = asyncio.Event()
+        self._unsaved = asyncio.Event()
 
     @property
     def state(self) -> EmergencyStop:
@@ -90,28 +88,36 @@ class Stopping:
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._changed.wait(), REPEAT_S)
 
+    async def keep(self) -> None:
+        """Forces the latch to the disk and writes the history, after every change, at its own pace."""
+        while True:
+            await self._unsaved.wait()
+            self._unsaved.clear()
+            await asyncio.to_thread(self._save)
+
+    async def save(self) -> None:
+        """What is not on the disk yet, before the process ends."""
+        if self._unsaved.is_set():
+            await asyncio.to_thread(self._save)
+
     def _store(self, state: EmergencyStop) -> None:
-        """At once for the process, soon for the disk; a full disk must not stop the stop."""
+        """At once for the process, soon (`keep`) for the disk; a full disk must not stop the stop."""
         try:
             self._latch.store(state)
         except OSError as error:  # a traceback would cost the stop request a second
             log.error("the emergency stop could not be stored", error=str(error))  # noqa: TRY400
-        else:
-            self._tasks.start("latch-sync", asyncio.to_thread(self._sync), forever=False)
         self._changed.set()
-
-    def _sync(self) -> None:
-        with contextlib.suppress(OSError):
-            self._latch.sync()
+        self._unsaved.set()
 
     def _note(self, action: EmergencyStopAction, epoch: int, *, reason: str, by: str) -> None:
         log.warning("emergency stop", action=action.value, reason=reason, by=by, epoch=epoch)
         event = EmergencyStopEvent(stamp_s=self._clock.now_s(), action=action, epoch=epoch, by=by, reason=reason)
         self.history.add(event)
-        self._tasks.start("stop-history", asyncio.to_thread(self._keep), forever=False)
+        self._unsaved.set()
 
-    def _keep(self) -> None:
+    def _save(self) -> None:
         try:
             self.history.store()
+            self._latch.sync()
         except OSError as error:
-            log.error("the stop's history could not be stored", error=str(error))  # noqa: TRY400
+            log.error("the emergency stop did not reach the disk", error=str(error))  # noqa: TRY400
