@@ -5,6 +5,7 @@ A module that runs it defines the fixture `rig` and a class inheriting `BridgeBe
 
 import asyncio
 import contextlib
+import io
 import math
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
@@ -13,8 +14,10 @@ from typing import Any
 
 import httpx
 from asgi_lifespan import LifespanManager
+from mcap.reader import make_reader
 
 from contracts.geometry import Pose2D, Twist2D
+from contracts.recording import Recording, RecordingState
 from contracts.robot import (
     EmergencyStop,
     Goal,
@@ -432,7 +435,33 @@ class BridgeBehaviour:
         await until(lambda: len(rig.toy.notes) == 6)
         assert [hz for hz, _ in rig.toy.notes] == [262, 330, 392, 523, 659, 784]
         assert math.isclose(sum(seconds for _, seconds in rig.toy.notes), 2.3)
-        assert all(0.3 <= seconds <= 0.6 for _, seconds in rig.toy.notes)
+        assert all(0.3 <= round(seconds, 6) <= 0.6 for _, seconds in rig.toy.notes)
         await until(lambda: rig.toy.leds is not None)
         assert rig.toy.leds == (2, ((0, 255, 0),) * 6, 3.0)
         assert (await rig.post("/celebrate")).status_code == 409
+
+    async def test_a_recording_of_the_meshs_topics_reads_back(self, rig: Rig) -> None:
+        started = Recording.model_validate_json((await rig.post("/recordings", {"name": "search"})).content)
+        assert started.state is RecordingState.RECORDING
+        url = f"/recordings/{started.id}"
+        assert (await rig.post("/recordings")).status_code == 409
+        assert (await rig.client.get(f"{url}/file")).status_code == 409
+
+        async def heard() -> bool:
+            topics = Recording.model_validate_json((await rig.client.get(url)).content).topics
+            return {"robot.state", "robot.obstacles", "robot.emergency_stop"} <= topics.keys()
+
+        await until_true(heard, timeout_s=LONG_S)
+        stopped = Recording.model_validate_json((await rig.post(f"{url}/stop")).content)
+        assert (stopped.state, stopped.reason, stopped.dropped) == (RecordingState.FINISHED, "stopped", 0)
+        file = await rig.client.get(f"{url}/file")
+        assert len(file.content) == stopped.size_bytes
+        messages = list(make_reader(io.BytesIO(file.content)).iter_messages())
+        assert len(messages) == stopped.messages
+        state = next(message for _, channel, message in messages if channel.topic == "robot.state")
+        assert RobotState.model_validate_json(state.data).battery is not None
+        schemas = {schema.name for schema, _, _ in messages if schema is not None and schema.encoding == "jsonschema"}
+        assert {"RobotState", "Obstacles", "EmergencyStop"} <= schemas
+        assert started.id in {each["id"] for each in (await rig.client.get("/recordings")).json()}
+        assert (await rig.client.delete(url)).status_code == 204
+        assert (await rig.client.get(url)).status_code == 404

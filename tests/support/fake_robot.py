@@ -13,6 +13,7 @@ from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from mesh.errors import UnavailableError
 from robot_bridge.celebration import Celebration
+from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import GoalEnd, Path
 from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import matrix
@@ -102,6 +103,10 @@ class FakeRobot:
     def celebrate(self, celebration: Celebration) -> None:
         self.toy.notes = [(note.frequency_hz, note.duration_s) for note in celebration.notes]
         self.toy.leds = celebration.led_animation_type, (celebration.led_rgb,) * 6, celebration.led_duration_s
+
+    def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
+        """It has no messages of its own."""
+        return lambda: None
 
     async def _base(self, *, docked: bool) -> bool:
         if "base" in self.toy.silent:

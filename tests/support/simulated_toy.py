@@ -18,6 +18,7 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from robot_bridge.celebration import Celebration
+from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import GoalEnd, Path
 from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import compose, inverse, matrix
@@ -179,6 +180,10 @@ class SimulatedRobot:
     def celebrate(self, celebration: Celebration) -> None:
         self.toy.notes = [(note.frequency_hz, note.duration_s) for note in celebration.notes]
         self.toy.leds = celebration.led_animation_type, (celebration.led_rgb,) * 6, celebration.led_duration_s
+
+    def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
+        """It has no messages of its own."""
+        return lambda: None
 
     async def _base(self, controller: Docking | Undocking) -> bool:
         if not self.toy.can_dock:

@@ -36,7 +36,7 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class InBox:
-    """What the depth camera says inside a box: (n,) depths along the colour camera's axis, m, and how much is missing."""
+    """What the depth camera says inside a box: (n,) depths along the colour camera's axis, m; how much is missing."""
 
     depths_m: NDArray[np.float64]
     holes: float | None

@@ -134,6 +134,12 @@ class Settings(BaseSettings):
     predock_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
 
     navigation_may_reverse: bool = Field(default=True, description="Nav2's recoveries back up; the rear is watched too")
+    recordings_dir: Path | None = Field(default=None, description="none = recordings/ in the state directory")
+    recording_bytes_max: int = Field(default=1_000_000_000, ge=10_000, description="of one recording")
+    recordings_bytes_max: int = Field(default=5_000_000_000, ge=10_000, description="of all; the oldest make room")
+    recording_s_max: float = Field(default=3600.0, gt=0.0, le=86_400.0)
+    recording_images_hz: float = Field(default=2.0, gt=0.0, le=30.0, description="of pictures, where they are wanted")
+
     heading_kp: float = 2.5
     heading_ki: float = 0.0
     heading_kd: float = 0.05

@@ -29,9 +29,11 @@ from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.base_stop import BaseStop
 from robot_bridge.adapters.ros.calls import Calls, RosGoal
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
+from robot_bridge.adapters.ros.recording import RosRecording
 from robot_bridge.adapters.ros.sensing import Sensing, quality
 from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
 from robot_bridge.celebration import Celebration
+from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import Path
 from robot_bridge.senses import Senses
 from robot_bridge.settings import Settings
@@ -141,6 +143,22 @@ class RosRobot:
                 self._lights.send_goal_async(goal)
 
         self._do(call)
+
+    def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
+        opened: list[RosRecording] = []
+
+        def open_() -> None:
+            try:
+                opened.append(RosRecording(self._node, self._settings.ros, sink, images_hz=images_hz))
+            except OSError as error:
+                log.error("ROS topics are not recorded: a definition is missing", error=str(error))  # noqa: TRY400
+
+        def close() -> None:
+            while opened:
+                opened.pop().close()
+
+        self._do(open_)
+        return lambda: self._do(close)
 
     def _live(self, navigation_velocity: Callable[[float, float], None], opened: ThreadFuture[None]) -> None:
         """The thread's life. When it ends unasked the process ends with it."""
