@@ -1,6 +1,7 @@
 """Stand-ins for the inference service's ports; one suite runs over them and the real things (integration/inference)."""
 
 import asyncio
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -9,9 +10,9 @@ import numpy as np
 
 from contracts.coco import COLOURS
 from contracts.geometry import Pose2D
-from contracts.vision import Detection, ParsedTask, ParseTaskRequest
+from contracts.vision import Detection
 from inference.models import Loaded
-from inference.ports import Embeddings, Frame, RgbImage
+from inference.ports import Embeddings, Frame, Prompt, RgbImage
 from mesh.errors import UnavailableError
 
 RGB = {
@@ -120,30 +121,33 @@ def _unit(rgb: np.ndarray) -> np.ndarray:
 
 @dataclass
 class FakeLanguageModel:
-    """Answers, refuses, or never answers."""
+    """A language model and a third voter in one: answers, refuses, or never answers."""
 
-    answer: ParsedTask | None = None
+    says: object = None
     presence: bool = True
     hangs: bool = False
     away: bool = False
     asked: int = 0
-    name: str = "fake-llm"
+    name: str = "fake:llm"
+    backend: str = "fake"
 
-    async def parse(self, request: ParseTaskRequest) -> ParsedTask:
+    async def complete(self, prompt: Prompt) -> str:
         await self._mood()
-        assert self.answer is not None
-        return self.answer
+        return json.dumps(self.says)
 
     async def present(self, jpeg: bytes, description: str) -> bool:
         await self._mood()
         return self.presence
+
+    async def aclose(self) -> None:
+        return
 
     async def _mood(self) -> None:
         self.asked += 1
         if self.hangs:
             await asyncio.Event().wait()
         if self.away:
-            raise UnavailableError("fake-llm", "not reachable")
+            raise UnavailableError(self.name, "not reachable")
 
 
 def loads(

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from contracts.problem import Problem
-from contracts.vision import Detections, EmbedReply, ModelInfo, ParsedTask, ScoreReply
+from contracts.vision import Detections, EmbedReply, ModelInfo, ScoreReply
 from inference.models import Loaded
 from support.inference_fakes import POSE, FakeLanguageModel, bottle, jpeg_of, loads, picture
 from support.waiting import until
@@ -134,48 +134,10 @@ async def test_models_are_listed_with_their_thresholds(opened: Opened) -> None:
     assert [(one.role, one.name, one.threshold) for one in told] == [
         ("detector", "fake-detector", 0.30),
         ("clip", "fake-clip", 0.90),
-        ("vlm", "fake-llm", None),
-        ("parser", "fake-llm", None),
+        ("vlm", "fake:llm", None),
+        ("parser", "fake:llm", None),
         ("parser", "rules", None),
     ]
-
-
-async def test_the_rules_parse_without_a_language_model(opened: Opened) -> None:
-    async with opened() as house:
-        answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
-    assert ParsedTask.model_validate_json(answer.content) == ParsedTask(
-        yolo_class="bottle", description="red bottle", parser="rules"
-    )
-
-
-async def test_the_language_model_answers_first_and_is_named(opened: Opened) -> None:
-    claim = ParsedTask(yolo_class="cup", memory_object="bottle", description="coffee mug", parser="fake-llm")
-    async with opened(House(language_model=FakeLanguageModel(answer=claim))) as house:
-        answer = await house.client.post("/parse-task", json={"command": "find my coffee mug"})
-    assert ParsedTask.model_validate_json(answer.content) == claim
-
-
-@pytest.mark.parametrize("mood", [{"hangs": True}, {"away": True}])
-async def test_the_rules_answer_for_a_model_that_does_not_and_it_is_left_alone(
-    opened: Opened, mood: dict[str, bool]
-) -> None:
-    model = FakeLanguageModel(**mood)
-    async with opened(House(language_model=model)) as house:
-        for _ in range(3):
-            answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
-            told = ParsedTask.model_validate_json(answer.content)
-            assert (told.yolo_class, told.parser) == ("bottle", "rules")
-            assert "fake-llm" in told.notes
-        parsers = [one for one in (await house.client.get("/models")).json() if one["role"] == "parser"]
-    assert model.asked == 1
-    assert [one["available"] for one in parsers] == [False, True]
-
-
-async def test_the_rules_are_heard_where_the_model_saw_nothing(opened: Opened) -> None:
-    claim = ParsedTask(yolo_class="none", parser="fake-llm")
-    async with opened(House(language_model=FakeLanguageModel(answer=claim))) as house:
-        answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
-    assert answer.json()["parser"] == "rules"
 
 
 async def test_more_callers_than_may_wait_are_told_to_come_back(opened: Opened) -> None:

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
+from contracts.language import ReasonReply, ReasonRequest
 from contracts.vision import (
     Detections,
     EmbedReply,
@@ -89,8 +90,14 @@ async def validate(body: ValidateRequest, inference: InferenceDep) -> Validation
 
 @router.post("/parse-task", tags=["language"])
 async def parse_task(body: ParseTaskRequest, inference: InferenceDep) -> ParsedTask:
-    """What a command claims to mean; `parser` says who read it."""
+    """What each part of a command claims to mean; `parser` says who read it."""
     return await inference.reader.parse(body)
+
+
+@router.post("/reason", tags=["language"])
+async def reason(body: ReasonRequest, inference: InferenceDep) -> ReasonReply:
+    """The facts put into words that answer the question; 503 where no language model can."""
+    return await inference.reasoner.reason(body)
 
 
 @router.get("/models", tags=["operations"])

@@ -11,6 +11,7 @@ from inference.models import Models
 from inference.perception import Perception
 from inference.ports import RgbImage
 from inference.reading import Reader
+from inference.reasoning import Reasoner
 from inference.validation import Validator
 from mesh.bus import Bus
 from mesh.clock import Clock
@@ -22,6 +23,7 @@ class Inference:
     perception: Perception
     validator: Validator
     reader: Reader
+    reasoner: Reasoner
     bus: Bus
     clock: Clock
     frame_age_max_s: float
@@ -50,7 +52,7 @@ class Inference:
         third = (
             ModelInfo(role="vlm", name="", backend="", available=False, detail="none configured: its vote abstains")
             if vlm is None
-            else ModelInfo(role="vlm", name=vlm.name, backend="ollama")
+            else ModelInfo(role="vlm", name=vlm.name, backend=vlm.backend)
         )
         return [*self.models.infos(), third, *self.reader.infos()]
 

@@ -4,7 +4,9 @@ from enum import StrEnum
 from pathlib import Path
 
 from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import SettingsConfigDict
+
+from inference.language_settings import LanguageSettings
 
 
 class ModelSet(StrEnum):
@@ -20,7 +22,7 @@ DETECTOR_PATHS = {ModelSet.SIM: Path("sim/weights/detector.pt"), ModelSet.COCO: 
 CLIP_PATHS = {ModelSet.SIM: Path("sim/weights/clip.safetensors"), ModelSet.COCO: Path("models/ViT-B-32.safetensors")}
 
 
-class Settings(BaseSettings):
+class Settings(LanguageSettings):
     """Frozen; every number carries its unit in its name. Paths are relative to the working directory."""
 
     model_config = SettingsConfigDict(
@@ -60,12 +62,6 @@ class Settings(BaseSettings):
     )
     spotted_period_s: float = Field(default=0.5, ge=0.0)
 
-    ollama_url: str = Field(default="", description="empty = no language model; the rules parse")
-    ollama_model: str = "llama3.2:3b"
-    vlm_model: str = Field(default="", description="e.g. llava:7b; empty = no vision-language vote")
-    parse_deadline_s: float = Field(default=8.0, gt=0.0, le=120.0)
-    vlm_deadline_s: float = Field(default=15.0, gt=0.0, le=120.0)
-    model_retry_after_s: float = Field(default=30.0, ge=0.0, description="a language model that is down is left alone")
     validate_frame_wait_s: float = Field(default=3.0, gt=0.0, le=10.0)
 
     @property
