@@ -77,6 +77,7 @@ class FakeDetector:
     name: str = "fake-detector"
     backend: str = "fake"
     threshold: float = 0.30
+    backends_ms: dict[str, float] = field(default_factory=dict[str, float])
     sizes: list[tuple[int, int]] = field(default_factory=list)
 
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
@@ -92,8 +93,10 @@ class FakeClip:
     template = "{}"
 
     def __init__(self, *, threshold: float = 0.90, colour_margin: float = 0.01, words: Sequence[str] = ()) -> None:
+        self.backends_ms: dict[str, float] = {}
         self.threshold = threshold
         self.colour_margin = colour_margin
+        self.vote_margin = 0.0
         self.colours = COLOURS
         self._words = {*RGB, "bottle", "cup", "mug", "wooden", *words}
 

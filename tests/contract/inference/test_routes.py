@@ -1,9 +1,12 @@
 """The routes: what they answer, and how they refuse."""
 
+import io
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from contracts.problem import Problem
 from contracts.vision import Detections, EmbedReply, ModelInfo, ScoreReply
@@ -158,3 +161,87 @@ async def test_more_callers_than_may_wait_are_told_to_come_back(opened: Opened) 
         answer = await house.client.post("/detect", content=jpeg_of(SCENE))
         go_on.set()
     assert (answer.status_code, answer.headers["retry-after"]) == (429, "1")
+
+
+def encoded(image: Image.Image, kind: str, **more: Any) -> bytes:
+    buffer = io.BytesIO()
+    image.save(buffer, kind, **more)
+    return buffer.getvalue()
+
+
+def turned() -> bytes:
+    exif = Image.Exif()
+    exif[0x0112] = 6  # the camera was held upright
+    return encoded(Image.new("RGB", (64, 32)), "JPEG", exif=exif)
+
+
+def animated() -> bytes:
+    return encoded(Image.new("RGB", (8, 8)), "PNG", save_all=True, append_images=[Image.new("RGB", (8, 8), "red")])
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "word"),
+    [
+        (encoded(Image.new("CMYK", (8, 8)), "JPEG"), 422, "CMYK"),
+        (encoded(Image.new("I;16", (8, 8)), "PNG"), 422, "16 bits"),
+        (animated(), 422, "animated"),
+        (encoded(Image.new("RGB", (8, 8)), "GIF"), 422, "neither"),
+        (encoded(Image.new("L", (4097, 1)), "PNG"), 413, "4096"),
+    ],
+)
+async def test_an_image_that_no_camera_sends_is_refused_by_name(
+    opened: Opened, body: bytes, status: int, word: str
+) -> None:
+    async with opened() as house:
+        await house.until_loaded()
+        answer = await house.client.post("/detect", content=body)
+    assert (answer.status_code, answer.headers["content-type"]) == (status, "application/problem+json")
+    assert word in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("body", "size_px"),
+    [
+        (turned(), (32, 64)),
+        (encoded(Image.new("L", (50, 40)), "JPEG"), (50, 40)),
+        (encoded(Image.new("RGBA", (50, 40)), "PNG"), (50, 40)),
+        (encoded(Image.new("P", (50, 40)), "PNG"), (50, 40)),
+    ],
+)
+async def test_an_unusual_image_is_seen_as_a_person_would_see_it(
+    opened: Opened, body: bytes, size_px: tuple[int, int]
+) -> None:
+    async with opened() as house:
+        await house.until_loaded()
+        answer = await house.client.post("/detect", content=body)
+    told = Detections.model_validate_json(answer.content)
+    assert (told.image_width_px, told.image_height_px) == size_px
+
+
+async def test_texts_are_scored_against_the_crop_and_the_frame_at_once(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(1.0, SCENE)
+        body: dict[str, Any] = {"texts": ["red bottle", "blue bottle", "bottle"]}
+        whole = ScoreReply.model_validate_json((await house.client.post("/clip-score", json=body)).content)
+        body["bbox_xyxy"] = [80, 60, 130, 200]
+        both = ScoreReply.model_validate_json((await house.client.post("/clip-score", json=body)).content)
+    assert (len(whole.scores), whole.frame_scores) == (3, ())
+    assert both.frame_scores == pytest.approx(whole.scores)
+    assert both.scores[0] > both.scores[1]
+
+
+async def test_a_text_is_embedded_once(opened: Opened) -> None:
+    house = House()
+    asked: list[str] = []
+
+    class Counting(type(house.clip)):
+        def embed_text(self, texts: Sequence[str]) -> Any:
+            asked.extend(texts)
+            return super().embed_text(texts)
+
+    house.clip = Counting()
+    async with opened(house):
+        await house.until_loaded()
+        for _ in range(3):
+            await house.client.post("/embed", json={"texts": ["shiny", "red", "shiny"]})
+    assert sorted(asked) == ["red", "shiny"]

@@ -76,6 +76,7 @@ def create_app(
                 frame_age_max_s=settings.frame_age_max_s,
             )
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
+            tasks.start("quicken", inference.models.quicken(), forever=False)
             tasks.start("perception", inference.perception.run())
             tasks.start("follow-target", inference.perception.follow_target())
             yield {"inference": inference}

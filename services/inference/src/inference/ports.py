@@ -33,12 +33,29 @@ class Detector(Protocol):
     def backend(self) -> str: ...
 
     @property
+    def backends_ms(self) -> Mapping[str, float]:
+        """Milliseconds of each backend that was tried; empty where there was no choice."""
+        ...
+
+    @property
     def threshold(self) -> float:
         """Boxes below this confidence are not returned."""
         ...
 
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
         """Boxes in pixels of `image`, best first."""
+        ...
+
+
+class FasterDetector(Protocol):
+    """A detector on a backend that needs preparing."""
+
+    async def prepare(self) -> str:
+        """Takes seconds to minutes; returns what went wrong, or nothing."""
+        ...
+
+    def load(self) -> Detector:
+        """Blocks; to be called once it is prepared."""
         ...
 
 
@@ -52,6 +69,11 @@ class ImageText(Protocol):
     def backend(self) -> str: ...
 
     @property
+    def backends_ms(self) -> Mapping[str, float]:
+        """Milliseconds of one image in each precision that was tried; empty where there was no choice."""
+        ...
+
+    @property
     def threshold(self) -> float:
         """Cosine from which an image counts as showing the phrase; each model has its own."""
         ...
@@ -59,6 +81,11 @@ class ImageText(Protocol):
     @property
     def colour_margin(self) -> float:
         """Cosine by which the best colour must lead the next to be believed."""
+        ...
+
+    @property
+    def vote_margin(self) -> float:
+        """Cosine by which a description must lead itself in every other colour to get this model's vote."""
         ...
 
     @property

@@ -28,21 +28,21 @@ class Inference:
     clock: Clock
     frame_age_max_s: float
 
-    async def detect(self, image: RgbImage, *, stamp_s: float | None = None, pose: Pose2D | None = None) -> Detections:
-        look = await self.models.look(image)
+    async def detect(self, encoded: bytes, *, stamp_s: float | None = None, pose: Pose2D | None = None) -> Detections:
+        sight = await self.models.see(encoded)
         return Detections(
             stamp_s=self.clock.now_s() if stamp_s is None else stamp_s,
-            image_width_px=image.shape[1],
-            image_height_px=image.shape[0],
+            image_width_px=sight.image.shape[1],
+            image_height_px=sight.image.shape[0],
             pose=pose,
-            detections=look.detections,
-            model=look.model,
-            took_ms=look.took_ms,
+            detections=sight.look.detections,
+            model=sight.look.model,
+            took_ms=sight.look.took_ms,
         )
 
     async def detect_newest(self) -> Detections:
         frame = await self.validator.fresh_frame(None)
-        return await self.detect(decode(frame.jpeg), stamp_s=frame.stamp_s, pose=frame.pose)
+        return await self.detect(frame.jpeg, stamp_s=frame.stamp_s, pose=frame.pose)
 
     async def newest_image(self) -> RgbImage:
         return decode((await self.validator.fresh_frame(None)).jpeg)
