@@ -164,19 +164,21 @@ def _nearest_first(stops: int, from_stop: Callable[[int], NDArray[np.float64]]) 
 
 def two_opt(order: list[int], between: NDArray[np.float64], rounds_max: int = 10) -> list[int]:
     """Reverses stretches while that shortens the open tour; the first stop stays."""
+    tour = np.array(order, dtype=np.intp)
+    open_end = np.pad(between, ((0, 0), (0, 1)))  # beyond the last stop everything is near
     for _ in range(rounds_max):
         improved = False
-        for i in range(1, len(order) - 1):
-            for j in range(i + 1, len(order)):
-                after = between[order[j], order[j + 1]] if j + 1 < len(order) else 0.0
-                after_new = between[order[i], order[j + 1]] if j + 1 < len(order) else 0.0
-                before = between[order[i - 1], order[i]] + after
-                if between[order[i - 1], order[j]] + after_new < before - 1e-6:
-                    order[i : j + 1] = order[i : j + 1][::-1]
-                    improved = True
+        for i in range(1, len(tour) - 1):
+            before, first, lasts = tour[i - 1], tour[i], tour[i + 1 :]
+            after = np.append(tour[i + 2 :], len(between))
+            change = between[before, lasts] + open_end[first, after] - between[before, first] - open_end[lasts, after]
+            best = int(np.argmin(change))
+            if change[best] < -1e-6:
+                tour[i : i + best + 2] = tour[i : i + best + 2][::-1].copy()
+                improved = True
         if not improved:
             break
-    return order
+    return tour.tolist()
 
 
 def _walks_m(coarse: _Coarse, stops: NDArray[np.intp]) -> NDArray[np.float64]:
