@@ -14,6 +14,7 @@ from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized,
 from coordinator.core.mission import Approach
 from coordinator.core.place import ring_groups, surface_distance_m, whereabouts
 from coordinator.core.sightings import follow, tracked
+from coordinator.core.trust import plausible
 
 TURN_SPEED_RAD_S = 0.8
 JUMP_M = 0.5
@@ -55,7 +56,7 @@ def handle(draft: Draft, event: Event) -> None:
                 follow(draft, sighting)
                 draft.localize(sighting.box)
         case Measuring(), Localized(reply=reply):
-            _measured(draft, stage, reply)
+            _measured(draft, stage, plausible(reply, draft.rules))
         case Driving(), MotionEnded():
             _driven(draft, event)
         case _:

@@ -7,12 +7,13 @@ from coordinator.core import actions as do
 from coordinator.core.activities import Looking, Measuring, Validating
 from coordinator.core.centering import back_to_search
 from coordinator.core.draft import Draft
-from coordinator.core.endings import found, votes_data
+from coordinator.core.endings import found, keep_picture, votes_data
 from coordinator.core.events import DetectionsSeen, Event, Localized
 from coordinator.core.events import Validated as ValidatedEvent
 from coordinator.core.geometry import base_to_frame
 from coordinator.core.rules import ApproachRule
 from coordinator.core.sightings import follow, is_rejected_place, lose, reject, tracked
+from coordinator.core.trust import is_confirmed, plausible
 
 BOX_FRESH_S = 1.5
 NEXT_BOX_S = 2.0
@@ -30,7 +31,7 @@ def begin(draft: Draft) -> None:
 def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Measuring(), Localized(reply=reply):
-            draft.set_candidate(samples=(*draft.candidate.samples, reply))
+            draft.set_candidate(samples=(*draft.candidate.samples, plausible(reply, draft.rules)))
             _measured(draft)
         case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s > after_s:
             sighting = tracked(draft.mission, draft.candidate, seen)
@@ -65,6 +66,7 @@ def sigma_m(distance_m: float) -> float:
 
 def take_measurement(draft: Draft, reply: LocalizeReply) -> None:
     """Keeps the place of the newest measurement that is not much worse than the best so far."""
+    reply = plausible(reply, draft.rules)
     if reply.distance_m is None:
         return
     sigma, odometry = sigma_m(reply.distance_m), draft.mission.robot.odometry
@@ -126,12 +128,15 @@ def _ask(draft: Draft) -> None:
 
 def _validated(draft: Draft, validation: Validation) -> None:
     rules, candidate = draft.rules, draft.candidate
-    draft.set_candidate(votes=validation.votes, confirmed=validation.confirmed)
+    confirmed = is_confirmed(validation, rules)
+    draft.set_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=draft.now_s)
+    keep_picture(draft)
     tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
-    word = "confirmed" if validation.confirmed else "refused"
-    draft.say("votes", f"{word}: {tally}", confirmed=validation.confirmed, votes=votes_data(validation.votes))
+    word = "confirmed" if confirmed else "refused"
+    draft.say("votes", f"{word}: {tally}", confirmed=confirmed, votes=votes_data(validation.votes),
+              picture=draft.candidate.picture)  # fmt: skip
     distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
-    if validation.confirmed:
+    if confirmed:
         if distance <= rules.reach_m:
             found(draft, candidate.distance_m, "within reach")
         elif distance <= rules.near_m:
@@ -139,7 +144,7 @@ def _validated(draft: Draft, validation: Validation) -> None:
         else:
             draft.go(MissionState.DRIVING_1M, f"{word} ({tally}): going closer first")
         return
-    narrow = is_narrow(validation.votes, rules.narrow_margin)
+    narrow = is_narrow(validation.votes, rules.narrow_margin) or _looked_right(draft)
     closer = narrow and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
     if closer and rules.approach_rule is ApproachRule.LOCALIZED:
         draft.set_candidate(closer_looks=candidate.closer_looks + 1)
@@ -148,6 +153,12 @@ def _validated(draft: Draft, validation: Validation) -> None:
     text = f"a {_label(draft)} {distance:.1f} m off ({tally})"
     reject(draft, text, narrow=narrow)
     back_to_search(draft, f"{word} ({tally})")
+
+
+def _looked_right(draft: Draft) -> bool:
+    """A sure detector saw the colour asked for: in poor light both models that were shown the crop can be wrong."""
+    sighting, colour = draft.candidate.sighting, draft.mission.colour
+    return colour is not None and sighting.colour == colour and sighting.confidence >= draft.rules.sure_confidence_min
 
 
 def is_narrow(votes: tuple[Vote, ...], margin: float) -> bool:

@@ -3,12 +3,12 @@
 import math
 
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking
 from coordinator.core.draft import Draft
-from coordinator.core.endings import end, give_up
+from coordinator.core.endings import abort, give_up
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
 from coordinator.core.geometry import around, distance_m, near_any
 from coordinator.core.rules import CoverageRule
@@ -147,7 +147,7 @@ def _refused(draft: Draft, what: str) -> None:
     search = draft.search
     draft.set_search(place_failures=search.place_failures + 1, refusals=search.refusals + 1)
     if draft.search.refusals >= draft.rules.failures_max:
-        end(draft, Outcome.ABORTED, f"navigation refused {draft.search.refusals} goals in a row: {what}")
+        abort(draft, f"navigation refused {draft.search.refusals} goals in a row: {what}")
     elif draft.search.place_failures > 1:
         _skip(draft, what)
     else:
