@@ -20,6 +20,11 @@ from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run, run_mission
 from bench.missions.scenario import HOMES, Scenario, scenario, wanted_in
 from bench.missions.verdict import Verdict, judge
+from coordinator.core.recording import read, replay
+
+MUST_BE_NONE = ("hangs", "crashes", "motion_while_stopped", "replays_that_differ", "dishonest")
+REPLAY_EVERY = 10
+"""Of that many missions one is decided again from its recording."""
 
 
 def played(one: Scenario, place: SimulatedPlace) -> tuple[Run, Verdict]:
@@ -32,6 +37,10 @@ def played(one: Scenario, place: SimulatedPlace) -> tuple[Run, Verdict]:
     except Exception as error:
         logging.getLogger(__name__).exception("mission %d", one.seed)
         run.problems.append(f"crash: {type(error).__name__}: {error}")
+    if one.seed % REPLAY_EVERY == 0 and run.recording:
+        other = sum(not step.same for step in replay(read(run.recording)))
+        if other:
+            run.problems.append(f"replay: {other} of its steps are decided otherwise")
     return run, judge(run, place)
 
 
@@ -102,6 +111,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "hangs": sum(any(p.startswith("hang") for p in r["problems"]) for r in rows),
         "crashes": sum(any(p.startswith("crash") for p in r["problems"]) for r in rows),
         "motion_while_stopped": sum(any(p.startswith("motion") for p in r["problems"]) for r in rows),
+        "replays_that_differ": sum(any(p.startswith("replay") for p in r["problems"]) for r in rows),
         "dishonest": sum(bool(r["dishonest"]) for r in rows),
         "false_finds": sum(r["ending"] == "found" and "no such thing" in r["dishonest"] for r in rows),
         "deceived": sum(r["deceived"] for r in rows),
@@ -125,7 +135,7 @@ def table(figures: dict[str, Any]) -> str:
         ]
         lines.append("")
     lines.append(f"{'all':28}" + "".join(f"{figures['endings'][ending]:>12}" for ending in endings))
-    plain = ("missions", "hangs", "crashes", "motion_while_stopped", "dishonest", "false_finds", "deceived",
+    plain = ("missions", "hangs", "crashes", "motion_while_stopped", "replays_that_differ", "dishonest", "false_finds", "deceived",
              "found_without_faults", "correct_of_found", "simulated_s", "wall_s")  # fmt: skip
     lines += [f"{name.replace('_', ' ')}: {figures[name]}" for name in plain]
     return "\n".join(lines)
@@ -150,7 +160,7 @@ def main() -> int:
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(json.dumps({**figures, "rows": rows}, indent=1) + "\n", encoding="utf-8")
     sys.stdout.write(table(figures) + "\n")
-    return 1 if figures["hangs"] + figures["crashes"] + figures["motion_while_stopped"] + figures["dishonest"] else 0
+    return 1 if any(figures[name] for name in MUST_BE_NONE) else 0
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ from contracts.robot import (
 )
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_STATE
 from contracts.vision import Detection
-from mesh.errors import UpstreamError
+from mesh.errors import UnavailableError, UpstreamError
 from sim.nav.codes import NavigationError
 from sim.world.robot import CAMERA_X_M, RGB_CAMERA
 from sim.world.sensors import compose
@@ -232,6 +232,23 @@ class SimulatedBridge:
             return MotionReply(completed=True, moved=0.45)
 
         return await self.wire.call(work, timeout_s=timeout_s)
+
+    async def dock(self, *, timeout_s: float) -> MotionReply:
+        self.asked("dock")
+
+        async def work() -> MotionReply:
+            self._may_move(self.stop.epoch)
+            await asyncio.sleep(UNDOCK_S)
+            self._may_move(self.stop.epoch)
+            self.wheels.put(self.place.dock)
+            self.docked = True
+            return MotionReply(completed=True, moved=0.45)
+
+        return await self.wire.call(work, timeout_s=timeout_s)
+
+    async def frame(self) -> bytes:
+        """There are no pictures here, only what is in them."""
+        raise UnavailableError("robot_bridge", "no camera")
 
     async def celebrate(self) -> None:
         self.celebrations += 1

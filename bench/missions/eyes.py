@@ -11,10 +11,12 @@ from bench.missions.faults import Faults
 from bench.missions.seeing import SIZE_PX, detect, false_box, votes
 from bench.missions.wire import Wire
 from contracts.geometry import Pose2D
-from contracts.memory import LabelCount, RecalledView, RecallReply, RecallRequest, View
+from contracts.language import ReasonReply, ReasonRequest
+from contracts.memory import LabelCount, LookBatch, RecalledView, RecallReply, RecallRequest, RememberedObject, View
 from contracts.problem import Dependency
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
 from contracts.vision import Detections, ParsedTask, ParseTaskRequest, ValidateRequest, Validation, Verdict
+from mesh.errors import UnavailableError
 
 PERIOD_S, FAST_PERIOD_S = 0.5, 0.2
 LATENCY_S = 0.15
@@ -89,6 +91,9 @@ class SimulatedEyes:
 
         return await self.wire.call(work, timeout_s=timeout_s)
 
+    async def reason(self, request: ReasonRequest) -> ReasonReply:
+        raise UnavailableError("inference", "no language model")
+
     async def dependency(self) -> Dependency:
         return Dependency(name="inference", ok=not self.wire.down)
 
@@ -118,6 +123,18 @@ class SimulatedMemory:
             return RecallReply(views=tuple(RecalledView(view=view, source="label") for view in views))
 
         return await self.wire.call(work, timeout_s=3.0)
+
+    async def looks(self, batch: LookBatch) -> None:
+        async def work() -> None:
+            pass
+
+        await self.wire.call(work, timeout_s=3.0)
+
+    async def views(self, label: str, limit: int) -> Sequence[View]:
+        return ()
+
+    async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
+        return ()
 
     async def dependency(self) -> Dependency:
         return Dependency(name="memory", ok=not self.wire.down)

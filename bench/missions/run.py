@@ -16,10 +16,11 @@ from bench.missions.scenario import Scenario, remembered_views
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
 from contracts.vision import ParsedTask
+from coordinator.adapters.memory_log import MemoryLog
 from coordinator.app import create_app
 from coordinator.core.states import RESTING
+from coordinator.interrupted import interrupted
 from coordinator.missions import Missions
-from coordinator.ports import MissionLog
 from coordinator.settings import Settings
 from mesh.errors import MeshError
 
@@ -43,7 +44,7 @@ class Run:
     pose: Pose2D = field(default_factory=lambda: Pose2D(x=0.0, y=0.0, yaw=0.0))
     took_s: float = 0.0
     way_m: float = 0.0
-    log: MissionLog | None = None
+    recording: tuple[str, ...] = ()
 
 
 @dataclass
@@ -55,7 +56,7 @@ class Stage:
     eyes: SimulatedEyes
     memory: SimulatedMemory
     settings: Settings
-    log: MissionLog | None
+    log: MemoryLog
     run: Run
     missions: Missions | None = None
     quiet_since_s: float = float("inf")
@@ -103,11 +104,11 @@ class Stage:
             self.quiet_from = pose
 
 
-async def run_mission(place: SimulatedPlace, one: Scenario, *, log: MissionLog | None = None) -> Run:
+async def run_mission(place: SimulatedPlace, one: Scenario) -> Run:
     """Plays the scenario to its end; an error is the simulation's own, or a hang."""
     rng = np.random.default_rng([one.seed, 3])
     start = place.dock if one.docked else place.random_pose(rng)
-    run = Run(one, log=log)
+    run, log = Run(one), MemoryLog()
     bus = SimulatedBus(one.faults, np.random.default_rng([one.seed, 4]))
     bridge = SimulatedBridge(place, start, one.faults, bus, one.seed, docked=one.docked)
     task = ParsedTask(
@@ -142,7 +143,7 @@ async def _lived(stage: Stage) -> None:
         whims = asyncio.ensure_future(_whims(stage, missions, mission_id, began_s))
         settings = stage.settings
         limit_s = settings.mission_timeout_s + settings.pause_timeout_s + SLACK_S
-        while missions.get(mission_id).outcome is None:
+        while (await missions.get(mission_id)).outcome is None:
             await asyncio.sleep(0.5)
             elapsed_s = loop.time() - began_s
             if faults.coordinator_dies_s is not None and elapsed_s > faults.coordinator_dies_s:
@@ -151,12 +152,13 @@ async def _lived(stage: Stage) -> None:
                 run.problems.append(f"hang: not over after {elapsed_s:.0f} s")
                 break
         run.took_s = loop.time() - began_s
-        ended = missions.get(mission_id).outcome is not None
+        ended = (await missions.get(mission_id)).outcome is not None
         if ended or faults.coordinator_dies_s is None:
             await asyncio.sleep(AFTER_S)
             await _rested(stage, missions)
-        run.mission = missions.get(mission_id)
-        run.events = list(missions.log.events(mission_id, after=-1, limit=5000))
+        run.mission = await missions.get(mission_id)
+        run.recording = await stage.log.recording(mission_id)
+        run.events = list(await missions.log.events(mission_id, after=-1, limit=5000))
         await _ended(whims)
     if not ended and faults.coordinator_dies_s is not None:
         await _reborn(stage, mission_id)
@@ -176,14 +178,16 @@ async def _rested(stage: Stage, missions: Missions) -> None:
 
 
 async def _reborn(stage: Stage, mission_id: str) -> None:
-    """After its death the coordinator comes back idle, and nothing resumes."""
+    """After its death the coordinator comes back idle, and nothing resumes. Its log says what the real one would."""
     await asyncio.sleep(2.0)
+    left = await stage.log.get(mission_id)
+    if left is not None and left.outcome is None:
+        stage.log.put(interrupted(left, asyncio.get_running_loop().time()))
     async with stage.coordinator() as missions:
         await asyncio.sleep(AFTER_S)
         if missions.runner.mission.state not in {MissionState.IDLE, MissionState.EMERGENCY_STOP}:
             stage.run.problems.append("motion: something resumed after the coordinator's restart")
-        with contextlib.suppress(MeshError):
-            stage.run.mission = missions.get(mission_id)
+        stage.run.mission = await missions.get(mission_id)
 
 
 async def _whims(stage: Stage, missions: Missions, mission_id: str, began_s: float) -> None:
@@ -205,15 +209,15 @@ async def _whims(stage: Stage, missions: Missions, mission_id: str, began_s: flo
     async def pause() -> None:
         if await at(faults.pause_s):
             with contextlib.suppress(MeshError):
-                missions.pause(mission_id)
+                await missions.pause(mission_id)
         if await at(faults.resume_s):
             with contextlib.suppress(MeshError):
-                missions.resume(mission_id)
+                await missions.resume(mission_id)
 
     async def cancel() -> None:
         if await at(faults.cancel_s):
             with contextlib.suppress(MeshError):
-                missions.cancel(mission_id)
+                await missions.cancel(mission_id)
 
     await asyncio.gather(stop(), pause(), cancel())
 

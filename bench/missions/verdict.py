@@ -74,9 +74,10 @@ def _found(run: Run, place: SimulatedPlace) -> Verdict:
         deceived = one.faults.errors.liar in {"clip", "vlm"} and told
         return Verdict("found", "" if deceived else wrong, deceived=deceived)
     told, true = mission.measured_distance_m, score.horizontal_distance_m
+    wrong = ""
     if told is not None and abs(told - true) > DISTANCE_ERROR_M + 0.1 * true:
-        return Verdict("found", f"told {told:.2f} m, it is {true:.2f} m", score.correct, true)
-    return Verdict("found", "", score.correct, true)
+        wrong = f"told {told:.2f} m, it is {true:.2f} m"
+    return Verdict("found", wrong, correct=score.correct, true_distance_m=true)
 
 
 def _wrong_thing(present: Present, score: Score | None) -> str:

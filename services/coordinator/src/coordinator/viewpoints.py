@@ -17,6 +17,7 @@ from coordinator.untyped import label_regions, maximum_filter, roomiest_cells, s
 
 COARSE_M = 0.15
 CANDIDATE_STRIDE_M = 0.45
+ROBOT_RADIUS_M = 0.189
 CLEARANCE_M = 0.28
 GAIN_MIN_M2 = 0.4
 WALKED_STOPS_MAX = 80
@@ -25,11 +26,14 @@ BESIDE_CELLS = 4
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Coarse:
-    """Every n-th cell stands for its block: free when most of it is, blocked when any of it is occupied."""
+    """Every n-th cell stands for its block: free when most of it is, blocked when any of it is occupied; passable where
+    the robot fits, walkable where it may also stand and turn with room to spare.
+    """
 
     factor: int
     free: Mask
     blocked: Mask
+    passable: Mask
     walkable: Mask
     resolution_m: float
 
@@ -53,7 +57,7 @@ def viewpoints(
         todo &= _blocks(~seen & grid.free, coarse.factor).mean(axis=(1, 3)) > 0.5
     candidates = _candidates(grid, coarse, avoid, avoid_m)
     free_area_m2 = float(grid.free.sum()) * grid.cell_area_m2
-    _, regions = label_regions(coarse.walkable)
+    _, regions = label_regions(coarse.passable)
     if candidates.size == 0 or not todo.any():
         return Coverage((), regions, free_area_m2)
     chosen = _chosen(coarse, candidates, todo, int(reach_m / coarse.resolution_m), points_max)
@@ -75,18 +79,27 @@ def _coarsen(grid: Grid, start: Pose2D | None) -> _Coarse:
     factor = max(1, round(COARSE_M / grid.resolution_m))
     free: Mask = np.asarray(_blocks(grid.free, factor).mean(axis=(1, 3)) >= 0.5)
     blocked: Mask = np.asarray(~free | _blocks(grid.occupied, factor).any(axis=(1, 3)))
-    safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, CLEARANCE_M) - 1)
-    walkable: Mask = np.asarray(_blocks(safe, factor).any(axis=(1, 3)))
+    passable = _standing(grid, ROBOT_RADIUS_M, factor)
+    walkable = _standing(grid, CLEARANCE_M, factor)
     cell = grid.cell(start.x, start.y) if start is not None else None
     if cell is not None:
-        labels, count = label_regions(walkable)
+        labels, count = label_regions(passable)
         here = _nearest_label(labels, cell[0] // factor, cell[1] // factor) if count else 0
         if here:
-            walkable = np.asarray(labels == here)
+            passable = np.asarray(labels == here)
         reachable_free, _ = label_regions(free)
-        near = np.unique(reachable_free[walkable])
+        near = np.unique(reachable_free[passable])
         free &= np.isin(reachable_free, near[near > 0])
-    return _Coarse(factor, free, blocked, walkable, grid.resolution_m * factor)
+    walkable &= passable
+    if not walkable.any():
+        walkable = passable.copy()
+    return _Coarse(factor, free, blocked, passable, walkable, grid.resolution_m * factor)
+
+
+def _standing(grid: Grid, clearance_m: float, factor: int) -> Mask:
+    """Blocks with a cell that has this much room all round, give or take one cell."""
+    safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, clearance_m) - 1)
+    return np.asarray(_blocks(safe, factor).any(axis=(1, 3)))
 
 
 def _nearest_label(labels: NDArray[np.int32], row: int, column: int) -> int:
@@ -182,9 +195,9 @@ def two_opt(order: list[int], between: NDArray[np.float64], rounds_max: int = 10
 
 
 def _walks_m(coarse: _Coarse, stops: NDArray[np.intp]) -> NDArray[np.float64]:
-    """(n, n) metres on foot over walkable cells; as the crow flies, times three, where no way is known."""
+    """(n, n) metres on foot over passable cells; as the crow flies, times three, where no way is known."""
     crow = np.hypot(*(stops[:, None, :] - stops[None, :, :]).astype(float).transpose(2, 0, 1)) * coarse.resolution_m
-    walkable = coarse.walkable.copy()
+    walkable = coarse.passable.copy()
     walkable[tuple(np.clip(stops, 0, np.array(walkable.shape) - 1).T)] = True
     ids = np.arange(walkable.size).reshape(walkable.shape)
     height, width = walkable.shape

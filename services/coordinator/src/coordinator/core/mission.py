@@ -72,6 +72,7 @@ class Candidate:
     votes: tuple[Vote, ...] = ()
     confirmed: bool = False
     closer_looks: int = 0
+    unjudged: int = 0
     picture: int | None = None
     judged_s: float | None = None
 
@@ -107,6 +108,8 @@ class Approach:
     alternatives: int = 0
     tried_rad: tuple[float, ...] = ()
     blocked: str = ""
+    before: str = ""
+    disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
 
 
@@ -119,6 +122,7 @@ class Search:
     plans: int = 0
     looked: tuple[Pose2D, ...] = ()
     unreachable: tuple[Pose2D, ...] = ()
+    missed_in_row: int = 0
     headings: tuple[float, ...] = ()
     scan_from: Pose2D | None = None
     share: float | None = None

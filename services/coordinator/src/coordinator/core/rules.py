@@ -74,7 +74,8 @@ class Rules(BaseModel):
 
     # A6
     look_range_m: float = Field(default=1.8, gt=0.0, description="what lies nearer than this has been looked at")
-    scan_points_max: int = Field(default=400, ge=1, le=2000)
+    scan_points_max: int = Field(default=4000, ge=1, le=20_000)
+    places_missed_max: int = Field(default=12, ge=1, description="in a row not to be reached: navigation has failed")
 
     # A8
     centering_gain_rad_s_px: float = Field(default=0.003, gt=0.0, description="per pixel of a 320 px wide frame")
@@ -113,6 +114,8 @@ class Rules(BaseModel):
         default=0.58, gt=0.0, description="stopped farther off than this: another side"
     )
     alternatives_max: int = Field(default=1, ge=0, le=5)
+
+    judge_tries: int = Field(default=3, ge=1, description="validations of one candidate that may fail")
 
     # rejection
     rejected_radius_m: float = Field(default=0.5, gt=0.0)

@@ -165,6 +165,11 @@ def skip_after_failure(draft: Draft) -> bool:
 
 def _skip(draft: Draft, why: str) -> None:
     search = draft.search
+    missed = search.missed_in_row + 1
+    draft.set_search(missed_in_row=missed)
+    if missed >= draft.rules.places_missed_max:
+        abort(draft, f"navigation reached none of {missed} places in a row, the last one because: {why}")
+        return
     if draft.mission.state is MissionState.MEMORY_NAV:
         lost, views = search.views[0].pose, search.views[1:]
         draft.set_search(views=views, unreachable=(*search.unreachable, lost), place_failures=0)
@@ -176,7 +181,7 @@ def _skip(draft: Draft, why: str) -> None:
 
 
 def _arrive(draft: Draft) -> None:
-    draft.set_search(place_failures=0)
+    draft.set_search(place_failures=0, missed_in_row=0)
     if draft.mission.state is MissionState.MEMORY_NAV:
         place = draft.search.views[0]
         draft.set_search(views=draft.search.views[1:])
@@ -192,7 +197,8 @@ def _to_next_point(draft: Draft) -> None:
     points = tuple(p for p in search.points if not near_any(p, done, near_m))
     draft.set_search(points=points)
     if not points:
-        give_up(draft, "every place was looked at")
+        left = "no other place could be reached" if search.unreachable else "every place was looked at"
+        give_up(draft, left)
         return
     draft.say("navigation", f"to the next place of the search, {len(points)} to go", goal=points[0].model_dump())
     if _is_here(draft, points[0]):
