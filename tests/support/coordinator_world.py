@@ -348,6 +348,8 @@ class FakeEyes:
         self.parse = ParsedTask(yolo_class="bottle", memory_object="bottle", description="red bottle", parser="rules")
         self.validations = 0
         self.narrow = False
+        self.lies = False
+        """It calls confirmed what its votes refuse."""
         self.words: str | None = None
         self.reasoned: list[ReasonRequest] = []
 
@@ -374,7 +376,7 @@ class FakeEyes:
             Vote(voter="vlm", verdict=Verdict.ABSTAIN, reason="none is there"),
         )
         return Validation(
-            confirmed=right,
+            confirmed=right or self.lies,
             votes=votes,
             stamp_s=self.world.clock.now_s(),
             image_width_px=WIDTH_PX,

@@ -108,7 +108,6 @@ class Approach:
     alternatives: int = 0
     tried_rad: tuple[float, ...] = ()
     blocked: str = ""
-    before: str = ""
     disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
 

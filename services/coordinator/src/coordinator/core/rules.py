@@ -97,6 +97,8 @@ class Rules(BaseModel):
     depth_period_s: float = Field(default=0.5, gt=0.0)
     drift_px: float = Field(default=50.0, gt=0.0, description="of a 320 px wide frame")
     depth_samples: int = Field(default=3, ge=1, le=9)
+    depth_agree: int = Field(default=3, ge=1, le=9, description="so many have to agree, or more are taken")
+    depth_samples_max: int = Field(default=7, ge=1, le=20)
     stand_off_m: float = Field(default=0.40, gt=0.0, description="the final drive aims at this, to end within reach")
     rounds_max: int = Field(default=8, ge=1, description="centerings of one candidate before it is given up")
 

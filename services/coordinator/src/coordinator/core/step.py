@@ -227,6 +227,8 @@ def _look_timeouts() -> dict[MissionState, Callable[[Draft], None]]:
 def _call_failed(draft: Draft, service: str, detail: str) -> None:
     """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
     mission = draft.mission
+    if isinstance(mission.activity, Validating) and depth_check.given_up_judging(draft, detail):
+        return
     if mission.failures + 1 >= mission.rules.failures_max:
         abort(draft, f"{service} failed {mission.failures + 1} times in a row: {detail}")
         return
