@@ -145,6 +145,11 @@ class Campaign:
         self.mesh.until(condition, timeout_s=timeout_s, what=what)
         return round(self.mesh.simulated_s() - since_s, 2)
 
+    def rest_after(self, since_s: float) -> float:
+        """Simulated seconds from `since_s` to the robot's last motion, as the simulation kept it."""
+        self.mesh.until(self.mesh.still, timeout_s=LONG_S, what="a robot at rest")
+        return round(max(0.0, float(self.mesh.truth()["moved_at_s"]) - since_s), 2)
+
     def drives_on(self, seconds: float) -> float:
         """Metres driven while so much simulated time passes. Fails the attempt below a third of what was asked."""
         begun = self.mesh.truth()

@@ -31,8 +31,9 @@ def redis_gone(on: Campaign) -> Observed:
         metres = on.drives_on(3.0)
         missing = on.missing()
         assert "redis" in missing, missing
+        at_s = on.mesh.simulated_s()
         stop_ms = on.stop()
-        rest_s = on.seconds_until(on.mesh.still, "a robot at rest")
+        rest_s = on.rest_after(at_s)
     on.supervise("startProcess", "redis")
     on.mesh.until(lambda: "redis" not in on.missing(), timeout_s=LONG_S, what="Redis connected again")
     assert on.mesh.get("robot_bridge", "/emergency-stop")["latched"]
@@ -42,8 +43,7 @@ def redis_gone(on: Campaign) -> Observed:
 
 def coordinator_gone(on: Campaign) -> Observed:
     on.mesh.driving()
-    on.mesh.kill("coordinator")
-    rest_s = on.seconds_until(on.mesh.still, "a robot at rest")
+    rest_s = on.rest_after(on.mesh.kill("coordinator"))
     on.mesh.until(on.mesh.ready, timeout_s=LONG_S * 2, what="the mesh ready again")
     on.mesh.stays_at_rest_for(2.0)
     return {"rest_after_s": rest_s}
@@ -51,8 +51,9 @@ def coordinator_gone(on: Campaign) -> Observed:
 
 def coordinator_hangs(on: Campaign) -> Observed:
     on.mesh.driving()
+    at_s = on.mesh.simulated_s()
     os.kill(on.mesh.pid("coordinator"), signal.SIGSTOP)
-    rest_s = on.seconds_until(on.mesh.still, "a robot at rest")
+    rest_s = on.rest_after(at_s)
     on.mesh.stays_at_rest_for(2.0)
     os.kill(on.mesh.pid("coordinator"), signal.SIGCONT)
     return {"rest_after_s": rest_s}
@@ -81,8 +82,7 @@ def bridge_killed_while_latched(on: Campaign) -> Observed:
 
 def bridge_killed_while_driving(on: Campaign) -> Observed:
     with on.circling():
-        on.mesh.kill("robot_bridge")
-        rest_s = on.seconds_until(on.mesh.still, "a robot at rest")
+        rest_s = on.rest_after(on.mesh.kill("robot_bridge"))
     on.mesh.until(on.mesh.ready, timeout_s=LONG_S * 2, what="the mesh ready again")
     on.mesh.stays_at_rest_for(2.0)
     return {"rest_after_s": rest_s}
@@ -91,12 +91,13 @@ def bridge_killed_while_driving(on: Campaign) -> Observed:
 def frozen(topic: str, words: str, *, turns_on: bool) -> Callable[[Campaign], Observed]:
     def happen(on: Campaign) -> Observed:
         with on.circling() as lease:
+            at_s = on.mesh.simulated_s()
             on.wire("freeze", topic)
             no_translation_s = on.seconds_until(on.standing, "no translation")
             on.mesh.until(lambda: words in lease.reason, timeout_s=LONG_S, what=f"the reason '{words}'")
             seen: Observed = {"no_translation_after_s": no_translation_s, "reason": lease.reason}
             if not turns_on:
-                seen["no_motion_after_s"] = on.seconds_until(on.mesh.still, "a robot at rest")
+                seen["no_motion_after_s"] = on.rest_after(at_s)
             on.wire("pass", topic)
             seen["drives_again_after_s"] = on.seconds_until(on.translating, "a driving robot", timeout_s=LONG_S)
         return seen
@@ -129,8 +130,9 @@ def camera_gone(on: Campaign) -> Observed:
 
 def nav2_gone_in_mid_goal(on: Campaign) -> Observed:
     goal_id = on.goal_far_away()
+    at_s = on.mesh.simulated_s()
     on.kill_nav2()
-    rest_s = on.seconds_until(on.mesh.still, "a robot at rest")
+    rest_s = on.rest_after(at_s)
     on.mesh.until(lambda: "nav2" in on.missing(), timeout_s=LONG_S, what="a bridge that misses Nav2")
     ended_s = on.seconds_until(lambda: on.goal_status(goal_id) != "EXECUTING", "the goal's end", timeout_s=LONG_S)
     status = on.goal_status(goal_id)
@@ -147,8 +149,9 @@ def nav2_gone_in_mid_goal(on: Campaign) -> Observed:
 def nav2_freezes_in_mid_goal(on: Campaign) -> Observed:
     """Its velocity no longer comes, its action still stands."""
     goal_id = on.goal_far_away()
+    at_s = on.mesh.simulated_s()
     on.wire("cut", "cmd_vel_nav")
-    rest_s = on.seconds_until(on.mesh.still, "a robot at rest")
+    rest_s = on.rest_after(at_s)
     on.mesh.http.delete(f"{on.url}/navigation/goals/{goal_id}")
     return {"rest_after_s": rest_s}
 
@@ -170,8 +173,9 @@ def clock_stepped(on: Campaign) -> Observed:
             reply = on.mesh.post("robot_bridge", "/velocity", lease | {"stamp_s": stamp_s}).json()
             assert not reply["accepted"], reply
             seen[f"asked_{name}"] = reply["reason"]
+        at_s = on.mesh.simulated_s()
         seen["stop_answer_ms"] = on.stop()
-        seen["rest_after_stop_s"] = on.seconds_until(on.mesh.still, "a robot at rest")
+        seen["rest_after_stop_s"] = on.rest_after(at_s)
     on.reset()
     return seen
 
@@ -243,8 +247,9 @@ def camera_spoilt(on: Campaign) -> Observed:
 def nav2_spoilt(on: Campaign) -> Observed:
     refused = 'robot_bridge_velocity_refused_total{reason="not_finite"}'
     goal_id = on.goal_far_away()
+    at_s = on.mesh.simulated_s()
     on.wire("spoil", "cmd_vel_nav")
-    rest_s = on.seconds_until(on.mesh.still, "a robot at rest")
+    rest_s = on.rest_after(at_s)
     count = on.metric(refused)
     assert count > 0, "nothing was counted"
     on.mesh.http.delete(f"{on.url}/navigation/goals/{goal_id}")
