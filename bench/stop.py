@@ -142,6 +142,11 @@ class Rig:
                 raise TimeoutError(f"no {what} within {START_S_MAX:.0f} s")
             time.sleep(0.05)
 
+    def bridge_cpu_s(self) -> float:
+        """Seconds of CPU time the bridge has used so far."""
+        fields = Path(f"/proc/{self.bridge.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
     def drive(self) -> None:
         """Returns when the listener hears that the robot is told to move."""
         epoch = self.http.post("/emergency-stop/reset").json()["state"]["epoch"]
@@ -189,8 +194,23 @@ def measure(rig: Rig, stops: int, chance: random.Random) -> tuple[list[float], l
         zero_ms, answer_ms = rig.stop_by_curl()
         zeros.append(zero_ms)
         answers.append(answer_ms)
+        time.sleep(0.05)  # what a stop leaves to be done is done
         floors.append(rig.floor_by_curl())
     return zeros, answers, floors
+
+
+def measure_requests(rig: Rig, stops: int, chance: random.Random) -> list[float]:
+    """ms from a request on a connection that stands already, to the zero: no process is started, none connects."""
+    zeros = list[float]()
+    for _ in range(stops):
+        rig.drive()
+        time.sleep(chance.uniform(0.0, 0.06))
+        rig.listener.forget()
+        began_ns = time.monotonic_ns()
+        rig.http.post("/emergency-stop").raise_for_status()
+        zero = rig.listener.first(lambda heard: heard.zero, since_ns=began_ns, timeout_s=HEAR_S_MAX)
+        zeros.append((zero.at_ns - began_ns) / 1e6)
+    return zeros
 
 
 def periods(rig: Rig, seconds: float) -> list[float]:
@@ -262,6 +282,8 @@ def main() -> int:
     zeros: dict[str, list[float]] = {}
     answers: dict[str, list[float]] = {}
     floors: dict[str, list[float]] = {}
+    requests: dict[str, list[float]] = {}
+    cores: dict[str, float] = {}
     beat: dict[str, list[float]] = {}
     for name, camera_hz in (("idle", 0.0), ("loaded", 30.0)):
         with (
@@ -270,16 +292,27 @@ def main() -> int:
             loading(rig, on=camera_hz > 0.0) as load,
         ):
             measure(rig, 3, chance)  # warm
+            began_s, spent_s = time.monotonic(), rig.bridge_cpu_s()
             beat[name] = periods(rig, beat_s)
+            cores[name] = round((rig.bridge_cpu_s() - spent_s) / (time.monotonic() - began_s), 2)
+            requests[name] = measure_requests(rig, stops, chance)
             zeros[name], answers[name], floors[name] = measure(rig, stops, chance)
     report = {name: quantiles(values) for name, values in zeros.items()}
     report |= {f"{name}_answer": quantiles(values) for name, values in answers.items()}
+    report |= {f"{name}_request": quantiles(values) for name, values in requests.items()}
     report |= {f"{name}_curl_alone": quantiles(values) for name, values in floors.items()}
     report |= {"arbiter_period": quantiles(beat["loaded"]), "arbiter_period_idle": quantiles(beat["idle"])}
-    context = {"stops": stops, "cpus": os.cpu_count(), "load_average": os.getloadavg(), "load": load}
+    context = {
+        "stops": stops,
+        "cpus": os.cpu_count(),
+        "load_average": os.getloadavg(),
+        "bridge_cores": cores,
+        "load": load,
+    }
     arguments.out.mkdir(parents=True, exist_ok=True)
     (arguments.out / "stop.json").write_text(json.dumps(report | {"context": context}, indent=2) + "\n")
-    curves = zeros | {f"curl alone, {name}": values for name, values in floors.items()}
+    curves = zeros | {f"kept connection, {name}": values for name, values in requests.items()}
+    curves |= {f"curl alone, {name}": values for name, values in floors.items()}
     plot(curves, beat, arguments.out / "stop.png")
     for name, values in report.items():
         told = "  ".join(f"{key.removesuffix('_ms')} {value:7.2f} ms" for key, value in values.items())

@@ -218,6 +218,16 @@ class BridgeBehaviour:
         await until(lambda: rig.toy.at_rest)
         assert math.isclose(rig.toy.yaw, -0.6, abs_tol=0.052)
 
+    async def test_a_u_turn_ends_within_3_degrees(self, rig: Rig) -> None:
+        before = rig.toy.yaw
+        reply = MotionReply.model_validate_json(
+            (await rig.post("/rotate", {"angle_rad": math.pi, "speed_rad_s": 1.9, "epoch": 0})).content
+        )
+        assert reply.completed
+        await until(lambda: rig.toy.at_rest)
+        off_rad = math.remainder(rig.toy.yaw - before - math.pi, math.tau)
+        assert abs(off_rad) < math.radians(3.0)
+
     async def test_it_drives_the_distance_asked_for(self, rig: Rig) -> None:
         reply = MotionReply.model_validate_json(
             (await rig.post("/drive", {"distance_m": 0.2, "speed_m_s": 0.3, "epoch": 0})).content

@@ -83,6 +83,7 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8004, ge=1, le=65535)
     log_level: str = "INFO"
+    nice: int = Field(default=-10, ge=-20, le=19, description="the process's priority, where it is permitted to set it")
     redis_url: str = "redis://127.0.0.1:6379/0"
     state_dir: Path = Field(default=Path("var/robot_bridge"), description="holds the emergency stop's latch")
     body_bytes_max: int = Field(default=200_000, ge=1000)
