@@ -23,7 +23,7 @@ PURE = {
         "tokens",
         "votes",
     ),
-    "memory": ("recall", "views"),
+    "memory": ("belief", "exchange", "frames", "kinds", "ledger", "looks", "picture", "recall", "things", "views"),
     "robot_bridge": ("arbiter", "celebration", "depth", "gaps", "motion", "navigation", "obstacles", "ring", "safety"),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
 }
