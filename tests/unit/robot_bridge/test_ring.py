@@ -1,5 +1,6 @@
 """Poses round a wanted one."""
 
+import itertools
 import math
 
 import numpy as np
@@ -42,7 +43,7 @@ def test_every_pose_is_clear_and_within_the_radius_and_the_nearest_come_first(
     apart = [math.hypot(each.x - pose.x, each.y - pose.y) for each in found]
     assert all(ROOM.at(each) >= clearance_m for each in found)
     assert all(distance <= radius_m + 1e-9 for distance in apart)
-    assert all(a <= b + 1e-9 for a, b in zip(apart, apart[1:], strict=False))
+    assert all(a <= b + 1e-9 for a, b in itertools.pairwise(apart))
     assert {each.yaw for each in found} <= {pose.yaw}
 
 
