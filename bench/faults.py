@@ -44,13 +44,13 @@ def faketime() -> Path | None:
     return next(Path(spec.origin).parent.rglob("libfaketime.so.1"), None)
 
 
-def environment(folder: Path) -> dict[str, str]:
-    """What the processes of the mesh are told beyond what the demo tells them."""
+def environment(folder: Path, *, steppable: bool) -> dict[str, str]:
+    """What the processes of the mesh are told beyond what the demo tells them; `steppable`: their clock too."""
     told = {
         f"ROBOT_BRIDGE_ROS__{name}": value if isinstance(value, str) else json.dumps(value)
         for name, value in WIRED.items()
     }
-    if (library := faketime()) is not None:
+    if steppable and (library := faketime()) is not None:
         clock = folder / "clock"
         clock.write_text("+0\n")
         told |= {
@@ -68,7 +68,7 @@ def running(port_base: int, *, light: bool) -> Iterator[Campaign]:
         folder = Path(name)
         stack = Stack(Ports(port_base), folder, folder / "home.json", seed=3)
         Home.generate(3, wanted=Wanted("bottle", "red")).save(stack.home)
-        told = environment(folder)
+        told = environment(folder, steppable=light)  # what inference computes with does not run under libfaketime
         os.environ.update(told)
         process = stack.start()
         for variable in told:
