@@ -13,7 +13,7 @@ STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down check format test test-fast test-e2e train bench-votes bench-inference clean
+.PHONY: help setup demo up down check format test test-fast test-e2e train bench-votes bench-inference bench-parser models clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -58,6 +58,12 @@ train: setup ## train the simulator's weights again, about three hours on two id
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))
+
+bench-parser: setup ## how well commands are read, by the rules and by the language model INFERENCE_* names
+	$(PY) -m bench.parser
+
+models: setup ## fetch the models of a real robot: COCO detector, CLIP ViT-B/32, Ollama's (MIRROR=http://nas.lan/models)
+	@$(PY) tools/models.py $(if $(MIRROR),--mirror $(MIRROR))
 
 bench-inference: setup ## backends, overhead, latency, throughput and memory of the inference service (about 8 minutes)
 	$(PY) -m bench.inference
