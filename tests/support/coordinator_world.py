@@ -89,6 +89,7 @@ class World:
     stop: EmergencyStop = field(default_factory=lambda: EmergencyStop(latched=False, epoch=0))
     docked: bool = False
     battery_percent: float | None = None
+    charging: bool = False
     sees: bool = True
     colours_unknown: bool = False
     range_m: float = 2.5
@@ -153,7 +154,9 @@ class World:
     def state(self) -> RobotState:
         return RobotState(
             stamp_s=self.clock.now_s(),
-            battery=Battery(percentage=self.battery_percent) if self.battery_percent is not None else None,
+            battery=Battery(percentage=self.battery_percent, charging=self.charging)
+            if self.battery_percent is not None
+            else None,
             pose=self.pose,
             odometry=self.pose,
             twist=Twist2D(linear_x=self.speed_m_s),
@@ -411,7 +414,14 @@ class FakeMemory:
 
     async def views(self, label: str, limit: int) -> Sequence[View]:
         self._check()
-        return []
+        return (
+            []
+            if label != "bottle"
+            else [
+                View(id=k, label=label, confidence=0.9, pose=pose, stamp_s=1.0)
+                for k, pose in enumerate(self.remembered[:limit])
+            ]
+        )
 
     async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
         self._check()
