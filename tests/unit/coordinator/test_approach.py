@@ -182,7 +182,7 @@ def test_what_two_measurements_say_replaces_the_place_believed_so_far() -> None:
 def test_a_blocked_drive_is_a_find_with_its_distance_and_the_reason() -> None:
     script = approaching().path().arrived().wait(3.0).drove(moved=0.02, reason="obstacle ahead").wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
-    assert "as near as the map allows: obstacle ahead" in script.mission.reason
+    assert "as near as the map allows: something is in the way" in script.mission.reason
 
 
 def test_stopped_far_off_it_tries_another_side_once() -> None:

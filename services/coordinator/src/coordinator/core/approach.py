@@ -11,6 +11,7 @@ from coordinator.core.depth_check import take_measurement
 from coordinator.core.draft import Draft
 from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
+from coordinator.core.hindrance import furniture_before, hindrance
 from coordinator.core.mission import Approach
 from coordinator.core.place import ring_groups, surface_distance_m, whereabouts
 from coordinator.core.sightings import follow, tracked
@@ -55,6 +56,8 @@ def handle(draft: Draft, event: Event) -> None:
             sighting = tracked(draft.mission, draft.candidate, seen)
             if sighting is not None:
                 follow(draft, sighting)
+                furniture = furniture_before(seen, sighting.box.bbox_xyxy)
+                draft.set_approach(furniture=furniture or draft.approach.furniture)
                 draft.localize(sighting.box)
         case Measuring(), Localized(reply=reply):
             _measured(draft, stage, plausible(reply, draft.rules))
@@ -200,8 +203,7 @@ def _finish(draft: Draft) -> None:
     may_try = approach.alternatives < draft.rules.alternatives_max
     if distance > draft.rules.blocked_alternative_m and may_try and _other_side(draft):
         return
-    why = approach.blocked or "no nearer place is reachable"
-    found(draft, distance, f"as near as the map allows: {why}")
+    found(draft, distance, f"as near as the map allows: {hindrance(approach.blocked, approach.furniture)}")
 
 
 def _other_side(draft: Draft) -> bool:
