@@ -42,7 +42,7 @@ async def beating(socket: ClientConnection) -> AsyncIterator[None]:
 
 
 def client(served: Served) -> httpx.AsyncClient:
-    return httpx.AsyncClient(base_url=f"http://{served.address}", timeout=20, trust_env=False)
+    return httpx.AsyncClient(base_url=f"http://{served.address}", timeout=45, trust_env=False)
 
 
 def lease(session_id: str | None = None) -> dict[str, object]:
@@ -55,12 +55,19 @@ def lease(session_id: str | None = None) -> dict[str, object]:
     }
 
 
+async def rests_before_its_lease_is_over(served: Served) -> None:
+    """In ticks of the wheels, not by the clock: a lease of 2 s is 40 of them."""
+    before = len(served.toy.velocities)
+    await until(lambda: served.toy.at_rest)
+    assert sum(velocity != (0.0, 0.0) for velocity in served.toy.velocities[before:]) < 35
+
+
 async def test_what_a_session_asked_for_ends_with_its_connection(served: Served) -> None:
     async with client(served) as http, session(served) as (socket, session_id), beating(socket):
         assert (await http.post("/velocity", json=lease(session_id))).json()["accepted"]
         await until(lambda: served.toy.linear_x == 0.2)
         socket.transport.abort()  # as a killed process leaves it
-        await until(lambda: served.toy.at_rest, timeout_s=0.5)
+        await rests_before_its_lease_is_over(served)
         assert (await http.post("/velocity", json=lease(session_id))).status_code == 409
 
 
@@ -70,7 +77,7 @@ async def test_a_goal_ends_with_its_session_and_nav2_moves_nothing_any_more(serv
         assert (await http.post("/navigation/goals", json=body)).json()["status"] == "EXECUTING"
         await until(lambda: served.toy.linear_x == 0.2)
         socket.transport.abort()
-        await until(lambda: served.toy.at_rest, timeout_s=0.5)
+        await rests_before_its_lease_is_over(served)
         await until(lambda: served.bus.of(ROBOT_NAVIGATION)[-1].status is GoalStatus.CANCELED)
         assert served.bus.of(ROBOT_NAVIGATION)[-1].error_msg == "the session ended"
 
@@ -80,9 +87,9 @@ async def test_a_session_that_falls_silent_ends_though_its_connection_stands(ser
         async with beating(socket):
             assert (await http.post("/velocity", json=lease(session_id))).json()["accepted"]
             await until(lambda: served.toy.linear_x == 0.2)
-        await until(lambda: served.toy.at_rest, timeout_s=1.7)  # before the lease would end by itself
+        await rests_before_its_lease_is_over(served)
         assert (await http.post("/velocity", json=lease(session_id))).status_code == 409
-        await asyncio.wait_for(socket.wait_closed(), 2.0)
+        await asyncio.wait_for(socket.wait_closed(), 45.0)
 
 
 async def test_a_turn_ends_with_its_session(served: Served) -> None:
@@ -111,7 +118,7 @@ async def test_teleoperation_answers_every_request_and_its_lease_ends_with_the_c
         assert json.loads(await socket.recv())["accepted"]
         await until(lambda: served.toy.linear_x == 0.2)
         socket.transport.abort()
-        await until(lambda: served.toy.at_rest, timeout_s=0.5)
+        await rests_before_its_lease_is_over(served)
 
 
 async def test_a_stop_reaches_teleoperation_as_a_refusal(served: Served) -> None:

@@ -124,7 +124,7 @@ async def test_the_robots_facts_arrive_over_a_real_redis(bridge_url: str, redis_
 
 async def test_missions_are_told_refused_and_ended_by_the_real_coordinator(the_coordinator: Coordinator) -> None:
     async with AsyncExitStack() as stack:
-        missions = CoordinatorMissions(the_coordinator.url, timeout_s=5.0, command_timeout_s=10.0)
+        missions = CoordinatorMissions(the_coordinator.url, timeout_s=30.0, command_timeout_s=30.0)
         stack.push_async_callback(missions.aclose)
         await the_coordinator.clock.advance(0.5)
         assert (await missions.status()).state is MissionState.IDLE
@@ -150,7 +150,7 @@ async def test_annotated_pictures_come_from_the_real_inference_one_after_the_oth
     )
     async with AsyncExitStack() as stack:
         url = await stack.enter_async_context(served(app))
-        eyes = InferenceEyes(url, timeout_s=5.0)
+        eyes = InferenceEyes(url, timeout_s=30.0)
         stack.push_async_callback(eyes.aclose)
         camera.show(5.0, picture())
         first = await eyes.annotated(after_s=None, wait_s=5.0)

@@ -143,6 +143,18 @@ def test_the_way_driven_is_counted_and_teleports_are_not() -> None:
     assert world.truth.pose.x == pytest.approx(1.0, abs=0.005)
 
 
+def test_the_truth_keeps_when_the_robot_last_moved() -> None:
+    world = world_at()
+    drive(world, 0.3, 0.0, 1.0)
+    told_s = world.time_s
+    world.advance(3.0)  # the base times out by itself
+    assert told_s < world.truth.moved_at_s < told_s + 0.6
+    stood_s = world.truth.moved_at_s
+    world.command(0.0, 0.5)
+    world.advance(0.1)
+    assert world.truth.moved_at_s > stood_s
+
+
 def test_the_same_seed_and_calls_give_the_same_world_however_time_is_sliced() -> None:
     one, two = world_at(seed=7), world_at(seed=7)
     one.command(0.3, 0.4)

@@ -13,7 +13,6 @@ from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import Twist, TwistStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector
-from irobot_create_msgs.srv import EStop
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
 from rclpy.action import ActionClient
@@ -29,6 +28,7 @@ from contracts.robot import GoalStatus
 from mesh.clock import Clock
 from mesh.errors import ServiceTimeoutError, UnavailableError
 from robot_bridge.adapters.ros import convert
+from robot_bridge.adapters.ros.base_stop import BaseStop
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.sensing import Sensing, quality
 from robot_bridge.celebration import Celebration
@@ -93,11 +93,7 @@ class RosRobot:
             self._cmd_vel_unstamped.publish(_plain(twist))
 
     def engage_base_stop(self, engaged: bool) -> None:
-        def call() -> None:
-            if self._e_stop.service_is_ready():
-                self._e_stop.call_async(EStop.Request(e_stop_on=engaged))
-
-        self._do(call)
+        self._do(lambda: self._base_stop.want(engaged))
 
     def cancel_all_goals(self) -> None:
         def call() -> None:
@@ -207,7 +203,7 @@ class RosRobot:
         self._dock = ActionClient(node, Dock, ros.dock_action)
         self._undock = ActionClient(node, Undock, ros.undock_action)
         self._lights = ActionClient(node, LedAnimation, ros.led_action)
-        self._e_stop = node.create_client(EStop, ros.e_stop_service)
+        self._base_stop = BaseStop(node, ros.e_stop_service, self._clock)
         self._clear_costmaps = [node.create_client(ClearEntireCostmap, name) for name in ros.clear_costmap_services]
         self._cancels = [
             node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
@@ -220,6 +216,7 @@ class RosRobot:
         steady = RosClock(clock_type=ClockType.STEADY_TIME)  # a simulated or stepped clock must not stop the ticks
         node.create_timer(TICK_S, tick, clock=steady)
         node.create_timer(1.0, self._nav2.poll, clock=steady)
+        node.create_timer(1.0, self._base_stop.poll, clock=steady)
         self._executor.add_node(node)
 
     def _shut(self) -> None:
