@@ -10,6 +10,8 @@ import logging
 import sys
 import time
 from collections import Counter, defaultdict
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -73,22 +75,38 @@ def row_of(run: Run, verdict: Verdict, wall_s: float) -> dict[str, Any]:
     }
 
 
-def campaign(seeds: list[int], *, say: bool = True) -> list[dict[str, Any]]:
+def campaign(seeds: list[int], *, jobs: int = 1) -> list[dict[str, Any]]:
     """Every seed's row. Missions of one home are played together: making a home takes a second."""
-    rows: list[dict[str, Any]] = []
     homes: dict[int, list[int]] = defaultdict(list)
     for seed in seeds:
         homes[seed % HOMES].append(seed)
-    for home, of_home in homes.items():
-        place = SimulatedPlace(home, *wanted_in(home))
-        for seed in of_home:
-            began = time.perf_counter()
-            run, verdict = played(scenario(seed), place)
-            rows.append(row_of(run, verdict, time.perf_counter() - began))
-            if say and (run.problems or verdict.dishonest):
-                print_row(rows[-1])
-        place.close()
+    rows: list[dict[str, Any]] = []
+    if jobs == 1:
+        for of_home in homes.values():
+            rows += in_one_home(of_home)
+    else:
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=quiet) as pool:
+            for some in pool.map(in_one_home, homes.values()):
+                rows += some
     return sorted(rows, key=lambda row: row["seed"])
+
+
+def in_one_home(seeds: list[int]) -> list[dict[str, Any]]:
+    home = seeds[0] % HOMES
+    place = SimulatedPlace(home, *wanted_in(home))
+    rows: list[dict[str, Any]] = []
+    for seed in seeds:
+        began = time.perf_counter()
+        run, verdict = played(scenario(seed), place)
+        rows.append(row_of(run, verdict, time.perf_counter() - began))
+        if run.problems or verdict.dishonest:
+            print_row(rows[-1])
+    place.close()
+    return rows
+
+
+def quiet() -> None:
+    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
 
 
 def print_row(row: dict[str, Any]) -> None:
@@ -149,11 +167,12 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--out", type=Path, default=Path("out/bench/campaign.json"))
     parser.add_argument("--add", action="store_true", help="keep the other seeds' rows that --out holds already")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--quick", action="store_true", help="20 missions")
     options = parser.parse_args()
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
+    quiet()
     count = 20 if options.quick else options.missions
-    rows = campaign(list(range(options.first, options.first + count)))
+    rows = campaign(list(range(options.first, options.first + count)), jobs=options.jobs)
     if options.add and options.out.exists():
         new = {row["seed"] for row in rows}
         old = json.loads(options.out.read_text(encoding="utf-8"))["rows"]
