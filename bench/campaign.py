@@ -7,10 +7,12 @@ status 1 when a mission hung, crashed, moved the robot while stopped, or ended d
 import argparse
 import json
 import logging
+import math
 import sys
 import time
 from collections import Counter, defaultdict
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -75,27 +77,35 @@ def row_of(run: Run, verdict: Verdict, wall_s: float) -> dict[str, Any]:
     }
 
 
-def campaign(seeds: list[int], *, jobs: int = 1) -> list[dict[str, Any]]:
-    """Every seed's row. Missions of one home are played together: making a home takes a second."""
+def campaign(seeds: list[int], *, jobs: int = 1, within_s: float = math.inf) -> list[dict[str, Any]]:
+    """Every seed's row; missions not begun in time are left out. Those of one home are played together: making a home
+    takes a second.
+    """
+    play = partial(in_one_home, until_s=time.monotonic() + within_s)
     homes: dict[int, list[int]] = defaultdict(list)
     for seed in seeds:
         homes[seed % HOMES].append(seed)
     rows: list[dict[str, Any]] = []
     if jobs == 1:
         for of_home in homes.values():
-            rows += in_one_home(of_home)
+            rows += play(of_home)
     else:
         with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=quiet) as pool:
-            for some in pool.map(in_one_home, homes.values()):
+            for some in pool.map(play, homes.values()):
                 rows += some
     return sorted(rows, key=lambda row: row["seed"])
 
 
-def in_one_home(seeds: list[int]) -> list[dict[str, Any]]:
+def in_one_home(seeds: list[int], *, until_s: float) -> list[dict[str, Any]]:
+    """`until_s` is monotonic time, the same in every process."""
+    if time.monotonic() > until_s:
+        return []
     home = seeds[0] % HOMES
     place = SimulatedPlace(home, *wanted_in(home))
     rows: list[dict[str, Any]] = []
     for seed in seeds:
+        if time.monotonic() > until_s:
+            break
         began = time.perf_counter()
         run, verdict = played(scenario(seed), place)
         rows.append(row_of(run, verdict, time.perf_counter() - began))
@@ -168,11 +178,12 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/bench/campaign.json"))
     parser.add_argument("--add", action="store_true", help="keep the other seeds' rows that --out holds already")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="begin no mission later than this")
     parser.add_argument("--quick", action="store_true", help="20 missions")
     options = parser.parse_args()
     quiet()
     count = 20 if options.quick else options.missions
-    rows = campaign(list(range(options.first, options.first + count)), jobs=options.jobs)
+    rows = campaign(list(range(options.first, options.first + count)), jobs=options.jobs, within_s=options.minutes * 60)
     if options.add and options.out.exists():
         new = {row["seed"] for row in rows}
         old = json.loads(options.out.read_text(encoding="utf-8"))["rows"]
