@@ -12,6 +12,7 @@ import sys
 import time
 from collections import Counter, defaultdict
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -96,8 +97,8 @@ def campaign(seeds: list[int], *, jobs: int = 1, within_s: float = math.inf) -> 
     return sorted(rows, key=lambda row: row["seed"])
 
 
-def in_one_home(seeds: list[int], *, until_s: float) -> list[dict[str, Any]]:
-    """`until_s` is monotonic time, the same in every process."""
+def in_one_home(seeds: list[int], *, until_s: float = math.inf, **rules: Any) -> list[dict[str, Any]]:
+    """Seeds that differ by a multiple of `HOMES`. `until_s` is monotonic time, the same in every process."""
     if time.monotonic() > until_s:
         return []
     home = seeds[0] % HOMES
@@ -107,7 +108,8 @@ def in_one_home(seeds: list[int], *, until_s: float) -> list[dict[str, Any]]:
         if time.monotonic() > until_s:
             break
         began = time.perf_counter()
-        run, verdict = played(scenario(seed), place)
+        one = scenario(seed)
+        run, verdict = played(replace(one, rules={**one.rules, **rules}), place)
         rows.append(row_of(run, verdict, time.perf_counter() - began))
         if run.problems or verdict.dishonest:
             print_row(rows[-1])

@@ -185,11 +185,12 @@ def _go_on(draft: Draft, stage: Stage) -> None:
 
 
 def _drive(draft: Draft) -> None:
-    left_m = surface_distance_m(draft)
-    rest_m = 0.0 if left_m is None else left_m - draft.rules.stand_off_m
+    """The rest of the way, or what ends the approach where nothing is left of it."""
+    left_m, rules = surface_distance_m(draft), draft.rules
+    rest_m = 0.0 if left_m is None else left_m - min(rules.stand_off_m, rules.reach_m)
     if rest_m <= 0.03:
-        draft.set_approach(stage=Stage.CONFIRM)
-        _go_on(draft, Stage.CONFIRM)
+        draft.set_approach(stage=Stage.SETTLE)
+        _turn_or(draft, Stage.SETTLE, SETTLED_RAD)
         return
     draft.set_approach(stage=Stage.DRIVE, drives=draft.approach.drives + 1)
     draft.drive(min(rest_m, 2.0))
