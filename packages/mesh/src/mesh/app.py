@@ -28,12 +28,12 @@ def make_app(
     lifespan: Callable[[FastAPI], Any],
     dependencies: Readies,
     body_bytes_max: int = 1_000_000,
-    body_bytes_max_at: Mapping[str, int] | None = None,
+    body_bytes_max_at: Mapping[str, int | None] | None = None,
     description: str = "",
 ) -> FastAPI:
     """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`.
 
-    `body_bytes_max_at` names paths with a limit of their own.
+    `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
     """
     app = FastAPI(
         title=f"atom {service}",
@@ -101,16 +101,17 @@ async def _unexpected_problem(request: Request, error: Exception) -> JSONRespons
 class BodyLimit:
     """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
 
-    def __init__(self, app: ASGIApp, *, bytes_max: int, bytes_max_at: Mapping[str, int] | None = None) -> None:
+    def __init__(self, app: ASGIApp, *, bytes_max: int, bytes_max_at: Mapping[str, int | None] | None = None) -> None:
+        """`bytes_max_at` names paths with another limit; none = they look after their bodies themselves."""
         self.app = app
         self.bytes_max = bytes_max
         self.bytes_max_at = bytes_max_at or {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http":
+        bytes_max = self.bytes_max_at.get(scope.get("path", ""), self.bytes_max)
+        if scope["type"] != "http" or bytes_max is None:
             await self.app(scope, receive, send)
             return
-        bytes_max = self.bytes_max_at.get(scope["path"], self.bytes_max)
         declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
         if not declared.isdigit() or int(declared) > bytes_max:
             await self._refuse(bytes_max, scope, receive, send)
