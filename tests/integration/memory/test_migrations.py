@@ -68,6 +68,7 @@ def differences(engine: Engine) -> list[object]:
 
 
 @pytest.mark.filterwarnings("ignore:Skipped unsupported reflection:sqlalchemy.exc.SAWarning")
+@pytest.mark.filterwarnings("ignore:autogenerate skipping metadata-specified expression-based index:UserWarning")
 async def test_migrations_lead_to_the_tables_the_code_knows_on_sqlite(old: Path, store: SqlStore) -> None:
     await store.check()
     engine = create_engine(f"sqlite:///{old}")
