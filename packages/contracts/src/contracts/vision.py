@@ -59,6 +59,9 @@ class Vote(Message):
     verdict: Verdict
     score: float | None = None
     threshold: float | None = None
+    rival: str = Field(default="", max_length=120, description="clip: the other colour that came nearest")
+    rival_score: float | None = None
+    frame_score: float | None = Field(default=None, description="clip: of the whole frame; the crop is what votes")
     model: str = ""
     took_ms: float = Field(default=0.0, ge=0.0)
     reason: str = ""
@@ -70,11 +73,15 @@ class ValidateRequest(Message):
     target: Target
     bbox_xyxy: BboxXyxy | None = None
     after_stamp_s: float | None = None
+    allow_single_vote: bool = Field(
+        default=False, description="where only one model can vote at all, let its yes confirm (the answer says so)"
+    )
 
 
 class Validation(Message):
     confirmed: bool
     votes: tuple[Vote, ...]
+    by_single_vote: bool = Field(default=False, description="confirmed by the only model that could vote, as allowed")
     stamp_s: StampS
     image_width_px: ImageSidePx
     image_height_px: ImageSidePx
@@ -87,14 +94,29 @@ class ParseTaskRequest(Message):
     labels_in_memory: tuple[Label, ...] = Field(default=(), max_length=500)
 
 
+class ParsedTarget(Message):
+    """One of the things a command asks for, as a parser claims it; check it against the words of `said` alone."""
+
+    said: str = Field(min_length=1, max_length=500, description="the part of the command that asks for it")
+    yolo_class: str = Field(max_length=64, description="a COCO label, or 'none'")
+    memory_object: str | None = Field(default=None, max_length=64, description="where to look first")
+    description: str = Field(default="", max_length=120)
+    parser: str = Field(description="who read this part")
+
+
 class ParsedTask(Message):
-    """What a parser *claims* the command means; the coordinator checks every word of it (requirement A3)."""
+    """What a parser *claims* the command means; the coordinator checks every word of it (requirement A3).
+
+    `targets` are the things asked for, in the order said ("find the red bottle, then the book"); the fields beside it
+    are those of the first whose class is not 'none'.
+    """
 
     yolo_class: str = Field(max_length=64, description="a COCO label, or 'none'")
     memory_object: str | None = Field(default=None, max_length=64, description="where to look first")
     description: str = Field(default="", max_length=120)
-    parser: str = Field(description="who answered: 'rules' or 'ollama:<model>'")
+    parser: str = Field(description="who answered: 'rules', 'ollama:<model>' or 'openai:<model>'")
     notes: str = Field(default="", max_length=500)
+    targets: tuple[ParsedTarget, ...] = Field(default=(), max_length=8)
 
 
 class ScoreRequest(Message):
@@ -105,7 +127,10 @@ class ScoreRequest(Message):
 
 
 class ScoreReply(Message):
-    scores: tuple[float, ...]
+    """One cosine a text, in the order sent."""
+
+    scores: tuple[float, ...] = Field(description="of the crop, or of the whole frame where no box was named")
+    frame_scores: tuple[float, ...] = Field(default=(), description="of the whole frame, where a box was named too")
     threshold: float
     model: str
     took_ms: float = 0.0
@@ -129,6 +154,9 @@ class ModelInfo(Message):
     role: str = Field(description="detector, clip, vlm or parser")
     name: str
     backend: str
+    backends_ms: dict[str, float] = Field(
+        default_factory=dict, description="the backends that were tried, fastest call of each in milliseconds"
+    )
     threshold: float | None = None
     available: bool = True
     detail: str = ""
