@@ -74,6 +74,7 @@ bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 ti
 
 bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
 	$(PY) -m bench.faults
+	$(PY) -m bench.faults --quick clock_stepped --out out/bench/faults_clock.json
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))
