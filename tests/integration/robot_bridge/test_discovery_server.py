@@ -1,4 +1,4 @@
-"""ROS_DISCOVERY_SERVER, as TurtleBot 4s are often set up: the bridge and its robot find each other through the server."""
+"""ROS_DISCOVERY_SERVER, as TurtleBot 4s are often set up: the bridge and its robot meet through the server."""
 
 import os
 import shutil
