@@ -13,7 +13,8 @@ STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down check format test test-fast test-e2e train bench-votes bench-inference bench-parser models clean
+.PHONY: help setup demo up down check format test test-fast test-e2e train models clean replay
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -49,12 +50,30 @@ test-fast: setup ## unit, contract and architecture tests only
 test-e2e: setup ## the whole mesh with the simulated robot
 	$(PYTEST) tests/e2e
 
+bench-coordinator: setup ## how long a step and a coverage plan take: out/bench/coordinator.json and .png
+	$(PY) -m bench.coordinator
+
+bench-campaign: setup ## hundreds of simulated missions with faults injected, judged: out/bench/campaign.json
+	$(PY) -m bench.campaign --missions $(or $(MISSIONS),500)
+
+bench-scan: setup ## stop-look-turn against a slow turn, both measured: out/bench/scan.json
+	$(PY) -m bench.scan
+
+replay: setup ## decide a recorded mission again, step by step: MISSION=<file, or id in the database>
+	@$(PY) -m coordinator.replay $(MISSION)
+
 train: setup ## train the simulator's weights again, about three hours on two idle cores
 	$(PY) -m sim.training.dataset out/training/homes --first 100000 --homes 700 --images 10
 	$(PY) -m sim.training.dataset out/training/held_out --first 900000 --homes 60 --images 8
 	$(PY) -m sim.training.detector out/training/homes sim/weights/detector.pt --minutes 150
 	$(PY) -m sim.training.clip out/training/homes sim/weights/clip.safetensors --held-out out/training/held_out
 	$(PY) -m sim.training.evaluate out/training/held_out --weights sim/weights
+
+bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 times idle, 500 loaded (about 6 minutes)
+	$(PY) -m bench.stop
+
+bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
+	$(PY) -m bench.faults
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))

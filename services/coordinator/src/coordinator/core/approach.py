@@ -11,13 +11,16 @@ from coordinator.core.depth_check import take_measurement
 from coordinator.core.draft import Draft
 from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
+from coordinator.core.hindrance import furniture_before, hindrance
 from coordinator.core.mission import Approach
 from coordinator.core.place import ring_groups, surface_distance_m, whereabouts
 from coordinator.core.sightings import follow, tracked
+from coordinator.core.trust import plausible
 
 TURN_SPEED_RAD_S = 0.8
 JUMP_M = 0.5
 DRIVES_MAX = 3
+DISPUTES_MAX = 4
 SETTLED_RAD = 0.12
 APPROACH_TIMEOUT_S = 240.0
 CUT_OFF_WORDS = ("session", "client", "odometry", "laser scan", "cancel", "the wheels", "took over")
@@ -53,9 +56,11 @@ def handle(draft: Draft, event: Event) -> None:
             sighting = tracked(draft.mission, draft.candidate, seen)
             if sighting is not None:
                 follow(draft, sighting)
+                furniture = furniture_before(seen, sighting.box.bbox_xyxy)
+                draft.set_approach(furniture=furniture or draft.approach.furniture)
                 draft.localize(sighting.box)
         case Measuring(), Localized(reply=reply):
-            _measured(draft, stage, reply)
+            _measured(draft, stage, plausible(reply, draft.rules))
         case Driving(), MotionEnded():
             _driven(draft, event)
         case _:
@@ -137,17 +142,31 @@ def _turned(draft: Draft, stage: Stage) -> None:
 
 
 def _measured(draft: Draft, stage: Stage, reply: LocalizeReply) -> None:
-    """Takes the new place unless it jumps too far to be the same thing."""
+    """Takes the new place where it is near the old one. Of one that jumps a second has to say the same to count:
+    either it, or what was believed so far, is wrong.
+    """
     old = draft.candidate.map_xy
     new = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
-    if reply.distance_m is None:
-        pass
-    elif old is not None and new is not None and math.dist(old, new) > JUMP_M:
-        draft.say("depth", f"measured {math.dist(old, new):.1f} m beside its place: not counted")
+    if reply.distance_m is None or new is None:
+        _go_on(draft, stage)
+    elif old is not None and math.dist(old, new) > JUMP_M and not _said_before(draft, new):
+        draft.say("depth", f"measured {math.dist(old, new):.1f} m beside its place: not counted yet")
+        draft.set_approach(disputed=(*draft.approach.disputed, new))
+        if len(draft.approach.disputed) < DISPUTES_MAX:
+            draft.look(draft.rules.look_again_s)
+        else:
+            _go_on(draft, stage)
     else:
+        if old is not None and math.dist(old, new) > JUMP_M:
+            draft.set_candidate(map_xy=None, odom_xy=None)
+        draft.set_approach(disputed=())
         take_measurement(draft, reply)
         draft.say("depth", f"{reply.distance_m:.2f} m away", distance_m=round(reply.distance_m, 3), map_xy=new)
-    _go_on(draft, stage)
+        _go_on(draft, stage)
+
+
+def _said_before(draft: Draft, new: tuple[float, float]) -> bool:
+    return any(math.dist(new, other) <= JUMP_M for other in draft.approach.disputed)
 
 
 def _go_on(draft: Draft, stage: Stage) -> None:
@@ -166,11 +185,12 @@ def _go_on(draft: Draft, stage: Stage) -> None:
 
 
 def _drive(draft: Draft) -> None:
-    left_m = surface_distance_m(draft)
-    rest_m = 0.0 if left_m is None else left_m - draft.rules.stand_off_m
+    """The rest of the way, or what ends the approach where nothing is left of it."""
+    left_m, rules = surface_distance_m(draft), draft.rules
+    rest_m = 0.0 if left_m is None else left_m - min(rules.stand_off_m, rules.reach_m)
     if rest_m <= 0.03:
-        draft.set_approach(stage=Stage.CONFIRM)
-        _go_on(draft, Stage.CONFIRM)
+        draft.set_approach(stage=Stage.SETTLE)
+        _turn_or(draft, Stage.SETTLE, SETTLED_RAD)
         return
     draft.set_approach(stage=Stage.DRIVE, drives=draft.approach.drives + 1)
     draft.drive(min(rest_m, 2.0))
@@ -184,8 +204,7 @@ def _finish(draft: Draft) -> None:
     may_try = approach.alternatives < draft.rules.alternatives_max
     if distance > draft.rules.blocked_alternative_m and may_try and _other_side(draft):
         return
-    why = approach.blocked or "no nearer place is reachable"
-    found(draft, distance, f"as near as the map allows: {why}")
+    found(draft, distance, f"as near as the map allows: {hindrance(approach.blocked, approach.furniture)}")
 
 
 def _other_side(draft: Draft) -> bool:

@@ -98,7 +98,8 @@ class Draft:
         """One more call failed in a row: the state is taken up again after a pause (the count ends it, see step)."""
         self.set(failures=self.mission.failures + 1)
         self.say("failure", f"{service}: {detail}; trying again", service=service, failures=self.mission.failures)
-        self.be(Waiting(self.now_s + self.rules.retry_wait_s))
+        grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
+        self.be(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
 
     # calls, each with the activity that awaits its answer
 
@@ -110,6 +111,12 @@ class Draft:
         call, limit_s = self.call(), self.rules.turn_timeout_s
         self.act(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
         self.be(Turning(call, self._until(limit_s)))
+
+    def sweep(self, angle_rad: float, speed_rad_s: float) -> None:
+        """A slow turn, looking all the while."""
+        call, limit_s = self.call(), min(60.0, abs(angle_rad) / speed_rad_s * 1.3 + 5.0)
+        self.act(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
+        self.be(Turning(call, self._until(limit_s), looking_s=self.robot_now_s))
 
     def drive(self, distance_m: float) -> None:
         call, speed = self.call(), self.rules.approach_speed_m_s

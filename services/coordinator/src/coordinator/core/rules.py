@@ -10,6 +10,11 @@ class CoverageRule(StrEnum):
     LAWNMOWER = "lawnmower"
 
 
+class ScanRule(StrEnum):
+    STOP_AND_LOOK = "stop_and_look"
+    SLOW_TURN = "slow_turn"
+
+
 class CenteringRule(StrEnum):
     BEARING = "bearing"
     PROPORTIONAL = "proportional"
@@ -26,6 +31,7 @@ class Rules(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     coverage_rule: CoverageRule = CoverageRule.VIEWPOINTS
+    scan_rule: ScanRule = ScanRule.STOP_AND_LOOK
     centering_rule: CenteringRule = CenteringRule.BEARING
     approach_rule: ApproachRule = ApproachRule.LOCALIZED
 
@@ -40,10 +46,24 @@ class Rules(BaseModel):
     localize_timeout_s: float = Field(default=4.0, gt=0.0)
     validate_timeout_s: float = Field(default=30.0, gt=0.0)
     call_margin_s: float = Field(default=3.0, gt=0.0, description="a call is given up this long after its own limit")
-    retry_wait_s: float = Field(default=2.0, gt=0.0)
+    retry_wait_s: float = Field(default=2.0, gt=0.0, description="after a failed call; grows with each one in a row")
+    retry_wait_factor: float = Field(default=1.5, ge=1.0, le=4.0)
+    retry_wait_s_max: float = Field(default=10.0, gt=0.0)
     failures_max: int = Field(default=6, ge=1, description="calls failing in a row before the mission is aborted")
     robot_silent_s: float = Field(default=15.0, gt=0.0)
+    lost_pose_s: float = Field(default=45.0, gt=0.0, description="without a place in map before it gives up")
+    dock_timeout_s: float = Field(default=240.0, gt=0.0, description="the way there included")
+    dock_tries: int = Field(default=2, ge=1, le=5)
     done_reset_s: float = Field(default=2.0, gt=0.0)
+
+    # what a service may not claim
+    frame_future_s_max: float = Field(
+        default=2.0, gt=0.0, description="a frame stamped later than this is not looked at"
+    )
+    frame_age_s_max: float = Field(default=5.0, gt=0.0)
+    depth_m_max: float = Field(default=8.0, gt=0.0, description="a distance beyond this was not measured")
+    arrived_m: float = Field(default=1.0, gt=0.0, description="farther than this from its goal it has not arrived")
+    yes_votes_min: int = Field(default=2, ge=1, le=3, description="a confirmation with fewer is none (requirement A11)")
 
     # A5, scanning
     memory_views_max: int = Field(default=12, ge=0, le=200)
@@ -51,6 +71,9 @@ class Rules(BaseModel):
     scan_angle_rad: float = Field(default=7.3304, gt=0.0, le=12.5, description="420 degrees")
     scan_step_rad: float = Field(default=0.7331, gt=0.0, le=1.6, description="42 degrees; the camera sees about 54")
     scan_speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9)
+    scan_overlap_min: float = Field(default=0.15, ge=0.0, lt=0.9, description="of one look with the next, of the view")
+    scan_looks_min: int = Field(default=3, ge=1, le=20, description="slow turn: looks in which a bearing is in view")
+    detector_period_s: float = Field(default=0.2, gt=0.0, le=5.0, description="between looks while scanning")
     look_timeout_s: float = Field(default=5.0, gt=0.0)
     look_settle_s: float = Field(default=0.15, ge=0.0, description="a frame this young after a turn may be blurred")
     blind_looks_max: int = Field(default=4, ge=1, description="looks in a row without a picture before giving up")
@@ -60,7 +83,8 @@ class Rules(BaseModel):
 
     # A6
     look_range_m: float = Field(default=1.8, gt=0.0, description="what lies nearer than this has been looked at")
-    scan_points_max: int = Field(default=400, ge=1, le=2000)
+    scan_points_max: int = Field(default=4000, ge=1, le=20_000)
+    places_missed_max: int = Field(default=12, ge=1, description="in a row not to be reached: navigation has failed")
 
     # A8
     centering_gain_rad_s_px: float = Field(default=0.003, gt=0.0, description="per pixel of a 320 px wide frame")
@@ -82,6 +106,8 @@ class Rules(BaseModel):
     depth_period_s: float = Field(default=0.5, gt=0.0)
     drift_px: float = Field(default=50.0, gt=0.0, description="of a 320 px wide frame")
     depth_samples: int = Field(default=3, ge=1, le=9)
+    depth_agree: int = Field(default=3, ge=1, le=9, description="so many have to agree, or more are taken")
+    depth_samples_max: int = Field(default=7, ge=1, le=20)
     stand_off_m: float = Field(default=0.40, gt=0.0, description="the final drive aims at this, to end within reach")
     rounds_max: int = Field(default=8, ge=1, description="centerings of one candidate before it is given up")
 
@@ -100,8 +126,13 @@ class Rules(BaseModel):
     )
     alternatives_max: int = Field(default=1, ge=0, le=5)
 
+    judge_tries: int = Field(default=3, ge=1, description="validations of one candidate that may fail")
+
     # rejection
     rejected_radius_m: float = Field(default=0.5, gt=0.0)
     rejected_bearing_rad: float = Field(default=0.15, gt=0.0)
     narrow_margin: float = Field(default=0.06, ge=0.0, description="a score this close to its threshold was narrow")
+    sure_confidence_min: float = Field(
+        default=0.6, ge=0.0, le=1.0, description="a detector this sure of the right colour, outvoted: it may be it"
+    )
     closer_looks_max: int = Field(default=1, ge=0)

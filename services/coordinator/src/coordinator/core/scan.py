@@ -1,24 +1,27 @@
-"""SCANNING: turn, stop, look; a sighting ends it (requirements A5, A8)."""
+"""SCANNING: turn, stop, look, or one slow turn; a sighting ends it (requirements A5, A8)."""
 
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking
 from coordinator.core.draft import Draft
-from coordinator.core.endings import end
+from coordinator.core.endings import abort
 from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
 from coordinator.core.geometry import wrap
 from coordinator.core.mission import Sighting
+from coordinator.core.rules import Rules, ScanRule
 from coordinator.core.search import next_place, undock_first, undocked
 from coordinator.core.sightings import (
     is_rejected_place,
     may_be_rejected,
     new_candidate,
     sightings,
+    tally_others,
     worth_it,
 )  # fmt: skip
 
 FACING_RAD = 0.06
+SWEEP_FROM_RAD = 0.35
 
 
 def begin(draft: Draft) -> None:
@@ -29,7 +32,10 @@ def begin(draft: Draft) -> None:
         _finish(draft)
         return
     angle_rad = wrap(draft.search.headings[0] - draft.mission.robot.yaw)
-    if abs(angle_rad) <= FACING_RAD:
+    slowly = draft.rules.scan_rule is ScanRule.SLOW_TURN and draft.search.sweeps == 0 and _left_rad(draft) > 0.0
+    if slowly and abs(angle_rad) <= SWEEP_FROM_RAD:
+        draft.sweep(_left_rad(draft), sweep_speed_rad_s(draft.rules))
+    elif abs(angle_rad) <= FACING_RAD:
         draft.look(draft.rules.look_timeout_s)
     else:
         draft.turn(angle_rad, draft.rules.scan_speed_rad_s)
@@ -39,6 +45,11 @@ def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Undocking(), Undocked():
             undocked(draft)
+        case Turning(looking_s=float()), MotionEnded(completed=True):
+            draft.set_search(sweeps=draft.search.sweeps + 1)
+            begin(draft)
+        case Turning(looking_s=float() as since_s), DetectionsSeen(detections=seen) if seen.stamp_s >= since_s:
+            _looked_in_passing(draft, seen)
         case Turning(), MotionEnded(completed=True):
             draft.look(draft.rules.look_timeout_s)
         case Turning(), MotionEnded(reason=reason):
@@ -60,7 +71,7 @@ def handle(draft: Draft, event: Event) -> None:
 def _not_turned(draft: Draft, reason: str) -> None:
     """Nothing is in the way of a turn on the spot: it was cut off, and is done again after a pause."""
     if draft.mission.failures + 1 >= draft.rules.failures_max:
-        end(draft, Outcome.ABORTED, f"the robot would not turn: {reason}")
+        abort(draft, f"the robot would not turn: {reason}")
     else:
         draft.fail("robot_bridge", f"the turn ended early ({reason})")
 
@@ -69,26 +80,50 @@ def on_look_timeout(draft: Draft) -> None:
     """No picture came: the heading is given up; several in a row end the mission, for a blind robot finds nothing."""
     draft.set_search(blind_looks=draft.search.blind_looks + 1)
     if draft.search.blind_looks >= draft.rules.blind_looks_max:
-        end(
-            draft,
-            Outcome.ABORTED,
-            f"no picture came in {draft.search.blind_looks} looks: inference or the camera is away",
-        )
+        abort(draft, f"no picture came in {draft.search.blind_looks} looks: inference or the camera is away")
         return
     draft.say("failure", "no picture came while looking", blind_looks=draft.search.blind_looks)
     draft.look(draft.rules.look_timeout_s)
 
 
+def sweep_speed_rad_s(rules: Rules) -> float:
+    """So slow that every bearing is in the picture for `scan_looks_min` looks of the detector."""
+    return min(rules.scan_speed_rad_s, rules.camera_hfov_rad / (rules.scan_looks_min * rules.detector_period_s))
+
+
+def _left_rad(draft: Draft) -> float:
+    """Of the scan, from its next heading to its last."""
+    return draft.search.headings[-1] - draft.search.headings[0]
+
+
+def _looked_in_passing(draft: Draft, seen: Detections) -> None:
+    """Headings the camera swept over are done; those left when the turn is over are looked at one by one."""
+    sighting = _inspected(draft, seen)
+    if sighting is not None:
+        draft.stop_motion()
+        _sighted(draft, sighting)
+        return
+    yaw = seen.pose.yaw if seen.pose is not None else draft.mission.robot.yaw
+    near = draft.rules.camera_hfov_rad * (1.0 - draft.rules.scan_overlap_min) / 2
+    draft.set_search(headings=tuple(h for h in draft.search.headings if abs(wrap(h - yaw)) > near))
+
+
 def _looked(draft: Draft, seen: Detections) -> None:
+    sighting = _inspected(draft, seen)
+    if sighting is None:
+        _next_heading(draft)
+    else:
+        _sighted(draft, sighting)
+
+
+def _inspected(draft: Draft, seen: Detections) -> Sighting | None:
+    """The sighting in this frame that is worth going after; the look is written down."""
     draft.set_search(blind_looks=0)
     pose = seen.pose or draft.mission.robot.pose
     if pose is not None:
-        draft.act(do.RecordLook(pose))
-    for sighting in sightings(draft.mission, seen):
-        if worth_it(draft.mission, sighting):
-            _sighted(draft, sighting)
-            return
-    _next_heading(draft)
+        draft.act(do.RecordLook(pose, seen))
+    tally_others(draft, seen)
+    return next((s for s in sightings(draft.mission, seen) if worth_it(draft.mission, s)), None)
 
 
 def _sighted(draft: Draft, sighting: Sighting) -> None:

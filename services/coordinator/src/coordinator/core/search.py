@@ -3,12 +3,12 @@
 import math
 
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking
 from coordinator.core.draft import Draft
-from coordinator.core.endings import end, give_up
+from coordinator.core.endings import abort, give_up
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
 from coordinator.core.geometry import around, distance_m, near_any
 from coordinator.core.rules import CoverageRule
@@ -38,12 +38,14 @@ def undocked(draft: Draft) -> None:
 
 
 def new_scan(draft: Draft, reason: str, *, start_rad: float | None = None) -> None:
-    """A 420 degree look round in equal steps, from the heading that promises most."""
+    """A 420 degree look round in equal steps that overlap in the picture, from the heading that promises most."""
     rules = draft.rules
     start = draft.mission.robot.yaw if start_rad is None else start_rad
-    count = math.ceil(rules.scan_angle_rad / rules.scan_step_rad - 1e-6)
+    widest = rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)
+    count = math.ceil(rules.scan_angle_rad / min(rules.scan_step_rad, widest) - 1e-6)
     step = rules.scan_angle_rad / count
-    draft.set_search(headings=tuple(start + k * step for k in range(count + 1)), scan_from=draft.mission.robot.pose)
+    headings = tuple(start + k * step for k in range(count + 1))
+    draft.set_search(headings=headings, sweeps=0, scan_from=draft.mission.robot.pose)
     draft.go(MissionState.SCANNING, reason)
 
 
@@ -147,7 +149,7 @@ def _refused(draft: Draft, what: str) -> None:
     search = draft.search
     draft.set_search(place_failures=search.place_failures + 1, refusals=search.refusals + 1)
     if draft.search.refusals >= draft.rules.failures_max:
-        end(draft, Outcome.ABORTED, f"navigation refused {draft.search.refusals} goals in a row: {what}")
+        abort(draft, f"navigation refused {draft.search.refusals} goals in a row: {what}")
     elif draft.search.place_failures > 1:
         _skip(draft, what)
     else:
@@ -165,6 +167,11 @@ def skip_after_failure(draft: Draft) -> bool:
 
 def _skip(draft: Draft, why: str) -> None:
     search = draft.search
+    missed = search.missed_in_row + 1
+    draft.set_search(missed_in_row=missed)
+    if missed >= draft.rules.places_missed_max:
+        abort(draft, f"navigation reached none of {missed} places in a row, the last one because: {why}")
+        return
     if draft.mission.state is MissionState.MEMORY_NAV:
         lost, views = search.views[0].pose, search.views[1:]
         draft.set_search(views=views, unreachable=(*search.unreachable, lost), place_failures=0)
@@ -176,7 +183,7 @@ def _skip(draft: Draft, why: str) -> None:
 
 
 def _arrive(draft: Draft) -> None:
-    draft.set_search(place_failures=0)
+    draft.set_search(place_failures=0, missed_in_row=0)
     if draft.mission.state is MissionState.MEMORY_NAV:
         place = draft.search.views[0]
         draft.set_search(views=draft.search.views[1:])
@@ -192,7 +199,8 @@ def _to_next_point(draft: Draft) -> None:
     points = tuple(p for p in search.points if not near_any(p, done, near_m))
     draft.set_search(points=points)
     if not points:
-        give_up(draft, "every place was looked at")
+        left = "no other place could be reached" if search.unreachable else "every place was looked at"
+        give_up(draft, left)
         return
     draft.say("navigation", f"to the next place of the search, {len(points)} to go", goal=points[0].model_dump())
     if _is_here(draft, points[0]):
