@@ -14,7 +14,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -87,6 +87,11 @@ models: setup ## fetch the models of a real robot: COCO detector, CLIP ViT-B/32,
 
 bench-inference: setup ## backends, overhead, latency, throughput and memory of the inference service (about 8 minutes)
 	$(PY) -m bench.inference
+
+bench-memory: setup ## a simulated year of sightings, beside a JSON file: out/bench/memory.json (about 10 minutes)
+	$(PY) -m bench.memory_scale
+	$(PY) -m bench.memory_kills
+	$(PY) -m bench.memory_story
 
 clean: ## remove what can be made again, but the environment
 	rm -rf out .ruff_cache .hypothesis
