@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import TransformStamped, TwistStamped
+from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector, DockStatus, HazardDetection, HazardDetectionVector
 from irobot_create_msgs.srv import EStop
@@ -35,14 +35,24 @@ STEP_S = 0.05
 class RosToyRobot:
     """`open()` and `close()`; in between the toy is the robot on this ROS domain."""
 
-    def __init__(self, toy: ToyRobot) -> None:
+    def __init__(self, toy: ToyRobot, *, namespace: str = "", stamped: bool = True, scan: str = "scan") -> None:
+        """`stamped` says whether its velocities are TwistStamped or Twist."""
         self.toy = toy
+        self._namespace = namespace
+        self._stamped = stamped
+        self._scan_name = scan
         self._closing = threading.Event()
 
     def open(self) -> None:
         self._context = rclpy.Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node("toy_robot", context=self._context, start_parameter_services=False, enable_rosout=False)
+        self._node = Node(
+            "toy_robot",
+            namespace=self._namespace,
+            context=self._context,
+            start_parameter_services=False,
+            enable_rosout=False,
+        )
         self._group = ReentrantCallbackGroup()
         self._publishers()
         self._servers()
@@ -68,7 +78,7 @@ class RosToyRobot:
 
     def _publishers(self) -> None:
         publisher = self._node.create_publisher
-        self._scan = publisher(LaserScan, "scan", SENSOR)
+        self._scan = publisher(LaserScan, self._scan_name, SENSOR)
         self._odom = publisher(Odometry, "odom", SENSOR)
         self._rgb = publisher(Image, "oakd/rgb/preview/image_raw", SENSOR)
         self._rgb_info = publisher(CameraInfo, "oakd/rgb/preview/camera_info", SENSOR)
@@ -80,14 +90,16 @@ class RosToyRobot:
         self._tf = publisher(TFMessage, "tf", 100)
         self._tf_static = publisher(TFMessage, "tf_static", LATCHED)
         self._map = publisher(OccupancyGrid, "map", LATCHED)
-        self._cmd_vel_nav = publisher(TwistStamped, "cmd_vel_nav", 1)
+        velocity = TwistStamped if self._stamped else Twist
+        self._cmd_vel_nav = publisher(velocity, "cmd_vel_nav", 1)
         self._publish_fixed()
-        self._node.create_subscription(TwistStamped, "cmd_vel", self._told, 10)
+        self._node.create_subscription(velocity, "cmd_vel", self._told, 10)
         self._node.create_subscription(AudioNoteVector, "cmd_audio", self._audio, 10)
         self._node.create_timer(STEP_S, self._step)
 
-    def _told(self, message: TwistStamped) -> None:
-        self.toy.told(message.twist.linear.x, message.twist.angular.z)
+    def _told(self, message: Twist | TwistStamped) -> None:
+        twist = message.twist if isinstance(message, TwistStamped) else message
+        self.toy.told(twist.linear.x, twist.angular.z)
 
     def _audio(self, message: AudioNoteVector) -> None:
         self.toy.notes = [(n.frequency, n.max_runtime.sec + n.max_runtime.nanosec * 1e-9) for n in message.notes]
@@ -120,12 +132,12 @@ class RosToyRobot:
             self._publish_scan(now)
         self._publish_images(now)
         self._battery.publish(BatteryState(percentage=0.8))
-        self._dock_status.publish(DockStatus(is_docked=toy.docked))
+        self._dock_status.publish(DockStatus(is_docked=toy.docked, dock_visible=toy.dock_visible))
         found = [HazardDetection(type=getattr(HazardDetection, name)) for name in toy.hazards]
         self._hazards.publish(HazardDetectionVector(detections=found))
         if toy.navigation == "drives":  # always: also when no goal of the bridge is active
-            velocity = TwistStamped()
-            velocity.twist.linear.x = 0.2
+            velocity = TwistStamped() if self._stamped else Twist()
+            (velocity.twist if isinstance(velocity, TwistStamped) else velocity).linear.x = 0.2
             self._cmd_vel_nav.publish(velocity)
 
     def _publish_odometry(self, now: Any) -> None:
@@ -214,12 +226,12 @@ class RosToyRobot:
     def _navigate(self, handle: Any) -> NavigateToPose.Result:
         p = handle.request.pose.pose
         self.toy.goals.append((p.position.x, p.position.y, p.orientation.z))
+        if self.toy.gives_up():
+            handle.abort()
+            return NavigateToPose.Result(error_code=104, error_msg="patience exceeded")
         match self.toy.navigation:
             case "succeeds":
                 handle.succeed()
-            case "aborts":
-                handle.abort()
-                return NavigateToPose.Result(error_code=104, error_msg="patience exceeded")
             case _:
                 while not handle.is_cancel_requested and not self._closing.wait(0.05):
                     handle.publish_feedback(NavigateToPose.Feedback(distance_remaining=1.5))
@@ -231,11 +243,11 @@ class RosToyRobot:
 
     def _plan(self, handle: Any) -> ComputePathToPose.Result:
         result = ComputePathToPose.Result()
-        if self.toy.navigation == "aborts":
-            handle.abort()
-            result.error_code = ComputePathToPose.Result.NO_VALID_PATH
-            return result
         goal = handle.request.goal
+        if code := self.toy.plan_code(goal.pose.position.x, goal.pose.position.y):
+            handle.abort()
+            result.error_code = code
+            return result
         begin = pose_stamped(START, "map")
         corner = pose_stamped(START, "map")
         corner.pose.position.x = goal.pose.position.x
@@ -245,13 +257,17 @@ class RosToyRobot:
 
     def _dock(self, handle: Any, kind: Any, *, docked: bool) -> Any:
         if self.toy.can_dock:
-            self.toy.docked = docked
+            self.toy.drive_onto_dock(docked)
             handle.succeed()
         else:
             handle.abort()
         return kind.Result(is_docked=self.toy.docked)
 
     def _lights(self, handle: Any) -> LedAnimation.Result:
+        asked = handle.request
+        colours = tuple((led.red, led.green, led.blue) for led in asked.lightring.leds)
+        seconds = asked.max_runtime.sec + asked.max_runtime.nanosec * 1e-9
+        self.toy.leds = asked.animation_type, colours, seconds
         handle.succeed()
         return LedAnimation.Result()
 

@@ -121,6 +121,39 @@ async def test_teleoperation_answers_every_request_and_its_lease_ends_with_the_c
         await rests_before_its_lease_is_over(served)
 
 
+async def test_teleoperation_faster_than_the_wheels_tick_drives_by_its_newest_request(served: Served) -> None:
+    async with websockets.connect(f"ws://{served.address}/velocity") as socket:
+        for _ in range(60):
+            await socket.send(json.dumps(lease()))
+        await socket.send(json.dumps(lease() | {"twist": {"linear_x": 0.0}}))
+        replies = [json.loads(await asyncio.wait_for(socket.recv(), 30.0)) for _ in range(61)]
+        assert all(reply["accepted"] for reply in replies)
+        assert replies[-1]["sent"]["linear_x"] == 0.0
+        assert len(served.toy.velocities) < 40  # the replies did not take a tick each
+
+
+async def test_gains_can_be_changed_while_it_turns(served: Served) -> None:
+    async with client(served) as http:
+        turning = asyncio.create_task(http.post("/rotate", json={"angle_rad": 12.0, "epoch": 0, "timeout_s": 60}))
+        await until(lambda: served.toy.angular_z > 0.9)
+        before = (await http.get("/motion/gains")).json()
+        slow = before | {"heading_kp": 0.0, "heading_kd": 0.0, "turn_rad_s_min": 0.3}
+        assert (await http.put("/motion/gains", json=slow)).json() == slow
+        await until(lambda: 0.0 < served.toy.angular_z < 0.31)
+        assert (await http.put("/motion/gains", json=slow | {"heading_kp": -1.0})).status_code == 422
+        assert (await http.get("/motion/gains")).json() == slow
+        await http.delete("/motion")
+        assert (await turning).json()["reason"] == "cancelled"
+
+
+async def test_nobody_drives_under_a_name_of_the_bridges_own(served: Served) -> None:
+    async with client(served) as http:
+        reply = (await http.post("/velocity", json=lease() | {"source": "cmd_vel_nav"})).json()
+        assert (reply["accepted"], reply["reason"]) == (False, "reserved")
+        metrics = (await http.get("/metrics")).text
+        assert 'robot_bridge_velocity_refused_total{reason="reserved"}' in metrics
+
+
 async def test_a_stop_reaches_teleoperation_as_a_refusal(served: Served) -> None:
     async with client(served) as http, websockets.connect(f"ws://{served.address}/velocity") as socket:
         await http.post("/emergency-stop")

@@ -7,7 +7,7 @@ import pytest
 from contracts.geometry import Pose2D
 from sim.world import Hazard, World
 from sim.world.base import BACKUP_LIMIT_M
-from unit.sim_world.room import DOCK, MIDDLE, drive, world_at
+from support.simulated_room import DOCK, MIDDLE, drive, world_at
 
 
 def _way(world: World, start: Pose2D) -> float:

@@ -1,7 +1,7 @@
 """What every service's FastAPI app has in common: problems, health, readiness, metrics, body limits."""
 
 import contextlib
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any
 
 import prometheus_client
@@ -28,9 +28,13 @@ def make_app(
     lifespan: Callable[[FastAPI], Any],
     dependencies: Readies,
     body_bytes_max: int = 1_000_000,
+    body_bytes_max_at: Mapping[str, int | None] | None = None,
     description: str = "",
 ) -> FastAPI:
-    """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`."""
+    """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`.
+
+    `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
+    """
     app = FastAPI(
         title=f"atom {service}",
         description=description,
@@ -38,7 +42,7 @@ def make_app(
         lifespan=lifespan,
         responses=PROBLEM_RESPONSES,
     )
-    app.add_middleware(BodyLimit, bytes_max=body_bytes_max)
+    app.add_middleware(BodyLimit, bytes_max=body_bytes_max, bytes_max_at=body_bytes_max_at or {})
     app.add_exception_handler(MeshError, _mesh_problem)
     app.add_exception_handler(RequestValidationError, _validation_problem)
     app.add_exception_handler(HTTPException, _http_problem)
@@ -97,17 +101,20 @@ async def _unexpected_problem(request: Request, error: Exception) -> JSONRespons
 class BodyLimit:
     """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
 
-    def __init__(self, app: ASGIApp, *, bytes_max: int) -> None:
+    def __init__(self, app: ASGIApp, *, bytes_max: int, bytes_max_at: Mapping[str, int | None] | None = None) -> None:
+        """`bytes_max_at` names paths with another limit; none = they look after their bodies themselves."""
         self.app = app
         self.bytes_max = bytes_max
+        self.bytes_max_at = bytes_max_at or {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http":
+        bytes_max = self.bytes_max_at.get(scope.get("path", ""), self.bytes_max)
+        if scope["type"] != "http" or bytes_max is None:
             await self.app(scope, receive, send)
             return
         declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
-        if not declared.isdigit() or int(declared) > self.bytes_max:
-            await self._refuse(scope, receive, send)
+        if not declared.isdigit() or int(declared) > bytes_max:
+            await self._refuse(bytes_max, scope, receive, send)
             return
         seen = 0
 
@@ -115,20 +122,20 @@ class BodyLimit:
             nonlocal seen
             message = await receive()
             seen += len(message.get("body", b""))
-            if seen > self.bytes_max:
-                raise TooLargeError(f"the limit is {self.bytes_max} bytes")
+            if seen > bytes_max:
+                raise TooLargeError(f"the limit is {bytes_max} bytes")
             return message
 
         async def unless_refused(message: Message) -> None:
-            if seen <= self.bytes_max:
+            if seen <= bytes_max:
                 await send(message)
 
         with contextlib.suppress(TooLargeError):
             await self.app(scope, counted, unless_refused)
-        if seen > self.bytes_max:
-            await self._refuse(scope, receive, send)
+        if seen > bytes_max:
+            await self._refuse(bytes_max, scope, receive, send)
 
-    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
-        refusal = problem(413, TooLargeError.title, f"the limit is {self.bytes_max} bytes", scope["path"])
+    async def _refuse(self, bytes_max: int, scope: Scope, receive: Receive, send: Send) -> None:
+        refusal = problem(413, TooLargeError.title, f"the limit is {bytes_max} bytes", scope["path"])
         refusal.headers["Connection"] = "close"
         await refusal(scope, receive, send)

@@ -10,8 +10,13 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
 from contracts.robot import Map
+from mesh.errors import UnavailableError, UnprocessableError
+from robot_bridge.ring import Room
 from robot_bridge.senses import Grid
 from robot_bridge.transforms import compose, inverse
+
+OCCUPIED_FROM = 50
+"""Cells from this value on are no place for a robot."""
 
 
 def message(grid: Grid) -> Map:
@@ -33,6 +38,15 @@ def png(grid: Grid) -> bytes:
     return encoded.tobytes()
 
 
+def room_of(grid: Grid) -> Room:
+    """How far each free cell is from what is not free (100 cells and unknown ones alike), in metres."""
+    free = ((grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)).astype(np.uint8)
+    walled = np.pad(free, 1)  # beyond the map nothing is free
+    distance = cv2.distanceTransform(walled, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    clearance_m = np.maximum(0.0, distance - 0.5).astype(np.float32) * np.float32(grid.resolution_m)
+    return Room(clearance_m, grid.resolution_m, grid.origin)
+
+
 def cell_at(grid: Grid, pose: Pose2D) -> int | None:
     """The cell's value; none outside the map."""
     local = compose(inverse(grid.origin), pose)
@@ -48,3 +62,11 @@ def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
     if value is None:
         return f"({pose.x:.2f}, {pose.y:.2f}) is outside the map"
     return f"({pose.x:.2f}, {pose.y:.2f}) is in an unknown part of the map" if value < 0 else None
+
+
+def check_in_map(grid: Grid | None, pose: Pose2D) -> None:
+    """Raises `UnavailableError` where there is no map yet, `UnprocessableError` where the pose makes no sense in it."""
+    if grid is None:
+        raise UnavailableError("map", "no map has been received")
+    if why := why_not_in(grid, pose):
+        raise UnprocessableError(why)

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contracts.robot import BoxQuery, DepthReply, LocalizeReply
+from contracts.robot import BoxQuery, DepthReply, LocalizeReply, Sighting
+from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
-from robot_bridge.depth import Measured, core, depths_in_box, localise, near_mode, scaled_box
+from robot_bridge.depth import Measured, core, depths_in_box, localise, measure, scaled_box
 from robot_bridge.senses import DepthImage, Intrinsics, Senses
-from robot_bridge.transforms import in_map
+from robot_bridge.transforms import Matrix, compose, in_map, inverse, upright
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,7 @@ class Measuring:
             distance_m=measured.distance_m,
             spread_m=measured.spread_m,
             samples=measured.samples,
+            holes=measured.holes,
             age_s=age_s,
             reason=measured.reason,
         )
@@ -41,7 +43,7 @@ class Measuring:
         measured, image = await self._measure(query, colour, box)
         mount = self.senses.frames.in_base(colour.frame_id)
         if mount is None:
-            raise UnavailableError("tf", f"no fixed transform leads from base_link to {colour.frame_id}")
+            raise UnavailableError("tf", f"no transform leads from base_link to {colour.frame_id}")
         place = localise(box, measured.distance_m, colour, mount)
         stamp_s = query.stamp_s if query.stamp_s is not None else image.stamp_s if image is not None else None
         robot = self.senses.poses.at(stamp_s) if stamp_s is not None else self.senses.poses.newest()
@@ -54,6 +56,27 @@ class Measuring:
             base_point=place.base_point,
             map_point=in_map(robot, place.base_point) if robot is not None and place.base_point is not None else None,
             reason=reason,
+        )
+
+    async def sighting(self, spotted: ObjectSpotted) -> Sighting:
+        """How far, and where, what was spotted is; raises nothing: what cannot be measured has a reason."""
+        query = BoxQuery(
+            bbox_xyxy=spotted.detection.bbox_xyxy,
+            image_width_px=spotted.image_width_px,
+            image_height_px=spotted.image_height_px,
+            stamp_s=spotted.stamp_s,
+        )
+        try:
+            found = await self.localize(query)
+        except (UnavailableError, UnprocessableError) as error:
+            return Sighting(stamp_s=spotted.stamp_s, label=spotted.target.label, reason=error.detail)
+        return Sighting(
+            stamp_s=spotted.stamp_s,
+            label=spotted.target.label,
+            distance_m=found.distance_m,
+            bearing_rad=found.bearing_rad,
+            map_point=found.map_point,
+            reason=found.reason,
         )
 
     def _camera(self, query: BoxQuery) -> tuple[Intrinsics, tuple[float, float, float, float]]:
@@ -83,14 +106,27 @@ class Measuring:
             return Measured(None, None, 0, f"the nearest depth image is {apart_s:.1f} s away from the picture"), None
         height_px, width_px = image.depth_m.shape
         camera = camera.scaled_to(width_px, height_px)
-        depth_mount, colour_mount = (
-            self.senses.frames.in_base(camera.frame_id),
-            self.senses.frames.in_base(colour.frame_id),
-        )
-        moved = None
-        if camera.frame_id != colour.frame_id and depth_mount is not None and colour_mount is not None:
-            moved = np.linalg.inv(colour_mount) @ depth_mount
+        moved = self._registration(camera.frame_id, image.stamp_s, colour.frame_id, query.stamp_s)
         return await asyncio.to_thread(_near, image, core(box), colour, camera, moved), image
+
+    def _registration(
+        self, depth_frame: str, depth_s: float, colour_frame: str, colour_s: float | None
+    ) -> Matrix | None:
+        """The depth camera, when it looked, in the colour camera, when the picture was taken; none = the same place.
+
+        The two pictures are up to `match_s_max` apart, in which a turning robot has turned.
+        """
+        frames, poses = self.senses.frames, self.senses.poses
+        depth_mount, colour_mount = frames.in_base(depth_frame), frames.in_base(colour_frame)
+        then = poses.at(depth_s) if colour_s is not None else None
+        now = poses.at(colour_s) if colour_s is not None else None
+        turned = upright(compose(inverse(now), then)) if now is not None and then is not None else np.eye(4)
+        if depth_frame == colour_frame:
+            mount = colour_mount if colour_mount is not None else np.eye(4)
+            return None if np.allclose(turned, np.eye(4), atol=1e-6) else np.linalg.inv(mount) @ turned @ mount
+        if depth_mount is None or colour_mount is None:
+            return None
+        return np.linalg.inv(colour_mount) @ turned @ depth_mount
 
     def _depth_age_s(self) -> float | None:
         return self.senses.depth.age_s(self.clock.now_s())
@@ -101,6 +137,6 @@ def _near(
     box: tuple[float, float, float, float],
     colour: Intrinsics,
     camera: Intrinsics,
-    moved: "np.typing.NDArray[np.float64] | None",
+    moved: Matrix | None,
 ) -> Measured:
-    return near_mode(depths_in_box(image.depth_m, box, colour, camera, moved))
+    return measure(depths_in_box(image.depth_m, box, colour, camera, moved))
