@@ -8,6 +8,7 @@ import prometheus_client
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
+from fastapi_offline import FastAPIOffline
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -30,8 +31,9 @@ def make_app(
     body_bytes_max: int = 1_000_000,
     description: str = "",
 ) -> FastAPI:
-    """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`."""
-    app = FastAPI(
+    """A FastAPI app with the mesh's common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`."""
+    app = FastAPIOffline(
+        redoc_url=None,
         title=f"atom {service}",
         description=description,
         version="0.1.0",
