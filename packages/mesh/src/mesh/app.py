@@ -31,7 +31,7 @@ def make_app(
     body_bytes_max: int = 1_000_000,
     description: str = "",
 ) -> FastAPI:
-    """A FastAPI app with the mesh's common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`."""
+    """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`."""
     app = FastAPIOffline(
         redoc_url=None,
         title=f"atom {service}",
