@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import Field
 
-from contracts.base import Message, StampS
+from contracts.base import Confidence, Label, Message, StampS
 from contracts.geometry import Pose2D
 from contracts.vision import Target, Vote
 
@@ -33,28 +33,107 @@ class MissionState(StrEnum):
     """Stopped until RESUME."""
 
 
+class MissionKind(StrEnum):
+    FIND = "find"
+    """Look for something and drive up to it."""
+    DOCK = "dock"
+    """Drive to the dock and charge (requirement A15)."""
+
+
 class Outcome(StrEnum):
     FOUND = "found"
+    """Seen, validated, driven up to; the report says where and on what evidence."""
     NOT_FOUND = "not_found"
+    """Looked for and not there; the report says how much was looked at and what is known."""
     UNSURE = "unsure"
+    """Something may have been it; the report names each candidate and why it was not taken."""
+    DOCKED = "docked"
+    """A docking that ended on the dock."""
     CANCELED = "canceled"
+    """By a person."""
     ABORTED = "aborted"
+    """It could not go on; the report names the cause."""
+    INTERRUPTED = "interrupted"
+    """The coordinator ended while it was queued or running. It is never taken up again by itself."""
 
 
 class StartMission(Message):
-    command: str = Field(min_length=1, max_length=500, description="e.g. 'find the red bottle'")
+    """`POST /missions`. One command may name several things: each becomes a mission, in the order said.
+
+    With the header `Idempotency-Key` (1 to 100 characters) a repeated request answers with the first one's mission.
+    """
+
+    command: str = Field(min_length=1, max_length=500, description="e.g. 'find the red bottle, then the book'")
+
+
+class Candidate(Message):
+    """One thing that was looked at closely: what was found, or what was not taken, and why."""
+
+    text: str = Field(max_length=500, description="what it is and why it was taken or not, for a person")
+    label: Label
+    colour: str | None = Field(default=None, max_length=24)
+    place: Pose2D | None = Field(default=None, description="its place in map (yaw unused); none where not measured")
+    seen_from: Pose2D | None = Field(default=None, description="of the robot, in map")
+    distance_m: float | None = Field(default=None, description="camera to its near surface when it was judged")
+    confidence: Confidence | None = Field(default=None, description="the detector's")
+    votes: tuple[Vote, ...] = ()
+    confirmed: bool = False
+    narrow: bool = Field(default=False, description="refused by a hair, or judged by too few: it may be the target")
+    picture: int | None = Field(default=None, ge=0, description="GET /missions/{id}/pictures/{picture}: a JPEG crop")
+    stamp_s: float = Field(ge=0.0, description="when it was judged")
+
+
+class SeenInstead(Message):
+    """What the search saw that was not looked for."""
+
+    label: Label
+    colour: str | None = Field(default=None, max_length=24)
+    times: int = Field(ge=1, description="frames it was seen in")
+    confidence: Confidence = Field(description="the best")
+    seen_from: Pose2D | None = None
+
+
+class LastSeen(Message):
+    """Where memory has the target last, and when."""
+
+    label: Label
+    colour: str | None = Field(default=None, max_length=24)
+    pose: Pose2D = Field(description="of the robot when it saw it")
+    stamp_s: StampS
+
+
+class Report(Message):
+    """What an ending rests on. `text` says all of it in one or two sentences."""
+
+    text: str = Field(max_length=1000)
+    found: Candidate | None = None
+    candidates: tuple[Candidate, ...] = Field(default=(), max_length=20, description="not taken, likeliest first")
+    looked_share: float | None = Field(default=None, ge=0.0, le=1.0, description="of the free space; none = no map")
+    places_looked: int = Field(default=0, ge=0)
+    places_unreachable: int = Field(default=0, ge=0)
+    last_seen: LastSeen | None = None
+    seen_instead: tuple[SeenInstead, ...] = Field(default=(), max_length=20, description="most often seen first")
+    cause: str = Field(default="", max_length=500, description="why it was aborted, interrupted or cancelled")
 
 
 class Mission(Message):
+    """Queued (`queue_position` is set), running or paused (no outcome), or over (`outcome`)."""
+
     id: str
+    kind: MissionKind = MissionKind.FIND
     command: str
     target: Target | None = None
     parser: str = ""
     state: MissionState
     paused: bool = False
-    outcome: Outcome | None = Field(default=None, description="none while it runs")
+    queue_position: int | None = Field(default=None, ge=0, description="0 = next; none when it runs or is over")
+    request_id: str = Field(default="", description="missions of one command share it")
+    part: int = Field(default=1, ge=1, description="which thing of the command, from 1")
+    parts: int = Field(default=1, ge=1, description="how many things the command named")
+    outcome: Outcome | None = Field(default=None, description="none while it is queued or runs")
     reason: str = ""
-    started_s: StampS
+    asked_s: float | None = Field(default=None, description="when the command came in")
+    started_s: StampS = Field(description="when it began; while queued, when it was asked for")
     ended_s: float | None = None
     votes: tuple[Vote, ...] = ()
     measured_distance_m: float | None = Field(
@@ -62,6 +141,7 @@ class Mission(Message):
     )
     target_pose: Pose2D | None = Field(default=None, description="the target's place in map (yaw unused)")
     metres_driven_m: float = 0.0
+    report: Report | None = Field(default=None, description="once it is over")
 
 
 class MissionStatus(Message):
@@ -71,6 +151,8 @@ class MissionStatus(Message):
     state: MissionState = MissionState.IDLE
     mission: Mission | None = None
     progress: str = Field(default="", max_length=500)
+    waiting_for: str = Field(default="", max_length=200, description="the service it waits for, and until when it will")
+    queue: tuple[Mission, ...] = Field(default=(), max_length=50, description="still to come, next first")
     scan_points: tuple[Pose2D, ...] = Field(
         default=(), max_length=2000, description="still to be looked at, next first"
     )
@@ -88,8 +170,8 @@ class MissionTarget(Message):
 class MissionEvent(Message):
     """One line of the timeline."""
 
-    id: int = Field(ge=0, description="rises by one within a coordinator's life")
-    mission_id: str
+    id: int = Field(ge=0, description="rises by one, over the coordinator's restarts too")
+    mission_id: str = Field(description="empty where it belongs to none")
     stamp_s: StampS
     state: MissionState
     kind: str = Field(max_length=40, description="state, navigation, sighting, votes, depth, ...")

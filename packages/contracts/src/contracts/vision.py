@@ -87,14 +87,29 @@ class ParseTaskRequest(Message):
     labels_in_memory: tuple[Label, ...] = Field(default=(), max_length=500)
 
 
+class ParsedTarget(Message):
+    """One of the things a command asks for, as a parser claims it; check it against the words of `said` alone."""
+
+    said: str = Field(min_length=1, max_length=500, description="the part of the command that asks for it")
+    yolo_class: str = Field(max_length=64, description="a COCO label, or 'none'")
+    memory_object: str | None = Field(default=None, max_length=64, description="where to look first")
+    description: str = Field(default="", max_length=120)
+    parser: str = Field(description="who read this part")
+
+
 class ParsedTask(Message):
-    """What a parser *claims* the command means; the coordinator checks every word of it (requirement A3)."""
+    """What a parser *claims* the command means; the coordinator checks every word of it (requirement A3).
+
+    `targets` are the things asked for, in the order said ("find the red bottle, then the book"); the fields beside it
+    are those of the first whose class is not 'none'.
+    """
 
     yolo_class: str = Field(max_length=64, description="a COCO label, or 'none'")
     memory_object: str | None = Field(default=None, max_length=64, description="where to look first")
     description: str = Field(default="", max_length=120)
-    parser: str = Field(description="who answered: 'rules' or 'ollama:<model>'")
+    parser: str = Field(description="who answered: 'rules', 'ollama:<model>' or 'openai:<model>'")
     notes: str = Field(default="", max_length=500)
+    targets: tuple[ParsedTarget, ...] = Field(default=(), max_length=8)
 
 
 class ScoreRequest(Message):

@@ -72,7 +72,9 @@ OUTCOMES: Final[dict[Outcome, tuple[str, Tone]]] = {
     Outcome.FOUND: ("Found", Tone.GOOD),
     Outcome.NOT_FOUND: ("Not found", Tone.WARN),
     Outcome.UNSURE: ("Not sure", Tone.WARN),
+    Outcome.DOCKED: ("Docked", Tone.GOOD),
     Outcome.CANCELED: ("Cancelled", Tone.QUIET),
+    Outcome.INTERRUPTED: ("Interrupted", Tone.BAD),
     Outcome.ABORTED: ("Aborted", Tone.BAD),
 }
 NAVIGATION: Final = {

@@ -20,7 +20,7 @@ class Robot:
     speed_m_s: float = 0.0
     stopped: bool = False
     epoch: int = 0
-    epoch_s: float = float("-inf")
+    epoch_s: float | None = None
     received_s: float = 0.0
     offset_s: float = 0.0
 

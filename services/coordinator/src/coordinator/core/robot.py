@@ -50,7 +50,8 @@ def _reset(draft: Draft, epoch: int) -> None:
 def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
     mission = draft.mission
     missed_a_stop = mission.running and event.epoch > mission.epoch
-    if event.epoch < mission.robot.epoch and draft.now_s - mission.robot.epoch_s < LATE_STATE_S:
+    told_s = mission.robot.epoch_s
+    if event.epoch < mission.robot.epoch and told_s is not None and draft.now_s - told_s < LATE_STATE_S:
         return  # published before a stop that is known already
     draft.set(
         robot=Robot(

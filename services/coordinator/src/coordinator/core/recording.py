@@ -1,0 +1,137 @@
+"""A mission as data: its settings, where it began, and every event with its time and what was decided on it.
+
+One JSON object a line: first a `Header`, then a `Step` each. Because `step` is pure, feeding the events again gives the
+same decisions; an event that changed nothing and asked for nothing is left out, which changes nothing either.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from pydantic import TypeAdapter
+
+from contracts.mission import MissionState
+from coordinator.core.actions import Action
+from coordinator.core.events import Event
+from coordinator.core.mission import Mission, Robot
+from coordinator.core.rules import Rules
+from coordinator.core.step import step
+
+FORM = 1
+"""Of the recording: raised when what is written could no longer be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    form: int
+    mission_id: str
+    begun_s: float
+    rules: Rules
+    robot: Robot
+    calls: int
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One event at one time, what was done about it, and the state afterwards."""
+
+    now_s: float
+    event: Event
+    actions: tuple[Action, ...]
+    state: MissionState
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    header: Header
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """A recorded step beside what the core decides on it now."""
+
+    recorded: Step
+    before: Mission
+    after: Mission
+    actions: tuple[Action, ...]
+
+    @property
+    def same(self) -> bool:
+        """As written down: what stands in a line of the timeline may be a tuple here and a list there."""
+        decided, recorded = ([_named(a) for a in some] for some in (self.actions, self.recorded.actions))
+        return decided == recorded and self.after.state is self.recorded.state
+
+
+class MalformedRecordingError(ValueError):
+    """Not a recording, or one of another form."""
+
+
+def header_of(mission: Mission, mission_id: str, now_s: float) -> Header:
+    """Of a mission about to begin: `mission` is what the core holds before its `MissionStarted`."""
+    rules = Rules.model_validate(mission.rules.model_dump(include=set(Rules.model_fields)))
+    return Header(FORM, mission_id, now_s, rules, mission.robot, mission.calls)
+
+
+def replay(recording: Recording) -> Iterator[Replayed]:
+    """Every step again, through the core as it is now."""
+    header = recording.header
+    mission = Mission(rules=header.rules, robot=header.robot, calls=header.calls)
+    for recorded in recording.steps:
+        before = mission
+        mission, actions = step(before, recorded.event, recorded.now_s)
+        yield Replayed(recorded, before, mission, actions)
+
+
+def header_line(header: Header) -> str:
+    return _HEADER.dump_json(header).decode()
+
+
+def step_line(recorded: Step) -> str:
+    plain = {
+        "now_s": recorded.now_s,
+        "event": _named(recorded.event),
+        "actions": [_named(action) for action in recorded.actions],
+        "state": recorded.state.value,
+    }
+    return _PLAIN.dump_json(plain).decode()
+
+
+def read(lines: Iterable[str]) -> Recording:
+    """Raises `MalformedRecordingError`."""
+    rows = iter(lines)
+    try:
+        header = _HEADER.validate_json(next(rows))
+        if header.form != FORM:
+            raise MalformedRecordingError(f"form {header.form} of a recording; this program reads {FORM}")
+        return Recording(header, tuple(_step(_PLAIN.validate_json(row)) for row in rows if row.strip()))
+    except StopIteration:
+        raise MalformedRecordingError("it is empty") from None
+    except (KeyError, TypeError) as error:
+        raise MalformedRecordingError(f"an unknown event, action or field: {error}") from error
+    except ValueError as error:
+        raise MalformedRecordingError(str(error)[:300]) from error
+
+
+def _step(plain: dict[str, Any]) -> Step:
+    return Step(
+        now_s=float(plain["now_s"]),
+        event=_unnamed(plain["event"]),
+        actions=tuple(_unnamed(action) for action in plain["actions"]),
+        state=MissionState(plain["state"]),
+    )
+
+
+def _named(value: Any) -> dict[str, Any]:
+    name = type(value).__name__
+    return {"is": name, **_KINDS[name].dump_python(value, mode="json")}
+
+
+def _unnamed(plain: dict[str, Any]) -> Any:
+    return _KINDS[plain["is"]].validate_python({name: value for name, value in plain.items() if name != "is"})
+
+
+_HEADER = TypeAdapter(Header)
+_PLAIN = TypeAdapter(dict[str, Any])
+KINDS: tuple[type[Any], ...] = (*get_args(Event), *get_args(Action))
+_KINDS: dict[str, TypeAdapter[Any]] = {kind.__name__: TypeAdapter(kind) for kind in KINDS}
