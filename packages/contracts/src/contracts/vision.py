@@ -59,6 +59,9 @@ class Vote(Message):
     verdict: Verdict
     score: float | None = None
     threshold: float | None = None
+    rival: str = Field(default="", max_length=120, description="clip: the other colour that came nearest")
+    rival_score: float | None = None
+    frame_score: float | None = Field(default=None, description="clip: of the whole frame; the crop is what votes")
     model: str = ""
     took_ms: float = Field(default=0.0, ge=0.0)
     reason: str = ""
@@ -70,11 +73,15 @@ class ValidateRequest(Message):
     target: Target
     bbox_xyxy: BboxXyxy | None = None
     after_stamp_s: float | None = None
+    allow_single_vote: bool = Field(
+        default=False, description="where only one model can vote at all, let its yes confirm (the answer says so)"
+    )
 
 
 class Validation(Message):
     confirmed: bool
     votes: tuple[Vote, ...]
+    by_single_vote: bool = Field(default=False, description="confirmed by the only model that could vote, as allowed")
     stamp_s: StampS
     image_width_px: ImageSidePx
     image_height_px: ImageSidePx
@@ -120,7 +127,10 @@ class ScoreRequest(Message):
 
 
 class ScoreReply(Message):
-    scores: tuple[float, ...]
+    """One cosine a text, in the order sent."""
+
+    scores: tuple[float, ...] = Field(description="of the crop, or of the whole frame where no box was named")
+    frame_scores: tuple[float, ...] = Field(default=(), description="of the whole frame, where a box was named too")
     threshold: float
     model: str
     took_ms: float = 0.0
@@ -144,6 +154,9 @@ class ModelInfo(Message):
     role: str = Field(description="detector, clip, vlm or parser")
     name: str
     backend: str
+    backends_ms: dict[str, float] = Field(
+        default_factory=dict, description="the backends that were tried, fastest call of each in milliseconds"
+    )
     threshold: float | None = None
     available: bool = True
     detail: str = ""
