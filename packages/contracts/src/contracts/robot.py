@@ -42,6 +42,25 @@ class EmergencyStopReply(Message):
     )
 
 
+class EmergencyStopAction(StrEnum):
+    STOPPED = "stopped"
+    """Somebody asked for the stop."""
+    RESET = "reset"
+    """Somebody permitted motion again."""
+    RESTORED = "restored"
+    """The bridge has started and found the latch set."""
+
+
+class EmergencyStopEvent(Message):
+    """A line of the stop's history, kept on disk: who did what, when and why."""
+
+    stamp_s: StampS
+    action: EmergencyStopAction
+    epoch: int = Field(ge=0)
+    by: str = Field(default="", max_length=100)
+    reason: str = Field(default="", max_length=500)
+
+
 class NavigationState(StrEnum):
     INACTIVE = "inactive"
     """Nav2 is not there, or its lifecycle is not active."""
@@ -52,6 +71,8 @@ class NavigationState(StrEnum):
 
 
 class RobotState(Message):
+    """One look at every sensor, at one moment. What is stale is named in `stale`, and its value is none."""
+
     stamp_s: StampS
     pose: Pose2D | None = Field(default=None, description="base_link in map; none while not localised")
     odometry: Pose2D | None = Field(default=None, description="base_link in odom")
@@ -60,23 +81,16 @@ class RobotState(Message):
     commanded_by: str = Field(default="none", description="source of the winning lease")
     battery: Battery | None = None
     docked: bool | None = None
+    dock_visible: bool | None = Field(default=None, description="the base sees its dock")
+    dock: Pose2D | None = Field(default=None, description="base_link in map while docked, as set or last seen")
     navigation: NavigationState = NavigationState.INACTIVE
     goal_id: str | None = None
     emergency_stop: EmergencyStop
     hazards: tuple[str, ...] = Field(default=(), description="active bumper, cliff, wheel-drop names")
     sensors: dict[str, SensorStatus] = Field(
-        default_factory=dict, description="by name: scan, odom, rgb, depth, pose, map, battery"
+        default_factory=dict, description="by name: scan, odom, rgb, depth, pose, map, battery, dock, hazards"
     )
-
-
-class Obstacles(Message):
-    """Nearest distance to the footprint, by named sector, from one pass over the laser scan."""
-
-    stamp_s: StampS
-    sectors_m: dict[str, float | None] = Field(
-        description="front, front_left, ...: metres from the footprint, none = nothing seen"
-    )
-    emergency: bool = Field(description="something is inside the stop distance ahead")
+    stale: tuple[str, ...] = Field(default=(), description="the sensors that are not valid now")
 
 
 class Priority(IntEnum):
@@ -108,6 +122,7 @@ class VelocityReply(Message):
     accepted: bool
     sent: Twist2D = Field(description="what reaches the base now, after arbitration, limits and safety")
     reason: str = Field(default="", description="why it was refused or differs from the request")
+    source: str = Field(default="none", description="who has the wheels now")
 
 
 class GoalStatus(StrEnum):
@@ -122,33 +137,76 @@ class GoalStatus(StrEnum):
     TIMED_OUT = "TIMED_OUT"
 
 
+class GoalMode(StrEnum):
+    """What a sighting of the target (vision.object_spotted) does to the goal (requirement A13)."""
+
+    PLAIN = "plain"
+    """Nothing."""
+    EXPLORATION = "exploration"
+    """Cancels it; the goal's last message carries the sighting."""
+    APPROACH = "approach"
+    """Triggers a depth check; the goal goes on, its next message carries the sighting."""
+
+
 class GoalRequest(Message):
+    """Drive to `pose`, or to the nearest pose round it that Nav2 finds a path to."""
+
     pose: Pose2D
     epoch: int = Field(ge=0)
     timeout_s: float = Field(default=120.0, gt=0.0, le=3600.0)
     clear_costmaps: bool = True
+    mode: GoalMode = GoalMode.PLAIN
+    ring_radius_m: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=3.0,
+        description="how far from `pose` it may end; 0 = exactly there, none = the setting",
+    )
+    look_at: Point3D | None = Field(default=None, description="a place in map that poses on the ring face")
     session_id: str | None = Field(default=None, description="the goal is cancelled when this session ends")
+
+
+class Sighting(Message):
+    """The target was seen while a goal was under way: how far, and where."""
+
+    stamp_s: StampS
+    label: str = Field(max_length=64)
+    distance_m: float | None = Field(default=None, description="horizontal; none = not measured")
+    bearing_rad: float | None = None
+    map_point: Point3D | None = None
+    reason: str = ""
 
 
 class Goal(Message):
     id: str
-    pose: Pose2D
+    pose: Pose2D = Field(description="where it is driven to: what was wanted, or a pose on the ring round it")
+    wanted: Pose2D | None = Field(default=None, description="what was asked for")
+    mode: GoalMode = GoalMode.PLAIN
     status: GoalStatus
+    attempt: int = Field(default=1, ge=1, description="2 and more: Nav2 gave up under way and was asked again")
     error_code: int = Field(default=0, description="Nav2's; 0 = none")
+    error_name: str = ""
     error_msg: str = ""
     distance_remaining_m: float | None = None
+    sighting: Sighting | None = None
     stamp_s: StampS
 
 
 class PathRequest(Message):
+    """Is there a path to `goal`, or to the nearest pose on a ring round it? Nothing moves."""
+
     goal: Pose2D
     start: Pose2D | None = Field(default=None, description="none = where the robot is")
+    ring_radius_m: float = Field(default=0.0, ge=0.0, le=3.0, description="0 = only to this very pose")
+    look_at: Point3D | None = Field(default=None, description="a place in map that poses on the ring face")
 
 
 class PathReply(Message):
     reachable: bool
+    goal: Pose2D | None = Field(default=None, description="the pose that can be reached")
     length_m: float | None = None
-    error_code: int = Field(default=0, description="Nav2's ComputePathToPose code; 0 = none")
+    tried: int = Field(default=1, ge=0, description="poses that Nav2 was asked for a path to")
+    error_code: int = Field(default=0, description="Nav2's ComputePathToPose code for the pose asked for; 0 = none")
     error_name: str = ""
     poses: tuple[Pose2D, ...] = ()
 
@@ -168,6 +226,9 @@ class DepthReply(Message):
     )
     spread_m: float | None = None
     samples: int = Field(default=0, ge=0)
+    holes: float | None = Field(
+        default=None, ge=0.0, le=1.0, description="share of the box's depth pixels that measured nothing"
+    )
     age_s: float | None = None
     reason: str = ""
 
@@ -201,6 +262,22 @@ class MotionReply(Message):
     completed: bool
     moved: float = Field(description="rad for a rotation, m for a drive, by odometry")
     reason: str = Field(default="", description="why it ended early: obstacle, timeout, emergency stop, cancelled, ...")
+
+
+class MotionGains(Message):
+    """How closed-loop turning and driving are tuned; a change acts on the motion under way."""
+
+    heading_kp: float = Field(ge=0.0, le=20.0, description="rad/s per rad")
+    heading_ki: float = Field(ge=0.0, le=20.0, description="rad/s per rad s")
+    heading_kd: float = Field(ge=0.0, le=20.0, description="rad/s per rad/s")
+    drive_kp: float = Field(ge=0.0, le=20.0, description="m/s per m")
+    drive_ki: float = Field(ge=0.0, le=20.0, description="m/s per m s")
+    drive_kd: float = Field(ge=0.0, le=20.0, description="m/s per m/s")
+    turn_tolerance_rad: float = Field(gt=0.0, le=0.2, description="a turn is done this near to its angle")
+    drive_tolerance_m: float = Field(gt=0.0, le=0.1, description="a drive is done this near to its distance")
+    turn_rad_s_min: float = Field(ge=0.0, le=0.5, description="slower than this the base does not turn")
+    drive_m_s_min: float = Field(ge=0.0, le=0.1, description="slower than this the base does not drive")
+    blocked_s_max: float = Field(gt=0.0, le=10.0, description="given up when nothing reaches the base for so long")
 
 
 class Map(Message):

@@ -5,7 +5,8 @@ from typing import Any, Generic, TypeVar
 
 from contracts.base import Message
 from contracts.mission import MissionEvent, MissionStatus, MissionTarget
-from contracts.robot import EmergencyStop, Goal, Obstacles, RobotState
+from contracts.obstacles import Obstacles
+from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.vision import Detections, ObjectSpotted
 
 M = TypeVar("M", bound=Message)

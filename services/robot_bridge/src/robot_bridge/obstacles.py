@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from contracts.robot import Obstacles
+from contracts.obstacles import Obstacles
 from robot_bridge.safety import SafetyLimits
 from robot_bridge.senses import Scan
 

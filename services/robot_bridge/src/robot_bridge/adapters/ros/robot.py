@@ -1,4 +1,4 @@
-"""The robot over ROS 2: one thread owns rclpy, ticks the wheels at 20 Hz, and does what asyncio hands to it."""
+"""The robot over ROS 2: one thread owns rclpy and does what asyncio hands to it, another ticks the wheels."""
 
 import asyncio
 import threading
@@ -10,10 +10,8 @@ import rclpy
 import structlog
 from action_msgs.msg import GoalStatus as RosGoalStatus
 from action_msgs.srv import CancelGoal
-from geometry_msgs.msg import Twist, TwistStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector
-from irobot_create_msgs.srv import EStop
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
 from rclpy.action import ActionClient
@@ -25,27 +23,22 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import GoalStatus
 from mesh.clock import Clock
 from mesh.errors import ServiceTimeoutError, UnavailableError
 from robot_bridge.adapters.ros import convert
+from robot_bridge.adapters.ros.base_stop import BaseStop
+from robot_bridge.adapters.ros.calls import Calls, RosGoal
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.sensing import Sensing, quality
+from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
 from robot_bridge.celebration import Celebration
-from robot_bridge.ports import GoalEnd, Path
+from robot_bridge.ports import Path
 from robot_bridge.senses import Senses
 from robot_bridge.settings import Settings
 
 log = structlog.get_logger()
 
-TICK_S = 0.05
 CLOSE_S_MAX = 3.0
-
-ENDS = {
-    RosGoalStatus.STATUS_SUCCEEDED: GoalStatus.SUCCEEDED,
-    RosGoalStatus.STATUS_CANCELED: GoalStatus.CANCELED,
-    RosGoalStatus.STATUS_ABORTED: GoalStatus.ABORTED,
-}
 
 
 class RosRobot:
@@ -65,39 +58,29 @@ class RosRobot:
 
     async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
         self._loop = asyncio.get_running_loop()
+        self._calls = Calls(self._loop, self._do, accept_s_max=self._settings.nav2_timeout_s)
         opened: ThreadFuture[None] = ThreadFuture()
         self._thread = threading.Thread(
-            target=self._live, args=(tick, navigation_velocity, opened), name="rclpy", daemon=True
+            target=self._live, args=(navigation_velocity, opened), name="rclpy", daemon=True
         )
         self._thread.start()
         await asyncio.wrap_future(opened)
+        self._ticker = Ticker(tick, period_s=TICK_S, on_death=self._on_death)
+        self._ticker.start()
 
     async def close(self) -> None:
         """What was handed over before (cancelling a goal, say) is still done."""
+        await asyncio.to_thread(self._ticker.stop)
         self._can_send = False
         self._do(self._closing.set)
         await asyncio.to_thread(self._thread.join, CLOSE_S_MAX)
 
     def send_velocity(self, twist: Twist2D) -> None:
-        if not self._can_send:
-            return
-        if self._settings.ros.cmd_vel_type == "TwistStamped":
-            stamped = TwistStamped()
-            stamped.header.stamp = self._node.get_clock().now().to_msg()
-            stamped.header.frame_id = self._settings.ros.base_frame
-            stamped.twist.linear.x, stamped.twist.angular.z = twist.linear_x, twist.angular_z
-            self._cmd_vel.publish(stamped)
-        else:
-            self._cmd_vel.publish(_plain(twist))
-        if self._cmd_vel_unstamped is not None:
-            self._cmd_vel_unstamped.publish(_plain(twist))
+        if self._can_send:
+            self._velocity.send(twist)
 
     def engage_base_stop(self, engaged: bool) -> None:
-        def call() -> None:
-            if self._e_stop.service_is_ready():
-                self._e_stop.call_async(EStop.Request(e_stop_on=engaged))
-
-        self._do(call)
+        self._do(lambda: self._base_stop.engage(engaged))
 
     def cancel_all_goals(self) -> None:
         def call() -> None:
@@ -107,20 +90,20 @@ class RosRobot:
 
         self._do(call)
 
-    async def navigate(self, pose: Pose2D, on_progress: Callable[[float], None]) -> "_RosGoal | None":
+    async def navigate(self, pose: Pose2D, on_progress: Callable[[float], None]) -> "RosGoal | None":
         goal = NavigateToPose.Goal(pose=convert.pose_stamped(pose, self._settings.ros.map_frame))
 
         def heard(message: Any) -> None:  # in the robot's thread
             self._loop.call_soon_threadsafe(on_progress, float(message.feedback.distance_remaining))
 
-        return await self._send_goal(self._navigate, "nav2", goal, heard)
+        return await self._calls.send_goal(self._navigate, "nav2", goal, heard)
 
     async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
         frame = self._settings.ros.map_frame
         request = ComputePathToPose.Goal(goal=convert.pose_stamped(goal, frame), use_start=start is not None)
         if start is not None:
             request.start = convert.pose_stamped(start, frame)
-        accepted = await self._send_goal(self._plan, "nav2", request)
+        accepted = await self._calls.send_goal(self._plan, "nav2", request)
         if accepted is None:
             raise UnavailableError("nav2", "the planner rejects requests (is it active?)")
         try:
@@ -134,7 +117,7 @@ class RosRobot:
 
     async def clear_costmaps(self) -> None:
         for client in self._clear_costmaps:
-            await self._ask(
+            await self._calls.ask(
                 "nav2",
                 lambda client=client: client.call_async(ClearEntireCostmap.Request()),
                 ready=client.service_is_ready,
@@ -159,14 +142,12 @@ class RosRobot:
 
         self._do(call)
 
-    def _live(
-        self, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None], opened: ThreadFuture[None]
-    ) -> None:
+    def _live(self, navigation_velocity: Callable[[float, float], None], opened: ThreadFuture[None]) -> None:
         """The thread's life. When it ends unasked the process ends with it."""
         context = rclpy.Context()
         try:
             rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-            self._open(context, tick, navigation_velocity)
+            self._open(context, navigation_velocity)
             self._can_send = True
             opened.set_result(None)
             while not self._closing.is_set():
@@ -182,9 +163,7 @@ class RosRobot:
             context.try_shutdown()
             context.destroy()
 
-    def _open(
-        self, context: Any, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]
-    ) -> None:
+    def _open(self, context: Any, navigation_velocity: Callable[[float, float], None]) -> None:
         ros = self._settings.ros
         self._executor = SingleThreadedExecutor(context=context)
         node = self._node = Node(
@@ -195,19 +174,14 @@ class RosRobot:
             start_parameter_services=False,
             enable_rosout=False,
         )
-        kind = TwistStamped if ros.cmd_vel_type == "TwistStamped" else Twist
-        self._cmd_vel = node.create_publisher(kind, ros.cmd_vel.name, quality(ros.cmd_vel))
-        unstamped = ros.cmd_vel_unstamped
-        self._cmd_vel_unstamped = (
-            node.create_publisher(Twist, unstamped.name, quality(unstamped)) if unstamped is not None else None
-        )
+        self._velocity = VelocityPublisher(node, ros)
         self._audio = node.create_publisher(AudioNoteVector, ros.cmd_audio.name, quality(ros.cmd_audio))
         self._navigate = ActionClient(node, NavigateToPose, ros.navigate_action)
         self._plan = ActionClient(node, ComputePathToPose, ros.path_action)
         self._dock = ActionClient(node, Dock, ros.dock_action)
         self._undock = ActionClient(node, Undock, ros.undock_action)
         self._lights = ActionClient(node, LedAnimation, ros.led_action)
-        self._e_stop = node.create_client(EStop, ros.e_stop_service)
+        self._base_stop = BaseStop(node, ros)
         self._clear_costmaps = [node.create_client(ClearEntireCostmap, name) for name in ros.clear_costmap_services]
         self._cancels = [
             node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
@@ -217,9 +191,9 @@ class RosRobot:
         self._nav2 = Nav2Watch(
             node, ros, self._senses.nav2_missing, self._clock, self._navigate, cancel=self._cancels[0]
         )
-        steady = RosClock(clock_type=ClockType.STEADY_TIME)  # a simulated or stepped clock must not stop the ticks
-        node.create_timer(TICK_S, tick, clock=steady)
+        steady = RosClock(clock_type=ClockType.STEADY_TIME)  # whatever a simulated or stepped clock does
         node.create_timer(1.0, self._nav2.poll, clock=steady)
+        node.create_timer(1.0, self._base_stop.poll, clock=steady)
         self._executor.add_node(node)
 
     def _shut(self) -> None:
@@ -231,7 +205,7 @@ class RosRobot:
         self._node.destroy_node()
 
     async def _base_drives(self, client: ActionClient, goal: Any, *, docked: bool) -> bool:
-        accepted = await self._send_goal(client, "base", goal)
+        accepted = await self._calls.send_goal(client, "base", goal)
         if accepted is None:
             return False
         try:
@@ -242,83 +216,7 @@ class RosRobot:
         succeeded = result.status == RosGoalStatus.STATUS_SUCCEEDED
         return succeeded and bool(result.result.is_docked) is docked
 
-    async def _send_goal(
-        self, client: ActionClient, server: str, goal: Any, feedback: Callable[[Any], None] | None = None
-    ) -> "_RosGoal | None":
-        handle = await self._ask(
-            server,
-            lambda: client.send_goal_async(goal, feedback_callback=feedback),
-            ready=client.server_is_ready,
-            timeout_s=self._settings.nav2_timeout_s,
-            too_late=lambda handle: handle.cancel_goal_async() if handle.accepted else None,
-        )
-        return _RosGoal(self, handle) if handle.accepted else None
-
-    async def _ask(
-        self,
-        server: str,
-        start: Callable[[], Any],
-        *,
-        ready: Callable[[], bool] | None = None,
-        timeout_s: float | None,
-        too_late: Callable[[Any], Any] | None = None,
-    ) -> Any:
-        """What the rclpy future of `start` (called in the robot's thread) becomes.
-
-        `too_late` is called there with a result that nobody waits for any more.
-        """
-        answer: asyncio.Future[Any] = self._loop.create_future()
-
-        def settle(done: Any) -> None:  # in asyncio
-            if not answer.done():
-                answer.set_result(done.result())
-            elif too_late is not None:
-                self._do(lambda: too_late(done.result()))
-
-        def begin() -> None:  # in the robot's thread
-            if ready is not None and not ready():
-                self._loop.call_soon_threadsafe(_fail, answer, UnavailableError(server, "is not there"))
-                return
-            start().add_done_callback(lambda done: self._loop.call_soon_threadsafe(settle, done))
-
-        self._do(begin)
-        try:
-            async with asyncio.timeout(timeout_s):
-                return await answer
-        except TimeoutError as error:
-            raise ServiceTimeoutError(server, "did not answer in time") from error
-
     def _do(self, work: Callable[[], Any]) -> None:
         """Hands work to the robot's thread."""
         if not self._closing.is_set():
             self._executor.create_task(work)
-
-
-class _RosGoal:
-    """An accepted goal of any action."""
-
-    def __init__(self, robot: RosRobot, handle: Any) -> None:
-        self._robot = robot
-        self._handle = handle
-
-    async def result(self) -> Any:
-        return await self._robot._ask("nav2", self._handle.get_result_async, timeout_s=None)
-
-    async def end(self) -> GoalEnd:
-        result = await self.result()
-        status = ENDS.get(result.status, GoalStatus.ABORTED)
-        return GoalEnd(status, int(result.result.error_code), str(result.result.error_msg)[:500])
-
-    def cancel(self) -> None:
-        self._robot._do(self._handle.cancel_goal_async)
-
-
-def _plain(twist: Twist2D) -> Twist:
-    message = Twist()
-    message.linear.x, message.angular.z = twist.linear_x, twist.angular_z
-    return message
-
-
-def _fail(answer: "asyncio.Future[Any]", error: Exception) -> None:
-    if not answer.done():
-        answer.set_exception(error)

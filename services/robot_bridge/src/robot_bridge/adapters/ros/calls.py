@@ -1,0 +1,101 @@
+"""Crossing from asyncio to the robot's thread and back: actions and services whose answers asyncio awaits."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from action_msgs.msg import GoalStatus as RosGoalStatus
+from rclpy.action import ActionClient
+
+from contracts.robot import GoalStatus
+from mesh.errors import ServiceTimeoutError, UnavailableError
+from robot_bridge.ports import GoalEnd
+
+ENDS = {
+    RosGoalStatus.STATUS_SUCCEEDED: GoalStatus.SUCCEEDED,
+    RosGoalStatus.STATUS_CANCELED: GoalStatus.CANCELED,
+    RosGoalStatus.STATUS_ABORTED: GoalStatus.ABORTED,
+}
+
+
+class Calls:
+    """Awaited in `loop`. `do` hands work to the robot's thread, which alone touches rclpy's clients."""
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, do: Callable[[Callable[[], Any]], None], *, accept_s_max: float
+    ) -> None:
+        """`accept_s_max` is how long a server may take to accept a goal."""
+        self._loop = loop
+        self._accept_s_max = accept_s_max
+        self.do = do
+
+    async def send_goal(
+        self, client: ActionClient, server: str, goal: Any, feedback: Callable[[Any], None] | None = None
+    ) -> "RosGoal | None":
+        """None when the server rejects it. Raises `UnavailableError` naming `server` when it is not there."""
+        handle = await self.ask(
+            server,
+            lambda: client.send_goal_async(goal, feedback_callback=feedback),
+            ready=client.server_is_ready,
+            timeout_s=self._accept_s_max,
+            too_late=lambda handle: handle.cancel_goal_async() if handle.accepted else None,
+        )
+        return RosGoal(self, handle) if handle.accepted else None
+
+    async def ask(
+        self,
+        server: str,
+        start: Callable[[], Any],
+        *,
+        ready: Callable[[], bool] | None = None,
+        timeout_s: float | None,
+        too_late: Callable[[Any], Any] | None = None,
+    ) -> Any:
+        """What the rclpy future of `start` (called in the robot's thread) becomes.
+
+        `too_late` is called there with a result that nobody waits for any more.
+        """
+        answer: asyncio.Future[Any] = self._loop.create_future()
+
+        def settle(done: Any) -> None:  # in asyncio
+            if not answer.done():
+                answer.set_result(done.result())
+            elif too_late is not None:
+                self.do(lambda: too_late(done.result()))
+
+        def begin() -> None:  # in the robot's thread
+            if ready is not None and not ready():
+                self._loop.call_soon_threadsafe(_fail, answer, UnavailableError(server, "is not there"))
+                return
+            start().add_done_callback(lambda done: self._loop.call_soon_threadsafe(settle, done))
+
+        self.do(begin)
+        try:
+            async with asyncio.timeout(timeout_s):
+                return await answer
+        except TimeoutError as error:
+            raise ServiceTimeoutError(server, "did not answer in time") from error
+
+
+class RosGoal:
+    """An accepted goal of any action."""
+
+    def __init__(self, calls: Calls, handle: Any) -> None:
+        self._calls = calls
+        self._handle = handle
+
+    async def result(self) -> Any:
+        return await self._calls.ask("nav2", self._handle.get_result_async, timeout_s=None)
+
+    async def end(self) -> GoalEnd:
+        result = await self.result()
+        status = ENDS.get(result.status, GoalStatus.ABORTED)
+        return GoalEnd(status, int(result.result.error_code), str(result.result.error_msg)[:500])
+
+    def cancel(self) -> None:
+        self._calls.do(self._handle.cancel_goal_async)
+
+
+def _fail(answer: "asyncio.Future[Any]", error: Exception) -> None:
+    if not answer.done():
+        answer.set_exception(error)
