@@ -12,7 +12,7 @@ STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down check format test test-fast test-e2e train clean
+.PHONY: help setup demo up down check format test test-fast test-e2e train bench-stop clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -54,6 +54,9 @@ train: setup ## train the simulator's weights again, about three hours on two id
 	$(PY) -m sim.training.detector out/training/homes sim/weights/detector.pt --minutes 150
 	$(PY) -m sim.training.clip out/training/homes sim/weights/clip.safetensors --held-out out/training/held_out
 	$(PY) -m sim.training.evaluate out/training/held_out --weights sim/weights
+
+bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 times idle, 500 loaded (about 6 minutes)
+	$(PY) -m bench.stop
 
 clean: ## remove what can be made again, but the environment
 	rm -rf out .ruff_cache .hypothesis

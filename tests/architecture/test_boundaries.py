@@ -121,7 +121,7 @@ def test_composing_a_service_loads_no_ros_and_no_model(service: str) -> None:
     """So that its tests need none of them, and `--help` answers at once."""
     heavy = sorted(MODELS | PHYSICS | {"rclpy"})
     script = f"import sys, {service}.app; print(*({set(heavy)!r} & sys.modules.keys()))"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=120)
     assert (done.returncode, done.stdout.split()) == (0, []), done.stderr
 
 

@@ -11,7 +11,7 @@ PURE = {
     "coordinator": ("core", "coverage", "grid", "parse_validation", "seen", "view", "viewpoints"),
     "inference": ("boxes", "breaker", "colours", "lexicon", "parser", "votes"),
     "memory": ("recall", "views"),
-    "robot_bridge": ("arbiter", "celebration", "depth", "motion", "navigation", "obstacles", "safety"),
+    "robot_bridge": ("arbiter", "celebration", "depth", "gaps", "motion", "navigation", "obstacles", "ring", "safety"),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
 }
 """The one table. A name stands for the module or for everything in the package."""

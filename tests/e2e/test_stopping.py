@@ -8,8 +8,6 @@ from demo.stack import SERVICES
 from support.mesh_run import MeshRun
 
 REST_WITHIN_S = 0.5
-SAMPLING_S = 0.15
-"""Reading the truth over HTTP takes a moment; the robot may have been at rest for that long already."""
 
 
 @pytest.fixture(autouse=True)
@@ -18,9 +16,9 @@ def begin_at_rest(mesh: MeshRun) -> None:
 
 
 def seconds_to_rest(mesh: MeshRun, since_s: float) -> float:
-    """Simulated seconds from `since_s` until the robot was seen at rest."""
-    mesh.until(mesh.still, timeout_s=5.0, what="a robot at rest")
-    seconds = mesh.simulated_s() - since_s
+    """Simulated seconds from `since_s` until the robot's last motion, as the simulation itself kept it."""
+    mesh.until(mesh.still, timeout_s=30.0, what="a robot at rest")
+    seconds = float(mesh.truth()["moved_at_s"]) - since_s
     logging.getLogger(__name__).info("at rest after %.2f s", seconds)
     return seconds
 
@@ -30,11 +28,11 @@ def test_the_emergency_stop_stops_and_it_stays_stopped(mesh: MeshRun) -> None:
     at_s = mesh.simulated_s()
     stopped = mesh.http.post(mesh.url("robot_bridge", "/emergency-stop"))  # as curl -X POST does: no body
     assert stopped.status_code == 200
-    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S + SAMPLING_S
+    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S
     mesh.stays_at_rest_for(3.0)
     mesh.until(
         lambda: mesh.get("coordinator", f"/missions/{mission_id}")["outcome"] == "aborted",
-        timeout_s=5.0,
+        timeout_s=30.0,
         what="an aborted mission",
     )
     refused = mesh.post("coordinator", "/missions", {"command": "find the red bottle"})
@@ -46,22 +44,22 @@ def test_the_emergency_stop_stops_and_it_stays_stopped(mesh: MeshRun) -> None:
 def test_killing_the_coordinator_brings_the_robot_to_rest_and_nothing_resumes(mesh: MeshRun) -> None:
     mesh.driving()
     at_s = mesh.kill("coordinator")
-    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S + SAMPLING_S
-    mesh.until(mesh.ready, timeout_s=60.0, what="the mesh ready again after the coordinator died")
+    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S
+    mesh.until(mesh.ready, timeout_s=120.0, what="the mesh ready again after the coordinator died")
     mesh.stays_at_rest_for(2.0)
 
 
 def test_killing_the_bridge_brings_the_robot_to_rest_before_anything_else(mesh: MeshRun) -> None:
     mesh.driving()
     at_s = mesh.kill("robot_bridge")
-    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S + SAMPLING_S
-    mesh.until(mesh.ready, timeout_s=60.0, what="the mesh ready again after the bridge died")
+    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S
+    mesh.until(mesh.ready, timeout_s=120.0, what="the mesh ready again after the bridge died")
     mesh.rested()  # the mission may go on by itself, with requests of its own; it can be cancelled as ever
 
 
 @pytest.mark.parametrize("name", sorted({*SERVICES, "redis"} - {"coordinator", "robot_bridge"}))
 def test_any_other_process_may_die_and_comes_back(mesh: MeshRun, name: str) -> None:
     mesh.kill(name)
-    mesh.until(lambda: not mesh.ready(), timeout_s=10.0, what=f"{name} missed")
+    mesh.until(lambda: not mesh.ready(), timeout_s=30.0, what=f"{name} missed")
     mesh.stays_at_rest_for(1.0)
-    mesh.until(mesh.ready, timeout_s=60.0, what=f"the mesh ready again after {name} died")
+    mesh.until(mesh.ready, timeout_s=120.0, what=f"the mesh ready again after {name} died")

@@ -13,8 +13,9 @@ from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from mesh.errors import UnavailableError
 from robot_bridge.celebration import Celebration
+from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import GoalEnd, Path
-from robot_bridge.senses import ColourImage, DepthImage, Grid, Hazard, Intrinsics, Odometry, Scan, Senses
+from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import matrix
 from support.toy_robot import CAMERA_X_M, CAMERA_Z_M, FX, OPTICAL_XYZW, START, ToyRobot
 
@@ -78,15 +79,15 @@ class FakeRobot:
             return None
         self.toy.goals.append((pose.x, pose.y, pose.yaw))
         self._goal, self._on_progress = FakeGoal(self.toy), on_progress
-        if self.toy.navigation == "succeeds":
-            self._goal.finish(GoalEnd(GoalStatus.SUCCEEDED))
-        if self.toy.navigation == "aborts":
+        if self.toy.gives_up():
             self._goal.finish(GoalEnd(GoalStatus.ABORTED, 104, "patience exceeded"))
+        elif self.toy.navigation == "succeeds":
+            self._goal.finish(GoalEnd(GoalStatus.SUCCEEDED))
         return self._goal
 
     async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
-        if self.toy.navigation == "aborts":
-            return Path((), 208)
+        if code := self.toy.plan_code(goal.x, goal.y):
+            return Path((), code)
         begin = start or START
         return Path((begin, Pose2D(x=goal.x, y=begin.y, yaw=0.0), goal))
 
@@ -101,12 +102,17 @@ class FakeRobot:
 
     def celebrate(self, celebration: Celebration) -> None:
         self.toy.notes = [(note.frequency_hz, note.duration_s) for note in celebration.notes]
+        self.toy.leds = celebration.led_animation_type, (celebration.led_rgb,) * 6, celebration.led_duration_s
+
+    def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
+        """It has no messages of its own."""
+        return lambda: None
 
     async def _base(self, *, docked: bool) -> bool:
         if "base" in self.toy.silent:
             raise UnavailableError("base", "is not there")
         if self.toy.can_dock:
-            self.toy.docked = docked
+            self.toy.drive_onto_dock(docked)
         return self.toy.can_dock
 
     async def _live(self, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
@@ -142,7 +148,7 @@ class FakeRobot:
         if "map" not in toy.silent and senses.map.newest is None:
             senses.map.put(Grid(stamp_s, 0.1, Pose2D(x=0.0, y=0.0, yaw=0.0), toy.cells()), now_s)
         senses.battery.put(Battery(percentage=80.0), now_s)
-        senses.docked.put(toy.docked, now_s)
+        senses.dock.put(DockView(toy.docked, toy.dock_visible), now_s)
         senses.hazards.put(frozenset(Hazard(name) for name in toy.hazards), now_s)
         senses.nav2_missing.put("bt_navigator not active" if toy.navigation == "is_inactive" else "", now_s)
 

@@ -120,7 +120,7 @@ class RosToyRobot:
             self._publish_scan(now)
         self._publish_images(now)
         self._battery.publish(BatteryState(percentage=0.8))
-        self._dock_status.publish(DockStatus(is_docked=toy.docked))
+        self._dock_status.publish(DockStatus(is_docked=toy.docked, dock_visible=toy.dock_visible))
         found = [HazardDetection(type=getattr(HazardDetection, name)) for name in toy.hazards]
         self._hazards.publish(HazardDetectionVector(detections=found))
         if toy.navigation == "drives":  # always: also when no goal of the bridge is active
@@ -214,12 +214,12 @@ class RosToyRobot:
     def _navigate(self, handle: Any) -> NavigateToPose.Result:
         p = handle.request.pose.pose
         self.toy.goals.append((p.position.x, p.position.y, p.orientation.z))
+        if self.toy.gives_up():
+            handle.abort()
+            return NavigateToPose.Result(error_code=104, error_msg="patience exceeded")
         match self.toy.navigation:
             case "succeeds":
                 handle.succeed()
-            case "aborts":
-                handle.abort()
-                return NavigateToPose.Result(error_code=104, error_msg="patience exceeded")
             case _:
                 while not handle.is_cancel_requested and not self._closing.wait(0.05):
                     handle.publish_feedback(NavigateToPose.Feedback(distance_remaining=1.5))
@@ -231,11 +231,11 @@ class RosToyRobot:
 
     def _plan(self, handle: Any) -> ComputePathToPose.Result:
         result = ComputePathToPose.Result()
-        if self.toy.navigation == "aborts":
-            handle.abort()
-            result.error_code = ComputePathToPose.Result.NO_VALID_PATH
-            return result
         goal = handle.request.goal
+        if code := self.toy.plan_code(goal.pose.position.x, goal.pose.position.y):
+            handle.abort()
+            result.error_code = code
+            return result
         begin = pose_stamped(START, "map")
         corner = pose_stamped(START, "map")
         corner.pose.position.x = goal.pose.position.x
@@ -245,13 +245,17 @@ class RosToyRobot:
 
     def _dock(self, handle: Any, kind: Any, *, docked: bool) -> Any:
         if self.toy.can_dock:
-            self.toy.docked = docked
+            self.toy.drive_onto_dock(docked)
             handle.succeed()
         else:
             handle.abort()
         return kind.Result(is_docked=self.toy.docked)
 
     def _lights(self, handle: Any) -> LedAnimation.Result:
+        asked = handle.request
+        colours = tuple((led.red, led.green, led.blue) for led in asked.lightring.leds)
+        seconds = asked.max_runtime.sec + asked.max_runtime.nanosec * 1e-9
+        self.toy.leds = asked.animation_type, colours, seconds
         handle.succeed()
         return LedAnimation.Result()
 

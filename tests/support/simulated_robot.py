@@ -14,7 +14,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 
-def wait_for(condition: Callable[[], Any], what: str, *, timeout_s: float = 15.0) -> Any:
+def wait_for(condition: Callable[[], Any], what: str, *, timeout_s: float = 45.0) -> Any:
     """The first true value of `condition()`; fails the test when there is none in time."""
     deadline = time.monotonic() + timeout_s
     pause = threading.Event()
@@ -33,12 +33,12 @@ class SimProcess:
     base_url: str
 
     def get(self, path: str) -> Any:
-        with urllib.request.urlopen(self.base_url + path, timeout=5) as response:
+        with urllib.request.urlopen(self.base_url + path, timeout=30) as response:
             return json.load(response)
 
     def status(self, path: str) -> int:
         try:
-            with urllib.request.urlopen(self.base_url + path, timeout=5) as response:
+            with urllib.request.urlopen(self.base_url + path, timeout=30) as response:
                 return int(response.status)
         except urllib.error.HTTPError as error:
             return error.code
@@ -76,10 +76,10 @@ class Mission:
 
     def send_goal(self, client: ActionClient, goal: Any, on_feedback: Callable[[Any], None] | None = None) -> Any:
         """The goal handle, accepted or not."""
-        assert client.wait_for_server(timeout_sec=15.0)
-        return done(client.send_goal_async(goal, feedback_callback=on_feedback))
+        assert client.wait_for_server(timeout_sec=60.0)
+        return answered(lambda: client.send_goal_async(goal, feedback_callback=on_feedback))
 
-    def run_goal(self, client: ActionClient, goal: Any, *, timeout_s: float = 40.0) -> Any:
+    def run_goal(self, client: ActionClient, goal: Any, *, timeout_s: float = 90.0) -> Any:
         """(status, result) of an accepted goal at its end."""
         handle = self.send_goal(client, goal)
         assert handle.accepted
@@ -87,10 +87,26 @@ class Mission:
 
     def call(self, kind: Any, name: str, request: Any) -> Any:
         client = self.node.create_client(kind, name)
-        assert client.wait_for_service(timeout_sec=15.0)
-        return done(client.call_async(request))
+        assert client.wait_for_service(timeout_sec=60.0)
+        return answered(lambda: client.call_async(request))
 
 
-def done(future: Any, *, timeout_s: float = 15.0) -> Any:
+def answered(ask: Callable[[], Any]) -> Any:
+    """Asked again when nothing comes: two ends that only just found each other may lose the first answer."""
+    futures: list[Any] = []
+
+    def any_done() -> Any:
+        return next((future for future in futures if future.done()), None)
+
+    for _ in range(5):
+        futures.append(ask())
+        try:
+            return wait_for(any_done, "an answer", timeout_s=15.0).result()
+        except AssertionError:
+            continue
+    raise AssertionError("asked five times in vain")
+
+
+def done(future: Any, *, timeout_s: float = 90.0) -> Any:
     wait_for(future.done, "an answer", timeout_s=timeout_s)
     return future.result()

@@ -17,6 +17,12 @@ OPTICAL_XYZW = (-0.5, 0.5, -0.5, 0.5)
 START = Pose2D(x=1.0, y=2.0, yaw=0.0)
 """odom in map, and so the robot at first."""
 
+OCCUPIED = (4.5, 3.0, 0.3)
+"""x, y and radius of a place in the map that no path leads into: something stands there."""
+DOCK = Pose2D(x=0.5, y=2.0, yaw=math.pi)
+"""base_link in map while docked."""
+THING_BOX = (105.0, 105.0, 145.0, 145.0)
+
 Navigation = Literal["drives", "succeeds", "aborts", "rejects", "is_inactive"]
 
 
@@ -33,13 +39,20 @@ class ToyRobot:
     hazards: set[str] = field(default_factory=set)
     silent: set[str] = field(default_factory=set)
     navigation: Navigation = "drives"
+    planner_code: int = 0
+    """What the planner says of every goal, where it is not 0."""
+    give_ups: int = 0
+    """So many goals are aborted with PATIENCE_EXCEEDED before `navigation` holds."""
     can_dock: bool = True
     docked: bool = False
+    dock_visible: bool = False
     base_stop: bool | None = None
     velocities: list[tuple[float, float]] = field(default_factory=list)
     goals: list[tuple[float, float, float]] = field(default_factory=list)
     cancelled: int = 0
     notes: list[tuple[int, float]] = field(default_factory=list)
+    leds: tuple[int, tuple[tuple[int, int, int], ...], float] | None = None
+    """The newest animation: its type, each LED's colour, its seconds."""
     cleared: int = 0
 
     def told(self, linear_x: float, angular_z: float) -> None:
@@ -50,6 +63,37 @@ class ToyRobot:
         self.x += self.linear_x * dt_s * math.cos(self.yaw)
         self.y += self.linear_x * dt_s * math.sin(self.yaw)
         self.yaw = math.remainder(self.yaw + self.angular_z * dt_s, math.tau)
+
+    def put_on_dock(self) -> None:
+        """By hand. The toy's odometry, and so its place in the map, follow."""
+        self.x, self.y, self.yaw = DOCK.x - START.x, DOCK.y - START.y, DOCK.yaw
+        self.docked = self.dock_visible = True
+
+    def put_away(self) -> None:
+        """Off the dock by hand, to where the base does not see it."""
+        self.x, self.y, self.yaw = 1.0, 0.0, 0.0
+        self.docked = self.dock_visible = False
+
+    def drive_onto_dock(self, docked: bool) -> None:
+        """What the base does by itself."""
+        if docked:
+            self.put_on_dock()
+        else:
+            self.docked, self.x = False, self.x + 0.45
+
+    def face_the_thing(self) -> tuple[tuple[float, float, float, float], float, tuple[float, float]]:
+        """Puts the robot before a thing: its box in the picture, its depth, and where in the map its surface is."""
+        return THING_BOX, self.wall_ahead_m - 0.5, (START.x + CAMERA_X_M + self.wall_ahead_m - 0.5, START.y)
+
+    def plan_code(self, x: float, y: float) -> int:
+        """Of the toy's planner, 0 where a path leads there."""
+        inside = math.hypot(x - OCCUPIED[0], y - OCCUPIED[1]) < OCCUPIED[2]
+        return self.planner_code or (206 if inside else 0)
+
+    def gives_up(self) -> bool:
+        """Asked once for each goal."""
+        self.give_ups -= 1
+        return self.give_ups >= 0
 
     @property
     def at_rest(self) -> bool:

@@ -35,6 +35,10 @@ class TruthReply(Message):
     pose: Pose2D
     twist: Twist2D
     path_length_m: float
+    time_s: float
+    """Simulated seconds since the world began, at this look."""
+    moved_at_s: float
+    """The newest such time at which the robot moved."""
     collisions: int
     touching: tuple[str, ...]
     e_stop_on: bool
@@ -91,6 +95,8 @@ def create_app(robot: Robot, home: Home, *, on_death: Callable[[], None]) -> Fas
                 pose=found.pose,
                 twist=found.twist,
                 path_length_m=found.path_length_m,
+                time_s=found.stamp_s,
+                moved_at_s=found.moved_at_s,
                 collisions=found.collisions,
                 touching=found.touching,
                 e_stop_on=world.e_stop_on,

@@ -41,7 +41,7 @@ class House:
 
     async def until_loaded(self) -> dict[str, Any]:
         """The first readiness that does not say that models load."""
-        async with asyncio.timeout(10.0):
+        async with asyncio.timeout(45.0):
             while True:
                 ready = (await self.client.get("/ready")).json()
                 if ready["dependencies"][0]["detail"] != "loading":
@@ -50,7 +50,7 @@ class House:
 
     async def until_drawn(self, stamp_s: float) -> None:
         """The frame of that stamp has been through the whole loop."""
-        async with asyncio.timeout(10.0):
+        async with asyncio.timeout(45.0):
             drawn_s = None
             while drawn_s != stamp_s:
                 answer = await self.client.get(

@@ -1,7 +1,5 @@
 """The perception loop through the front door: what it tells, what it draws, and what it survives."""
 
-import time
-
 import cv2
 import numpy as np
 
@@ -112,14 +110,12 @@ async def test_boxes_are_in_pixels_of_the_frame_also_when_the_detector_gets_a_sm
 
 
 async def test_the_rate_follows_the_mission(opened: Opened) -> None:
-    async with opened(rest_rate_hz=0.2, fast_rate_hz=60.0) as house:
+    async with opened(rest_rate_hz=0.01, fast_rate_hz=60.0) as house:
         house.camera.show(10.0, picture())
         await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 1)
-        began_s = time.monotonic()
         house.camera.show(11.0, picture())
         await house.look_for(RED_BOTTLE, fast=True)
-        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)
-    assert time.monotonic() - began_s < 2.0
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)  # at the rate of rest: in 100 s
 
 
 async def test_the_annotated_frame_is_waited_for_and_carries_its_stamp(opened: Opened) -> None:

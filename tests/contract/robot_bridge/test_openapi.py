@@ -1,5 +1,6 @@
 """Every route keeps what the OpenAPI document promises, for generated good and bad requests."""
 
+import tempfile
 from pathlib import Path
 
 import schemathesis
@@ -16,8 +17,13 @@ from support.bus import MemoryBus
 from support.fake_robot import FakeRobot
 from support.toy_robot import ToyRobot
 
+recordings = tempfile.TemporaryDirectory(prefix="atom-recordings-")  # removed with the process
 # The latch cannot be written there, which must hinder nothing.
-app = create_app(Settings(state_dir=Path("/dev/null/state")), bus=MemoryBus(), robot=FakeRobot(ToyRobot()))
+app = create_app(
+    Settings(state_dir=Path("/dev/null/state"), recordings_dir=Path(recordings.name)),
+    bus=MemoryBus(),
+    robot=FakeRobot(ToyRobot()),
+)
 # Left out: what by its nature goes on for longer than a generated test may take. test_connections and test_bad_input
 # look after those.
 schema = schemathesis.openapi.from_asgi("/openapi.json", app).exclude(path_regex="^/(rotate|drive|camera/.*)$")

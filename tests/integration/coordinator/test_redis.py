@@ -111,7 +111,7 @@ async def test_a_stop_heard_on_redis_aborts_the_mission(rig: Rig) -> None:
     async def stopped() -> bool:
         return await state(rig) == "EMERGENCY_STOP"
 
-    await until_true(stopped, timeout_s=5.0)
+    await until_true(stopped, timeout_s=45.0)
     ended = (await rig.client.get(f"/missions/{mission['id']}")).json()
     assert ended["outcome"] == "aborted"
 
@@ -120,11 +120,11 @@ async def test_the_timeline_streams_from_an_event_on(rig: Rig) -> None:
     mission = (await rig.client.post("/missions", json={"command": "find the red bottle"})).json()
     address = rig.url.replace("http", "ws", 1) + "/events?after=0"
     async with connect(address, proxy=None) as socket:
-        first = await asyncio.wait_for(socket.recv(), 5.0)
+        first = await asyncio.wait_for(socket.recv(), 45.0)
         assert '"id":1,' in str(first)
         await rig.client.post(f"/missions/{mission['id']}/cancel")
         texts = [str(first)]
-        async with asyncio.timeout(5.0):
+        async with asyncio.timeout(45.0):
             while "cancelled by a person" not in texts[-1]:
                 texts.append(str(await socket.recv()))
     assert mission["id"] in texts[-1]

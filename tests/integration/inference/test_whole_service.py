@@ -45,7 +45,7 @@ async def test_frames_become_detections_on_redis_and_votes_are_cast(
     app = create_app(settings, on_death=lambda: deaths.append("a task died"))
     async with (
         open_bus(redis_url) as bus,
-        LifespanManager(app, startup_timeout=10.0) as managed,
+        LifespanManager(app, startup_timeout=60.0) as managed,
         httpx.AsyncClient(transport=httpx.ASGITransport(managed.app), base_url="http://inference") as client,
     ):
         listener = asyncio.create_task(bus.listen(VISION_DETECTIONS, hear))

@@ -34,10 +34,10 @@ def ring(blue: int) -> LightringLeds:
 
 def test_a_navigation_goal_gives_feedback_and_succeeds(wire: Any) -> None:
     goal = NavigateToPose.Goal(pose=pose_at(1.25), behavior_tree="a tree")
-    status, result, feedback = wire.finish_goal(NavigateToPose, "navigate_to_pose", goal)
+    handle, feedback = wire.start_goal_with_feedback(NavigateToPose, "navigate_to_pose", goal)
+    status, result = wire.outcome(handle)
     assert status == GoalStatus.STATUS_SUCCEEDED
     assert (result.error_code, result.error_msg) == (NavigateToPose.Result.NONE, "a tree")
-    wire.until(lambda: bool(feedback))
     assert feedback == [
         NavigateToPose.Feedback(
             current_pose=pose_at(1.25),
@@ -51,24 +51,23 @@ def test_a_navigation_goal_gives_feedback_and_succeeds(wire: Any) -> None:
 
 def test_a_navigation_goal_can_be_canceled_under_way(wire: Any) -> None:
     goal = NavigateToPose.Goal(pose=pose_at(2.0, "wait"))
-    handle, feedback = wire.start_goal(NavigateToPose, "navigate_to_pose", goal)
-    wire.until(lambda: bool(feedback))
-    assert len(wire.answer(handle.cancel_goal_async()).goals_canceling) == 1
-    assert wire.answer(handle.get_result_async()).status == GoalStatus.STATUS_CANCELED
+    handle, _ = wire.start_goal_with_feedback(NavigateToPose, "navigate_to_pose", goal)
+    assert len(wire.answer(handle.cancel_goal_async).goals_canceling) == 1
+    assert wire.outcome(handle)[0] == GoalStatus.STATUS_CANCELED
 
 
 def test_a_rejected_goal_is_told_apart_from_an_aborted_one(wire: Any) -> None:
     rejected, _ = wire.start_goal(NavigateToPose, "navigate_to_pose", NavigateToPose.Goal(pose=pose_at(1.0, "reject")))
     assert not rejected.accepted
     aborting = NavigateToPose.Goal(pose=pose_at(1.0, "abort"))
-    status, result, _ = wire.finish_goal(NavigateToPose, "navigate_to_pose", aborting)
+    status, result = wire.finish_goal(NavigateToPose, "navigate_to_pose", aborting)
     assert status == GoalStatus.STATUS_ABORTED
     assert (result.error_code, result.error_msg) == (104, "patience exceeded")
 
 
 def test_a_planning_goal_brings_back_a_path_and_an_error_code(wire: Any) -> None:
     goal = ComputePathToPose.Goal(start=pose_at(1.0), goal=pose_at(2.0), planner_id="GridBased", use_start=True)
-    status, result, _ = wire.finish_goal(ComputePathToPose, "compute_path_to_pose", goal)
+    status, result = wire.finish_goal(ComputePathToPose, "compute_path_to_pose", goal)
     assert status == GoalStatus.STATUS_ABORTED
     assert result.error_code == ComputePathToPose.Result.GOAL_OCCUPIED
     assert result.path.poses == [pose_at(1.0), pose_at(2.0)]
@@ -76,11 +75,11 @@ def test_a_planning_goal_brings_back_a_path_and_an_error_code(wire: Any) -> None
 
 
 def test_docking_reports_that_the_dock_is_seen_and_then_that_the_robot_is_on_it(wire: Any) -> None:
-    status, result, feedback = wire.finish_goal(Dock, "dock", Dock.Goal())
+    handle, feedback = wire.start_goal_with_feedback(Dock, "dock", Dock.Goal())
+    status, result = wire.outcome(handle)
     assert (status, result.is_docked) == (GoalStatus.STATUS_SUCCEEDED, True)
-    wire.until(lambda: bool(feedback))
     assert feedback[0].sees_dock
-    status, result, _ = wire.finish_goal(Undock, "undock", Undock.Goal())
+    status, result = wire.finish_goal(Undock, "undock", Undock.Goal())
     assert (status, result.is_docked) == (GoalStatus.STATUS_SUCCEEDED, False)
 
 
@@ -88,9 +87,9 @@ def test_a_light_animation_carries_six_colours_and_a_duration(wire: Any) -> None
     goal = LedAnimation.Goal(
         animation_type=LedAnimation.Goal.SPIN_LIGHTS, lightring=ring(blue=42), max_runtime=Duration(sec=5)
     )
-    status, result, feedback = wire.finish_goal(LedAnimation, "led_animation", goal)
+    handle, feedback = wire.start_goal_with_feedback(LedAnimation, "led_animation", goal)
+    status, result = wire.outcome(handle)
     assert (status, result.runtime.sec) == (GoalStatus.STATUS_SUCCEEDED, 42)
-    wire.until(lambda: bool(feedback))
     assert feedback[0].remaining_runtime == Duration(sec=5)
 
 

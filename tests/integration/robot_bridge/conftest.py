@@ -34,5 +34,5 @@ def toy(ros_domain: int) -> Iterator[ToyRobot]:
 
 @pytest.fixture
 async def rig(tmp_path: Path, toy: ToyRobot) -> AsyncIterator[Rig]:
-    async with running(tmp_path, toy, None) as rig:
+    async with running(tmp_path, toy, None, nav2_active_wait_s=30.0) as rig:
         yield rig

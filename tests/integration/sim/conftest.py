@@ -41,10 +41,10 @@ def sim(ros_environment: dict[str, str], tmp_path_factory: pytest.TempPathFactor
         process = subprocess.Popen(command, env=ros_environment, stderr=log)
         started = SimProcess(process, f"http://127.0.0.1:{port}")
         try:
-            wait_for(lambda: started.status("/ready") == 200, "the simulated robot", timeout_s=40.0)
+            wait_for(lambda: started.status("/ready") == 200, "the simulated robot", timeout_s=90.0)
             yield started
             process.send_signal(signal.SIGTERM)
-            assert process.wait(timeout=15) == 0, log_path.read_text()
+            assert process.wait(timeout=60) == 0, log_path.read_text()
         finally:
             process.kill()
             process.wait()

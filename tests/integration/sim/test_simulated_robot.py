@@ -86,7 +86,7 @@ def test_a_goal_is_driven_to_when_somebody_passes_the_velocity_on(mission: Missi
     mission.relaying = True
     navigate = ActionClient(mission.node, NavigateToPose, "navigate_to_pose")
     handle = mission.send_goal(navigate, goal_at(*target), lambda m: remaining_m.append(m.feedback.distance_remaining))
-    result = done(handle.get_result_async(), timeout_s=40.0)
+    result = done(handle.get_result_async(), timeout_s=90.0)
     mission.relaying = False
     assert result.status == GoalStatus.STATUS_SUCCEEDED
     after = sim.truth()
@@ -106,7 +106,7 @@ def test_the_stand_in_itself_never_reaches_the_wheels(mission: Mission, sim: Sim
     mission.hear_new("cmd_vel_nav")
     assert handle.accepted
     canceling = handle.cancel_goal_async()
-    assert done(handle.get_result_async(), timeout_s=40.0).status == GoalStatus.STATUS_CANCELED
+    assert done(handle.get_result_async(), timeout_s=90.0).status == GoalStatus.STATUS_CANCELED
     assert canceling.result().goals_canceling
     assert sim.truth()["path_length_m"] == pytest.approx(before["path_length_m"], abs=0.01)
 
@@ -117,7 +117,7 @@ def test_cancelling_a_goal_stops_the_robot(mission: Mission, sim: SimProcess) ->
     handle = mission.send_goal(navigate, goal_at(*free_place_near(mission, sim, 0.8)))
     wait_for(lambda: not sim.at_rest(), "motion")
     handle.cancel_goal_async()
-    assert done(handle.get_result_async(), timeout_s=40.0).status == GoalStatus.STATUS_CANCELED
+    assert done(handle.get_result_async(), timeout_s=90.0).status == GoalStatus.STATUS_CANCELED
     wait_for(sim.at_rest, "rest")
     mission.relaying = False
 
@@ -171,7 +171,7 @@ def test_the_e_stop_holds_the_base_against_every_velocity(
     assert mission.call(EStop, "e_stop", EStop.Request(e_stop_on=True)).success
     wait_for(sim.at_rest, "rest")
     assert sim.truth()["e_stop_on"]
-    assert mission.node.count_publishers("cmd_vel") >= 2
+    wait_for(lambda: mission.node.count_publishers("cmd_vel") >= 2, "the relay's publisher")
     assert mission.call(EStop, "e_stop", EStop.Request(e_stop_on=False)).success
     wait_for(lambda: not sim.at_rest(), "motion")
 
@@ -180,9 +180,9 @@ def test_the_base_comes_to_rest_by_itself_when_its_driver_is_killed(sim: SimProc
     wait_for(lambda: abs(sim.truth()["twist"]["angular_z"]) > 0.6, "turning")
     relay_process.kill()
     relay_process.wait()
-    killed_s = sim.truth()["real_time"]["time_s"]
+    killed_s = sim.truth()["time_s"]
     wait_for(sim.at_rest, "rest")
-    assert sim.truth()["real_time"]["time_s"] - killed_s < 0.5
+    assert sim.truth()["moved_at_s"] - killed_s < 0.5
 
 
 def test_a_robot_that_is_not_docked_cannot_undock(mission: Mission) -> None:
@@ -235,9 +235,9 @@ def test_velocities_that_are_none_are_ignored(mission: Mission, sim: SimProcess)
     message = TwistStamped()
     message.twist.linear.x = math.nan
     wait_for(lambda: publisher.get_subscription_count() == 1, "the base")
-    before = sim.truth()["real_time"]["time_s"]
+    before = sim.truth()["time_s"]
     publisher.publish(message)
-    wait_for(lambda: sim.truth()["real_time"]["time_s"] > before + 0.3, "time to pass")
+    wait_for(lambda: sim.truth()["time_s"] > before + 0.3, "time to pass")
     assert sim.at_rest()
     mission.node.destroy_publisher(publisher)
 

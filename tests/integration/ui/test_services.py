@@ -118,7 +118,7 @@ async def test_the_robots_facts_arrive_over_a_real_redis(bridge_url: str, redis_
 
 async def test_missions_are_told_refused_and_ended_by_the_real_coordinator(the_coordinator: Coordinator) -> None:
     async with AsyncExitStack() as stack:
-        missions = CoordinatorMissions(the_coordinator.url, timeout_s=5.0, command_timeout_s=10.0)
+        missions = CoordinatorMissions(the_coordinator.url, timeout_s=30.0, command_timeout_s=30.0)
         stack.push_async_callback(missions.aclose)
         await the_coordinator.clock.advance(0.5)
         assert (await missions.status()).state is MissionState.IDLE

@@ -20,7 +20,7 @@ def run_script(tmp_path: Path, *arguments: str, **variables: str) -> "subprocess
         env=clean_environment({"ATOM_CACHE_DIR": str(tmp_path / "cache"), **variables}),
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=90,
         check=False,
     )
 
@@ -78,7 +78,7 @@ def run_python(code: str) -> str:
         env=clean_environment({"PYTHONPATH": str(HOME)}),
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=90,
         check=True,
     ).stdout.strip()
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_bridge.depth import core, depths_in_box, localise, near_mode, noise_m, scaled_box
+from robot_bridge.depth import core, depths_in_box, localise, measure, near_mode, noise_m, scaled_box
 from robot_bridge.senses import Intrinsics
 from robot_bridge.transforms import matrix
 
@@ -46,10 +46,10 @@ def test_a_plain_surface_is_measured_within_its_noise(distance_m: float, count: 
 def test_the_depth_pixels_of_a_colour_box_are_found_by_both_cameras_geometry() -> None:
     depth = np.full((400, 640), 3.0, np.float32)
     depth[160:240, 280:360] = 1.0  # colour pixels 105..145
-    inside = depths_in_box(depth, (110, 110, 140, 140), COLOUR, DEPTH, None)
+    inside = depths_in_box(depth, (110, 110, 140, 140), COLOUR, DEPTH, None).depths_m
     assert inside.size > 1000
     assert set(np.unique(inside)) == {1.0}
-    assert set(np.unique(depths_in_box(depth, (10, 10, 60, 60), COLOUR, DEPTH, None))) == {3.0}
+    assert set(np.unique(depths_in_box(depth, (10, 10, 60, 60), COLOUR, DEPTH, None).depths_m)) == {3.0}
 
 
 def test_cameras_beside_each_other_are_registered_through_their_transform() -> None:
@@ -57,14 +57,29 @@ def test_cameras_beside_each_other_are_registered_through_their_transform() -> N
     depth = np.full((400, 640), 3.0, np.float32)
     depth[160:240, 265:345] = 1.0
     to_the_right = matrix((0.075, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    inside = depths_in_box(depth, (110, 110, 135, 140), COLOUR, DEPTH, to_the_right)
+    inside = depths_in_box(depth, (110, 110, 135, 140), COLOUR, DEPTH, to_the_right).depths_m
     assert set(np.unique(inside)) == {1.0}
 
 
 def test_holes_are_no_distance() -> None:
     depth = np.zeros((400, 640), np.float32)
     depth[:, ::2] = np.nan
-    assert depths_in_box(depth, (0, 0, 250, 250), COLOUR, DEPTH, None).size == 0
+    found = depths_in_box(depth, (0, 0, 250, 250), COLOUR, DEPTH, None)
+    assert (found.depths_m.size, found.holes) == (0, 1.0)
+
+
+def test_the_share_of_holes_is_told_beside_the_distance() -> None:
+    depth = np.full((400, 640), 1.0, np.float32)
+    depth[:, ::4] = 0.0
+    measured = measure(depths_in_box(depth, (110, 110, 140, 140), COLOUR, DEPTH, None))
+    assert measured.distance_m == pytest.approx(1.0)
+    assert measured.holes == pytest.approx(0.25, abs=0.02)
+
+
+def test_a_box_no_depth_pixel_shows_has_neither_depth_nor_holes() -> None:
+    narrow = Intrinsics("depth", 640, 400, 2000.0, 2000.0, 320.0, 200.0)
+    found = measure(depths_in_box(np.ones((400, 640), np.float32), (0, 0, 20, 20), COLOUR, narrow, None))
+    assert (found.distance_m, found.holes, found.samples) == (None, None, 0)
 
 
 def test_a_box_keeps_its_place_in_a_picture_of_another_size() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Twist2D
 from robot_bridge.obstacles import obstacles
-from robot_bridge.safety import SafetyLimits, Surroundings, free_travel_m, restrain, slowdown
+from robot_bridge.safety import SafetyLimits, Surroundings, free_travel_m, restrain, seen_from_here, slowdown
 from robot_bridge.senses import Hazard, Scan
 
 LIMITS = SafetyLimits()
@@ -82,14 +82,20 @@ def test_turning_on_the_spot_is_always_possible_beside_a_wall() -> None:
 
 
 def test_an_old_scan_forbids_translation_and_a_very_old_one_turning_too() -> None:
-    assert restrain(FORWARD, around(scan_age_s=0.6), LIMITS)[0] == Twist2D()
+    assert restrain(FORWARD, around(scan_age_s=0.5), LIMITS)[0] == FORWARD
+    assert restrain(FORWARD, around(scan_age_s=0.51), LIMITS) == (Twist2D(), "the laser scan is 0.5 s old")
+    assert restrain(TURN, around(scan_age_s=2.0), LIMITS)[0] == TURN
     assert restrain(TURN, around(scan_age_s=0.6), LIMITS)[0] == TURN
     assert restrain(TURN, around(scan_age_s=2.1), LIMITS) == (Twist2D(), "no laser scan")
     assert restrain(TURN, around(scan_age_s=None), LIMITS)[0] == Twist2D()
 
 
 def test_a_blind_laser_and_silent_odometry_forbid_translation() -> None:
-    assert restrain(FORWARD, around(known_fraction=0.1), LIMITS)[1] == "the laser is blind"
+    assert restrain(FORWARD, around(known_ahead=0.29), LIMITS)[1] == "the laser is blind ahead"
+    assert restrain(FORWARD, around(known_ahead=0.3, known_behind=0.0), LIMITS)[0] == FORWARD
+    back = Twist2D(linear_x=-0.2)
+    assert restrain(back, around(known_behind=0.29), LIMITS)[1] == "the laser is blind behind"
+    assert restrain(back, around(known_ahead=0.0), LIMITS)[0] == back
     assert restrain(FORWARD, around(odometry_age_s=None), LIMITS)[1] == "no odometry"
     assert restrain(FORWARD, around(odometry_age_s=0.6), LIMITS)[1] == "no odometry"
 
@@ -101,6 +107,9 @@ def test_a_blind_laser_and_silent_odometry_forbid_translation() -> None:
         (Hazard.CLIFF, FORWARD, Twist2D()),
         (Hazard.BUMP, Twist2D(linear_x=-0.2), Twist2D(linear_x=-0.2)),
         (Hazard.BACKUP_LIMIT, Twist2D(linear_x=-0.2), Twist2D()),
+        (Hazard.BACKUP_LIMIT, FORWARD, FORWARD),
+        (Hazard.STALL, FORWARD, Twist2D()),
+        (Hazard.STALL, Twist2D(linear_x=-0.2), Twist2D()),
         (Hazard.WHEEL_DROP, TURN, Twist2D()),
         (Hazard.OBJECT_PROXIMITY, FORWARD, FORWARD),
     ],
@@ -112,8 +121,28 @@ def test_each_hazard_forbids_what_would_make_it_worse(hazard: Hazard, twist: Twi
 def test_what_was_driven_since_the_scan_counts() -> None:
     near = RADIUS_M + LIMITS.stop_distance_m + 0.05
     assert restrain(FORWARD, around((near, 0.0)), LIMITS)[0].linear_x > 0.0
-    moved_on = around((near, 0.0), scan_age_s=0.3, speed_m_s=0.3)
+    moved_on = around((near, 0.0), scan_age_s=0.3, measured=Twist2D(linear_x=0.3))
     assert restrain(FORWARD, moved_on, LIMITS)[0].linear_x == 0.0
+
+
+def test_what_was_turned_since_the_scan_counts() -> None:
+    """What stood to the left when the laser saw it stands ahead by now."""
+    left = (0.35 * math.cos(0.7), 0.35 * math.sin(0.7))
+    assert restrain(FORWARD, around(left), LIMITS)[0] == FORWARD
+    turned = around(left, scan_age_s=0.4, measured=Twist2D(angular_z=1.75))
+    assert restrain(FORWARD, turned, LIMITS)[0].linear_x < FORWARD.linear_x
+
+
+@given(st.floats(-0.3, 0.3), st.floats(-1.9, 1.9), st.floats(0.0, 0.5))
+def test_points_are_carried_along_as_the_robot_moves(v: float, w: float, age_s: float) -> None:
+    """Against stepping the robot along in small steps."""
+    x = y = yaw = 0.0
+    for _ in range(500):
+        x, y, yaw = x + v * age_s / 500 * math.cos(yaw), y + v * age_s / 500 * math.sin(yaw), yaw + w * age_s / 500
+    dx, dy = 1.0 - x, 0.5 - y
+    expected = (dx * math.cos(yaw) + dy * math.sin(yaw), -dx * math.sin(yaw) + dy * math.cos(yaw))
+    moved = seen_from_here(points((1.0, 0.5)), Twist2D(linear_x=v, angular_z=w), age_s)
+    assert np.allclose(moved[0], expected, atol=0.007)  # a chord for an arc
 
 
 @given(

@@ -1,19 +1,29 @@
 """Random requests, clocks, scans, hazards and stops against the arbiter, the filter and the stop together."""
 
+import contextlib
 import math
 from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import EmergencyStop, Priority
-from robot_bridge.arbiter import Limits, Request
+from mesh.errors import ConflictError
+from robot_bridge.arbiter import Limits, Refusal, Request
+from robot_bridge.closed_loop import Running
+from robot_bridge.emergency_stop import LatchFile
+from robot_bridge.limits import motion_gains
+from robot_bridge.motion import Drive, Rotation, Tuning
 from robot_bridge.safety import SafetyLimits
 from robot_bridge.senses import Hazard, Odometry, Scan, Senses
 from robot_bridge.sessions import Sessions
+from robot_bridge.settings import Settings
 from robot_bridge.wheels import STOP_BURST, Wheels
 
 LIMITS, SAFETY = Limits(), SafetyLimits()
@@ -47,24 +57,43 @@ class WheelsMachine(RuleBasedStateMachine):
         self.clock = ManualClock()
         self.senses = Senses()
         self.sessions = Sessions(timeout_s=0.35)
+        self.folder = TemporaryDirectory()
+        self.latch = LatchFile(Path(self.folder.name))
+        self.sent: list[tuple[float, Twist2D]] = []
+        self.refused = 0
+        self.hazard_seen_s: dict[Hazard, float] = {}
+        self.free_m = math.inf
+        self.live(EmergencyStop(latched=False, epoch=0))
+        self.odometry()
+        self.scan(3.0)
+        self.wheels.tick()
+
+    def live(self, stop: EmergencyStop) -> None:
+        """A process begins."""
         self.wheels = Wheels(
             senses=self.senses,
             sessions=self.sessions,
             clock=self.clock,
-            stop=EmergencyStop(latched=False, epoch=0),
+            stop=stop,
             limits=LIMITS,
             safety=SAFETY,
             hazard_hold_s=HOLD_S,
         )
-        self.sent: list[tuple[float, Twist2D]] = []
+        self.wheels._send = self._check
+        self.nothing_is_alive()
+
+    def nothing_is_alive(self) -> None:
         self.reverse_allowed_until_s = -math.inf
         self.last_end_s = -math.inf
-        self.reset_at = 0
-        self.wheels._send = self._check
-        self.free_m = math.inf
-        self.odometry()
-        self.scan(3.0)
-        self.wheels.tick()
+
+    def teardown(self) -> None:
+        if hasattr(self, "folder"):
+            self.folder.cleanup()
+
+    def a_lease_lives_until(self, end_s: float, *, reverse: bool) -> None:
+        self.last_end_s = max(self.last_end_s, end_s)
+        if reverse:
+            self.reverse_allowed_until_s = max(self.reverse_allowed_until_s, end_s)
 
     def _check(self, twist: Twist2D) -> None:
         """The properties of a single velocity."""
@@ -77,10 +106,9 @@ class WheelsMachine(RuleBasedStateMachine):
             assert twist == zero, "no lease is alive"
         if twist.linear_x < 0.0:
             assert now_s < self.reverse_allowed_until_s, "reverse"
-        hazards = self.senses.hazards.newest
-        if hazards is not None and now_s - hazards.received_s <= HOLD_S:
-            assert twist == zero or Hazard.WHEEL_DROP not in hazards.value
-            assert twist.linear_x <= 0.0 or Hazard.BUMP not in hazards.value
+        held = {hazard for hazard, seen_s in self.hazard_seen_s.items() if now_s - seen_s <= HOLD_S}
+        assert twist == zero or Hazard.WHEEL_DROP not in held
+        assert twist.linear_x <= 0.0 or Hazard.BUMP not in held
         if twist.linear_x != 0.0:
             age_s = self.senses.scan.age_s(now_s)
             assert age_s is not None
@@ -128,15 +156,70 @@ class WheelsMachine(RuleBasedStateMachine):
             lambda: stamp_s is not None and not (now_s - 0.5 <= stamp_s <= now_s + 0.1),
         ]
         assert refusal is not None or not any(reason() for reason in must_refuse)
-        accepted = refusal is None
-        self.last_end_s = max(self.last_end_s, now_s + duration_s) if accepted else self.last_end_s
-        if accepted and reverse:
-            self.reverse_allowed_until_s = max(self.reverse_allowed_until_s, now_s + duration_s)
+        self.refused += refusal is not None
+        if refusal is None:
+            self.a_lease_lives_until(now_s + duration_s, reverse=reverse)
+
+    @rule(name=st.sampled_from(["cmd_vel_nav", "rotate", "drive", "emergency_stop", "none"]))
+    def ask_under_a_name_of_the_bridge(self, name: str) -> None:
+        request = Request(name, Priority.NAVIGATION, 0.3, 0.0, 1.0, self.wheels.stop_state.epoch)
+        assert self.wheels.request(request) is Refusal.RESERVED
+        self.refused += 1
+
+    @rule(epoch_off=st.sampled_from([0, 0, -1, 1]))
+    def navigate(self, epoch_off: int) -> None:
+        state = self.wheels.stop_state
+        if state.latched or epoch_off or self.wheels.base_is_busy:
+            with pytest.raises(ConflictError):
+                self.wheels.open_navigation("goal", state.epoch + epoch_off, None)
+        else:
+            self.wheels.open_navigation("goal", state.epoch, None)
+
+    @rule()
+    def arrive(self) -> None:
+        self.wheels.close_navigation("goal")
+
+    @rule(x=SPEED, z=SPEED)
+    def nav2_says(self, x: float, z: float) -> None:
+        counted = sum(self.wheels.refused.values())
+        self.wheels.navigation_velocity(x, z)
+        refused = sum(self.wheels.refused.values()) - counted
+        self.refused += refused
+        if not refused and self.wheels._goal is not None:
+            self.a_lease_lives_until(self.clock.now + 0.25, reverse=True)
+
+    @rule(distance=st.floats(-2.0, 2.0), reverse=st.booleans(), turn=st.booleans())
+    def move(self, distance: float, reverse: bool, turn: bool) -> None:
+        tuning = Tuning(motion_gains(Settings()))
+        motion = (
+            Rotation(distance, speed_rad_s=1.0, timeout_s=5.0, tuning=tuning)
+            if turn
+            else Drive(distance, speed_m_s=0.3, timeout_s=5.0, allow_reverse=reverse, tuning=tuning)
+        )
+        name = "rotate" if turn else "drive"
+        with contextlib.suppress(ConflictError):
+            self.wheels.begin(Running(motion, name, self.wheels.stop_state.epoch, None, lambda _: None))
+
+    @rule(busy=st.sampled_from([True, False, False]))
+    def base_drives_itself(self, busy: bool) -> None:
+        self.wheels.set_base_busy(busy)
+
+    @rule()
+    def killed_and_started_again(self) -> None:
+        """SIGKILL: what is on disk is all that is left."""
+        before = self.wheels.stop_state
+        self.live(self.latch.load(now_s=self.clock.now))
+        after = self.wheels.stop_state
+        assert (after.latched, after.epoch) == (before.latched, before.epoch)
+        self.sent, self.refused = [], 0
 
     @rule(dt_s=st.one_of(st.just(0.05), st.floats(0.0, 0.5)))
     def tick(self, dt_s: float) -> None:
         self.clock.now += dt_s
+        if (running := self.wheels._loop.running) is not None:  # it asks anew at every tick
+            self.a_lease_lives_until(self.clock.now + 0.25, reverse=running.motion.allow_reverse)
         self.wheels.tick()
+        self.refused = sum(self.wheels.refused.values()) if running is not None else self.refused
 
     @rule()
     def odometry(self) -> None:
@@ -151,6 +234,7 @@ class WheelsMachine(RuleBasedStateMachine):
     @rule(hazard=st.sampled_from([frozenset(), frozenset({Hazard.WHEEL_DROP}), frozenset({Hazard.BUMP})]))
     def hazard(self, hazard: frozenset[Hazard]) -> None:
         self.senses.hazards.put(hazard, self.clock.now)
+        self.hazard_seen_s |= dict.fromkeys(hazard, self.clock.now)
 
     @rule()
     def stop(self) -> None:
@@ -158,19 +242,22 @@ class WheelsMachine(RuleBasedStateMachine):
         state, _ = self.wheels.stop(reason="test", by="test")
         assert state.latched
         assert state.epoch == epoch + 1
-        assert [twist for _, twist in self.sent[before:]] == [Twist2D()] * STOP_BURST
+        assert [twist for _, twist in self.sent[before:]] == [Twist2D()] * (STOP_BURST + 1)
+        self.latch.store(state)
+        self.nothing_is_alive()
 
     @precondition(lambda self: self.wheels.stop_state.latched)
     @rule()
     def reset(self) -> None:
         epoch = self.wheels.stop_state.epoch
-        assert self.wheels.reset(reason="test", by="test").epoch == epoch
-        self.last_end_s = -math.inf  # nothing asked for before may move it
-        self.reverse_allowed_until_s = -math.inf
+        state = self.wheels.reset(reason="test", by="test")
+        assert (state.latched, state.epoch) == (False, epoch)
+        self.latch.store(state)
+        self.nothing_is_alive()  # nothing asked for before may move it
 
     @invariant()
     def every_refusal_is_counted(self) -> None:
-        assert all(count >= 0 for count in self.wheels.arbiter.refused.values())
+        assert sum(self.wheels.refused.values()) == self.refused
 
 
 WheelsMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)

@@ -7,7 +7,7 @@ import pytest
 from contracts.geometry import Pose2D
 from sim.world import Hazard, World
 from sim.world.base import BACKUP_LIMIT_M
-from unit.sim_world.room import DOCK, MIDDLE, drive, world_at
+from support.simulated_room import DOCK, MIDDLE, drive, world_at
 
 
 def _way(world: World, start: Pose2D) -> float:
@@ -141,6 +141,18 @@ def test_the_way_driven_is_counted_and_teleports_are_not() -> None:
     world.advance(1.0)
     assert world.truth.path_length_m == pytest.approx(driven, abs=0.001)
     assert world.truth.pose.x == pytest.approx(1.0, abs=0.005)
+
+
+def test_the_truth_keeps_when_the_robot_last_moved() -> None:
+    world = world_at()
+    drive(world, 0.3, 0.0, 1.0)
+    told_s = world.time_s
+    world.advance(3.0)  # the base times out by itself
+    assert told_s < world.truth.moved_at_s < told_s + 0.6
+    stood_s = world.truth.moved_at_s
+    world.command(0.0, 0.5)
+    world.advance(0.1)
+    assert world.truth.moved_at_s > stood_s
 
 
 def test_the_same_seed_and_calls_give_the_same_world_however_time_is_sliced() -> None:

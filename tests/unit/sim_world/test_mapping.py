@@ -9,7 +9,7 @@ from contracts.geometry import Pose2D
 from sim.world import OccupancyGrid, Scene, World
 from sim.world.occupancy import OpenHomeError, draw, reachable
 from sim.world.tour import tour_frames, tour_poses, tour_stops
-from unit.sim_world.room import DOCK, PERFECT, ROOM, SCENE, world_at
+from support.simulated_room import DOCK, PERFECT, ROOM, SCENE, world_at
 
 
 @pytest.fixture(scope="module")

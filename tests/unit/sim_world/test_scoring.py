@@ -6,7 +6,7 @@ import pytest
 
 from contracts.geometry import Pose2D
 from sim.scoring import NothingToScoreError, Score, score
-from unit.sim_world.room import world_at
+from support.simulated_room import world_at
 
 
 def _score(x: float, y: float, yaw_degrees: float, kind: str = "bottle", colour: str | None = "red") -> Score:

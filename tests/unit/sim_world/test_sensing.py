@@ -9,7 +9,7 @@ from contracts.geometry import Pose2D
 from sim.world import RenderingUnavailableError, WorldOptions
 from sim.world.robot import DEPTH_CAMERA, LIDAR_X_M, RGB_CAMERA
 from sim.world.sensors import DepthNoise
-from unit.sim_world.room import DOCK, MIDDLE, PERFECT, drive, world_at
+from support.simulated_room import DOCK, MIDDLE, PERFECT, drive, world_at
 
 NOISY = WorldOptions()
 

@@ -16,7 +16,9 @@ class RecordingState(StrEnum):
 
 class RecordingRequest(Message):
     name: str = Field(default="mission", pattern=r"^[A-Za-z0-9_.-]{1,40}$", description="becomes part of the file name")
-    images: bool = Field(default=True, description="with the camera's pictures, at the setting's rate")
+    images: bool = Field(
+        default=False, description="with the camera's pictures, at the setting's rate; they may show people"
+    )
     seconds_max: float | None = Field(default=None, gt=0.0, le=86_400.0, description="none = the setting's limit")
 
 

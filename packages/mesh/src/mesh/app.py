@@ -29,18 +29,27 @@ def make_app(
     lifespan: Callable[[FastAPI], Any],
     dependencies: Readies,
     body_bytes_max: int = 1_000_000,
+    minding_their_body: frozenset[str] = frozenset(),
     description: str = "",
 ) -> FastAPI:
+<<<<<<< HEAD
     """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`."""
     app = FastAPIOffline(
         redoc_url=None,
+=======
+    """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`.
+
+    The paths `minding_their_body` are called whatever the body is; they bound what they read of it themselves.
+    """
+    app = FastAPI(
+>>>>>>> bridge
         title=f"atom {service}",
         description=description,
         version="0.1.0",
         lifespan=lifespan,
         responses=PROBLEM_RESPONSES,
     )
-    app.add_middleware(BodyLimit, bytes_max=body_bytes_max)
+    app.add_middleware(BodyLimit, bytes_max=body_bytes_max, but_not=minding_their_body)
     app.add_exception_handler(MeshError, _mesh_problem)
     app.add_exception_handler(RequestValidationError, _validation_problem)
     app.add_exception_handler(HTTPException, _http_problem)
@@ -99,12 +108,14 @@ async def _unexpected_problem(request: Request, error: Exception) -> JSONRespons
 class BodyLimit:
     """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
 
-    def __init__(self, app: ASGIApp, *, bytes_max: int) -> None:
+    def __init__(self, app: ASGIApp, *, bytes_max: int, but_not: frozenset[str] = frozenset()) -> None:
+        """The paths `but_not` look after their bodies themselves."""
         self.app = app
         self.bytes_max = bytes_max
+        self.but_not = but_not
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http":
+        if scope["type"] != "http" or scope["path"] in self.but_not:
             await self.app(scope, receive, send)
             return
         declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")

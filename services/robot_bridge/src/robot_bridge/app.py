@@ -8,12 +8,14 @@ from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
 from mesh.app import make_app
-from mesh.bus import Bus, open_bus
-from mesh.clock import SystemClock
-from mesh.tasks import Tasks, end_this_process
+from mesh.bus import Bus
+from mesh.clock import Clock
+from mesh.plumbing import open_plumbing
+from mesh.tasks import end_this_process
 from robot_bridge.bridge import Bridge, open_bridge
 from robot_bridge.ports import Robot
 from robot_bridge.routes import routers
+from robot_bridge.routes.stop import STOP_PATH
 from robot_bridge.settings import Settings
 
 
@@ -32,18 +34,17 @@ def create_app(
 
     @contextlib.asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncGenerator[State]:
-        async with contextlib.AsyncExitStack() as stack:
-            clock = SystemClock()
-            tasks = await stack.enter_async_context(Tasks(on_death=on_death))
-            the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
-            the_robot = robot if robot is not None else _ros_robot(settings, clock, on_death)
-            yield {"bridge": await stack.enter_async_context(open_bridge(settings, the_robot, the_bus, clock, tasks))}
+        async with open_plumbing(settings.redis_url, bus=bus, on_death=on_death) as mesh:
+            the_robot = robot if robot is not None else _ros_robot(settings, mesh.clock, on_death)
+            async with open_bridge(settings, the_robot, mesh.bus, mesh.clock, mesh.tasks) as bridge:
+                yield {"bridge": bridge}
 
     app = make_app(
         "robot_bridge",
         lifespan=lifespan,
         dependencies=_dependencies,
         body_bytes_max=settings.body_bytes_max,
+        minding_their_body=frozenset({STOP_PATH}),
         description="The one hand on the robot: what moves it, and what it senses.",
     )
     for router in routers():
@@ -56,7 +57,7 @@ async def _dependencies(request: Request) -> Sequence[Dependency]:
     return bridge.dependencies()
 
 
-def _ros_robot(settings: Settings, clock: SystemClock, on_death: Callable[[], None]) -> Robot:
+def _ros_robot(settings: Settings, clock: Clock, on_death: Callable[[], None]) -> Robot:
     from robot_bridge.adapters.ros import RosRobot  # the only way to rclpy; a test with a fake robot never takes it
 
     return RosRobot(settings, clock, on_death=on_death)

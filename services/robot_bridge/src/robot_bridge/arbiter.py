@@ -18,6 +18,8 @@ class Refusal(StrEnum):
 
     NOT_FINITE = "not_finite"
     """A velocity that is no number."""
+    BAD_DURATION = "bad_duration"
+    """A lease that would not end, or last longer than a lease may."""
     STALE = "stale"
     """Decided too long ago."""
     FROM_THE_FUTURE = "from_the_future"
@@ -28,8 +30,8 @@ class Refusal(StrEnum):
     """From before the last emergency stop (or from no epoch there ever was)."""
     STOPPED = "stopped"
     """The emergency stop is latched."""
-    RESERVED = "reserved_priority"
-    """EMERGENCY and SAFETY belong to the bridge."""
+    RESERVED = "reserved"
+    """EMERGENCY and SAFETY belong to the bridge, and so do the names of its own sources."""
     TOO_MANY = "too_many_leases"
     """More sources at once than a robot can have."""
     BASE_IS_BUSY = "base_is_busy"
@@ -44,6 +46,7 @@ class Limits:
     turn_rad_s_max: float = 1.9
     acceleration_m_s2_max: float = 0.9
     turn_acceleration_rad_s2_max: float = 7.7
+    lease_s_max: float = 2.0
     request_age_s_max: float = 0.5
     request_ahead_s_max: float = 0.1
     tick_s_max: float = 0.1
@@ -70,7 +73,12 @@ class Lease:
 
     request: Request
     held_since_s: float
+    accepted_s: float
     expires_s: float
+
+    def alive(self, now_s: float) -> bool:
+        """False too when the clock has gone back behind its beginning: nobody knows how old it is then."""
+        return self.accepted_s <= now_s < self.expires_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,32 +91,38 @@ class Choice:
     wanted: Twist2D
 
 
+NOTHING = Choice(ZERO, "none", "", ZERO)
+"""Nobody wants to move."""
+
 Restrain = Callable[[Twist2D], tuple[Twist2D, str]]
 """The safety filter as the arbiter sees it: a twist in, a twist no faster out, and why."""
 
 
 class Arbiter:
-    """Holds the leases. `choose` is asked at every tick; everything it answers is within `Limits`."""
+    """Holds the leases. `choose` is asked at every tick; everything it answers is within `Limits`.
+
+    A more urgent source takes over at once. When a lease ends and a less urgent one would go on, a zero comes between:
+    nobody's end makes the robot do something else without a pause.
+    """
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
         self._leases: dict[str, Lease] = {}
         self._newest_stamp_s: dict[str, float] = {}
         self._sent = ZERO
         self._sent_s: float | None = None
+        self._sent_for: Request | None = None
 
     def request(self, request: Request, now_s: float, *, epoch: int) -> Refusal | None:
         """Makes it a lease, replacing the source's last; or says why not. `epoch` is the emergency stop's own."""
         refusal = self._refusal(request, now_s, epoch)
         if refusal is not None:
-            self.refused[refusal] += 1
             return refusal
         if request.stamp_s is not None:
             self._remember_stamp(request.source, request.stamp_s)
         before = self._live(request.source, now_s)
         held_since_s = before.held_since_s if before and before.request.priority == request.priority else now_s
-        self._leases[request.source] = Lease(request, held_since_s, now_s + request.duration_s)
+        self._leases[request.source] = Lease(request, held_since_s, now_s, now_s + request.duration_s)
         return None
 
     def drop(self, source: str) -> None:
@@ -124,7 +138,7 @@ class Arbiter:
 
     def winner(self, now_s: float) -> Lease | None:
         """The lease that rules now; expired ones are gone."""
-        for source in [s for s, lease in self._leases.items() if now_s >= lease.expires_s]:
+        for source in [s for s, lease in self._leases.items() if not lease.alive(now_s)]:
             del self._leases[source]
         ranked = sorted(self._leases.values(), key=lambda lease: (lease.request.priority, lease.held_since_s))
         return ranked[0] if ranked else None
@@ -134,15 +148,28 @@ class Arbiter:
         elapsed_s = 0.0 if self._sent_s is None else min(max(0.0, now_s - self._sent_s), self.limits.tick_s_max)
         lease = self.winner(now_s)
         if lease is None or lease.request.epoch != epoch:
-            choice = Choice(ZERO, "none", "", ZERO)
+            choice = NOTHING
+        elif self._hands_over(lease.request):
+            choice = Choice(ZERO, lease.request.source, "a pause after the last source", _as_asked(lease.request))
         else:
             choice = self._limited(lease.request, elapsed_s, restrain)
         self._sent, self._sent_s = choice.twist, now_s
+        self._sent_for = lease.request if lease is not None else None
         return choice
 
     def note_zero_sent(self, now_s: float) -> None:
         """Something else (the emergency stop) has sent zero: acceleration counts from there."""
         self._sent, self._sent_s = ZERO, now_s
+
+    def _hands_over(self, request: Request) -> bool:
+        """The robot moves for another source that was as urgent, or more."""
+        before = self._sent_for
+        return (
+            before is not None
+            and self._sent != ZERO
+            and before.source != request.source
+            and before.priority <= request.priority
+        )
 
     def _limited(self, request: Request, elapsed_s: float, restrain: Restrain) -> Choice:
         limits, reasons = self.limits, list[str]()
@@ -169,12 +196,13 @@ class Arbiter:
             if twist.linear_x != 0.0 and checked.linear_x == 0.0:
                 twist = checked
                 reasons.append(why)
-        wanted = Twist2D(linear_x=_clip(request.linear_x, 2.0), angular_z=_clip(request.angular_z, 4.0))
-        return Choice(twist, request.source, "; ".join(reasons), wanted)
+        return Choice(twist, request.source, "; ".join(reasons), _as_asked(request))
 
     def _refusal(self, request: Request, now_s: float, epoch: int) -> Refusal | None:
         if not all(map(math.isfinite, (request.linear_x, request.angular_z, request.stamp_s or 0.0))):
             return Refusal.NOT_FINITE
+        if not 0.0 < request.duration_s <= self.limits.lease_s_max:  # NaN is neither
+            return Refusal.BAD_DURATION
         if request.priority in {Priority.EMERGENCY, Priority.SAFETY}:
             return Refusal.RESERVED
         if request.epoch != epoch:
@@ -192,7 +220,7 @@ class Arbiter:
 
     def _live(self, source: str, now_s: float) -> Lease | None:
         lease = self._leases.get(source)
-        return lease if lease is not None and now_s < lease.expires_s else None
+        return lease if lease is not None and lease.alive(now_s) else None
 
     def _remember_stamp(self, source: str, stamp_s: float) -> None:
         self._newest_stamp_s.pop(source, None)
@@ -205,8 +233,14 @@ def _clip(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
 
 
+def _as_asked(request: Request) -> Twist2D:
+    """The request's velocity, as far as a message can tell it."""
+    return Twist2D(linear_x=_clip(request.linear_x, 2.0), angular_z=_clip(request.angular_z, 4.0))
+
+
 def _approach(sent: float, wanted: float, step: float) -> float:
-    """From `sent` towards `wanted`: speeding up by at most `step`, slowing down (towards zero) at once."""
-    slowest = 0.0 if sent * wanted <= 0.0 else min(abs(sent), abs(wanted))
-    reachable = min(abs(wanted), slowest + step) if abs(wanted) > slowest else abs(wanted)
-    return math.copysign(reachable, wanted) if reachable else 0.0
+    """From `sent` towards `wanted`: speeding up by at most `step`, slowing down at once, turning round through zero."""
+    if sent * wanted < 0.0:
+        return 0.0
+    slowest = min(abs(sent), abs(wanted))
+    return math.copysign(min(abs(wanted), slowest + step), wanted) if wanted else 0.0

@@ -9,27 +9,34 @@ from dataclasses import dataclass
 import structlog
 
 from contracts.problem import Dependency
-from contracts.robot import EmergencyStop, Goal, MotionReply, RobotState, SensorStatus
-from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE
+from contracts.robot import Goal, MotionReply, RobotState
+from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VISION_OBJECT_SPOTTED
 from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.tasks import Tasks
-from robot_bridge.arbiter import Limits
 from robot_bridge.camera import Camera
-from robot_bridge.emergency_stop import LatchFile
-from robot_bridge.motion import Gains, Motion
+from robot_bridge.closed_loop import Running
+from robot_bridge.docking import Docking
+from robot_bridge.emergency_stop import LatchFile, StopHistory
+from robot_bridge.limits import arbiter_limits, motion_gains, obstacle_limits, safety_limits
+from robot_bridge.measuring import Measuring
+from robot_bridge.motion import Motion, Tuning
 from robot_bridge.navigator import Navigator
 from robot_bridge.obstacles import obstacles
 from robot_bridge.ports import Robot
-from robot_bridge.safety import SafetyLimits
+from robot_bridge.recordings import Recordings
 from robot_bridge.sessions import Sessions
 from robot_bridge.settings import Settings
-from robot_bridge.wheels import Running, Wheels
+from robot_bridge.snapshot import Snapshot, look
+from robot_bridge.stopping import Stopping
+from robot_bridge.wheels import Wheels
 
 log = structlog.get_logger()
 
 NAVIGATION_EVENTS_MAX = 200
 TICK_AGE_S_MAX = 0.5
+NOT_NEEDED = frozenset({"battery", "dock", "hazards"})
+"""What a robot may do without and still be ready."""
 
 
 @dataclass(slots=True)
@@ -45,34 +52,11 @@ class Bridge:
     wheels: Wheels
     navigator: Navigator
     camera: Camera
-    gains: Gains
-    latch: LatchFile
-    stop_changed: asyncio.Event
+    stopping: Stopping
+    tuning: Tuning
+    docking: Docking
+    recordings: Recordings
     celebrated_s: float | None = None
-
-    def emergency_stop(self, *, reason: str, by: str) -> tuple[EmergencyStop, float]:
-        """Zeros first; then the latch on disk, Nav2's goals and the base's own stop, none of them waited for."""
-        state, first_zero_ms = self.wheels.stop(reason=reason, by=by)
-        self.robot.engage_base_stop(True)
-        self.robot.cancel_all_goals()
-        self.navigator.stop("emergency stop")
-        self.store_latch(state)
-        log.warning("emergency stop", reason=reason, by=by, epoch=state.epoch, first_zero_ms=round(first_zero_ms, 3))
-        return state, first_zero_ms
-
-    def explain_emergency_stop(self, epoch: int, *, reason: str, by: str) -> EmergencyStop:
-        """Who and why, told after the fact: the stop itself has not waited for it."""
-        state = self.wheels.explain_stop(epoch, reason=reason, by=by)
-        self.store_latch(state)
-        return state
-
-    def reset_emergency_stop(self, *, reason: str, by: str) -> EmergencyStop:
-        """Permits motion. A crash before the file is replaced leaves the next process latched: the safe side."""
-        state = self.wheels.reset(reason=reason, by=by)
-        self.robot.engage_base_stop(False)
-        self.store_latch(state)
-        log.warning("emergency stop reset", reason=reason, by=by, epoch=state.epoch)
-        return state
 
     def end_session(self, session_id: str) -> None:
         """All that was bound to it ends at once."""
@@ -101,48 +85,35 @@ class Bridge:
 
     def state(self) -> RobotState:
         """What `GET /state` and the topic tell."""
-        now_s, senses = self.clock.now_s(), self.robot.senses
-        odometry, commanded = senses.odometry.value, self.wheels.commanded.value
-        hazards = senses.hazards.newest
-        held = hazards is not None and now_s - hazards.received_s <= self.settings.hazard_hold_s
-        pose_age_s = senses.poses.age_s(now_s)
-        values: dict[str, object] = {
-            "pose": senses.poses.newest() if pose_age_s is not None else None,
-            "odometry": odometry.pose if odometry else None,
-            "battery": senses.battery.value,
-            "docked": senses.docked.value,
-        }
+        now = self.look()
+        commanded = self.wheels.commanded.value
+        odometry, dock = now.odometry, now.dock
+        values: dict[str, object] = {}
         if odometry is not None:
-            values["twist"] = odometry.twist
+            values |= {"odometry": odometry.pose, "twist": odometry.twist}
         if commanded is not None:
             values |= {"commanded": commanded.twist, "commanded_by": commanded.source}
+        if dock is not None:
+            values |= {"docked": dock.is_docked, "dock_visible": dock.dock_visible}
         return RobotState.model_validate(
             values
             | {
-                "stamp_s": now_s,
+                "stamp_s": now.taken_s,
+                "pose": now.pose,
+                "battery": now.battery,
+                "dock": self.docking.place.pose,
                 "navigation": self.navigator.state,
                 "goal_id": self.navigator.goal_id,
                 "emergency_stop": self.wheels.stop_state,
-                "hazards": tuple(sorted(hazards.value)) if hazards is not None and held else (),
-                "sensors": self.sensors(now_s),
+                "hazards": tuple(sorted(now.hazards)),
+                "sensors": now.sensors,
+                "stale": now.stale,
             }
         )
 
-    def sensors(self, now_s: float) -> dict[str, SensorStatus]:
-        senses, settings = self.robot.senses, self.settings
-        ages: dict[str, tuple[float | None, float]] = {
-            "scan": (senses.scan.age_s(now_s), settings.scan_age_s_max),
-            "odom": (senses.odometry.age_s(now_s), settings.odometry_age_s_max),
-            "rgb": (senses.rgb.age_s(now_s), settings.image_age_s_max),
-            "depth": (senses.depth.age_s(now_s), settings.image_age_s_max),
-            "pose": (senses.poses.age_s(now_s), settings.pose_age_s_max),
-            "map": (senses.map.age_s(now_s), float("inf")),
-            "battery": (senses.battery.age_s(now_s), settings.battery_age_s_max),
-        }
-        return {
-            name: SensorStatus(valid=age_s is not None and age_s <= age_s_max, age_s=age_s)
-            for name, (age_s, age_s_max) in ages.items()
-        }
+    def look(self) -> Snapshot:
+        """Every sensor, now."""
+        return look(self.robot.senses, self.settings, self.clock.now_s())
 
     def dependencies(self) -> Sequence[Dependency]:
         """Is data flowing? One line each."""
@@ -152,28 +123,14 @@ class Bridge:
         found = [Dependency(name="rclpy", ok=spinning, detail=_age(tick_age_s))]
         found += [
             Dependency(name=name, ok=status.valid, detail=_age(status.age_s))
-            for name, status in self.sensors(now_s).items()
-            if name != "battery"
+            for name, status in self.look().sensors.items()
+            if name not in NOT_NEEDED
         ]
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency(name="nav2", ok=not missing, detail=missing or "active"))
         redis = self.bus.connected
         found.append(Dependency(name="redis", ok=redis, detail="connected" if redis else "away"))
         return found
-
-    def store_latch(self, state: EmergencyStop) -> None:
-        """At once for the process, soon for the disk; a full disk must not stop the stop."""
-        try:
-            self.latch.store(state)
-        except OSError as error:  # a traceback would cost the stop request a second
-            log.error("the emergency stop could not be stored", error=str(error))  # noqa: TRY400
-        else:
-            self.tasks.start("latch-sync", asyncio.to_thread(self._sync), forever=False)
-        self.stop_changed.set()
-
-    def _sync(self) -> None:
-        with contextlib.suppress(OSError):
-            self.latch.sync()
 
     async def publish_state(self) -> None:
         while True:
@@ -187,16 +144,9 @@ class Bridge:
             reading = await self.robot.senses.scan.wait_for(lambda scan: scan.received_s > after_s, 5.0)  # noqa: B023
             if reading is not None:
                 last_s = reading.received_s
-                message = obstacles(reading.value, safety_limits(self.settings), self.clock.now_s())
+                now_s = self.clock.now_s()
+                message = obstacles(reading.value, safety_limits(self.settings), now_s, obstacle_limits(self.settings))
                 await self.bus.publish(ROBOT_OBSTACLES, message)
-
-    async def publish_stop(self) -> None:
-        """On every change, and every second: the key must be there when Redis comes back empty."""
-        while True:
-            self.stop_changed.clear()
-            await self.bus.publish(ROBOT_EMERGENCY_STOP, self.wheels.stop_state)
-            with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self.stop_changed.wait(), 1.0)
 
 
 class NavigationEvents:
@@ -218,30 +168,6 @@ class NavigationEvents:
                 await bus.publish(ROBOT_NAVIGATION, self._waiting.popleft())
 
 
-def safety_limits(settings: Settings) -> SafetyLimits:
-    return SafetyLimits(
-        footprint_radius_m=settings.footprint_radius_m,
-        side_margin_m=settings.side_margin_m,
-        stop_distance_m=settings.stop_distance_m,
-        slow_distance_m=settings.slow_distance_m,
-        slow_factor_min=settings.slow_factor_min,
-        scan_age_s_max=settings.scan_age_s_max,
-        scan_age_to_turn_s_max=settings.scan_age_to_turn_s_max,
-        odometry_age_s_max=settings.odometry_age_s_max,
-    )
-
-
-def arbiter_limits(settings: Settings) -> Limits:
-    return Limits(
-        speed_m_s_max=settings.speed_m_s_max,
-        turn_rad_s_max=settings.turn_rad_s_max,
-        acceleration_m_s2_max=settings.acceleration_m_s2_max,
-        turn_acceleration_rad_s2_max=settings.turn_acceleration_rad_s2_max,
-        request_age_s_max=settings.request_age_s_max,
-        request_ahead_s_max=settings.request_ahead_s_max,
-    )
-
-
 @contextlib.asynccontextmanager
 async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks) -> AsyncGenerator[Bridge]:
     """Latched as it was left, connected to the robot, loops running; zeros are the last thing it sends."""
@@ -258,10 +184,27 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         limits=arbiter_limits(settings),
         safety=safety_limits(settings),
         hazard_hold_s=settings.hazard_hold_s,
+        navigation_may_reverse=settings.navigation_may_reverse,
     )
     events = NavigationEvents()
-    navigator = Navigator(robot=robot, wheels=wheels, clock=clock, tasks=tasks, settings=settings, publish=events.put)
-    gains = Gains(settings.heading_kp, settings.heading_ki, settings.heading_kd, settings.drive_kp)
+    measuring = Measuring(senses, clock, settings.depth_match_s_max, settings.image_age_s_max)
+    navigator = Navigator(
+        robot=robot,
+        wheels=wheels,
+        clock=clock,
+        tasks=tasks,
+        settings=settings,
+        publish=events.put,
+        measure=measuring.sighting,
+    )
+    stopping = Stopping(
+        wheels=wheels,
+        robot=robot,
+        navigator=navigator,
+        latch=latch,
+        history=StopHistory(settings.state_dir),
+        clock=clock,
+    )
     bridge = Bridge(
         settings=settings,
         robot=robot,
@@ -272,24 +215,28 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         wheels=wheels,
         navigator=navigator,
         camera=Camera(senses.rgb, jpeg_quality=settings.jpeg_quality),
-        gains=gains,
-        latch=latch,
-        stop_changed=asyncio.Event(),
+        stopping=stopping,
+        tuning=Tuning(motion_gains(settings)),
+        docking=Docking(robot=robot, wheels=wheels, navigator=navigator, clock=clock, settings=settings),
+        recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
     wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=navigator.end_session)
     await robot.start(tick=wheels.tick, navigation_velocity=wheels.navigation_velocity)
     try:
-        if stop.latched:
-            robot.engage_base_stop(True)
-            bridge.store_latch(stop)  # an unreadable file becomes a readable one
+        stopping.restore()
         tasks.start("publish-state", bridge.publish_state())
         tasks.start("publish-obstacles", bridge.publish_obstacles())
-        tasks.start("publish-stop", bridge.publish_stop())
+        tasks.start("publish-stop", stopping.publish(bus))
+        tasks.start("keep-stop", stopping.keep())
         tasks.start("publish-navigation", events.publish(bus))
+        tasks.start("hear-sightings", bus.listen(VISION_OBJECT_SPOTTED, navigator.sighted))
+        tasks.start("watch-dock", bridge.docking.watch())
         yield bridge
     finally:
+        await bridge.recordings.close()
         navigator.stop("robot_bridge is shutting down")
         wheels.silence()
+        await stopping.save()
         await robot.close()
 
 

@@ -1,7 +1,7 @@
 """How far away what a box shows is: depth pixels registered to the picture, and their near mode. Pure."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ CORE_HEIGHT = 0.6
 """The part of a box that is looked at: its borders show the background."""
 SAMPLES_MIN = 12
 SAMPLES_MAX = 4000
+HOLE_M = 1.0
+"""Where a hole is taken to be when nothing round it was measured either."""
 MODE_SHARE_MIN = 0.15
 """A nearer group of depths counts as the thing from this share of the samples on; fewer are noise at the edges."""
 
@@ -28,6 +30,16 @@ class Measured:
     spread_m: float | None
     samples: int
     reason: str = ""
+    holes: float | None = None
+    """Share of the box's depth pixels that measured nothing; none where the box shows no depth pixel at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class InBox:
+    """What the depth camera says inside a box: (n,) depths along the colour camera's axis, m; how much is missing."""
+
+    depths_m: NDArray[np.float64]
+    holes: float | None
 
 
 def noise_m(distance_m: float) -> float:
@@ -55,27 +67,52 @@ def depths_in_box(
     colour: Intrinsics,
     depth: Intrinsics,
     depth_in_colour: NDArray[np.float64] | None,
-) -> NDArray[np.float64]:
-    """Depths (m, along the colour camera's axis) of the depth pixels that fall into `box` of the colour picture.
+) -> InBox:
+    """The depth pixels that fall into `box` of the colour picture.
 
     Each depth pixel becomes a point, is moved by `depth_in_colour` (4x4; none: the cameras share their place), and is
-    projected into the colour picture.
+    projected into the colour picture. A hole has no depth to be projected with: it counts as being as far as the
+    median of the window, which is right to within the parallax of the two cameras.
     """
     rows, columns = _window(depth_m.shape, box, colour, depth)
     part = depth_m[rows, columns].astype(np.float64)
     v, u = np.mgrid[rows, columns]
     good = np.isfinite(part) & (part > 0.0)
-    z, u, v = part[good], u[good], v[good]
+    inside, z = _projected(part[good], u[good], v[good], box, colour, depth, depth_in_colour)
+    typical_m = float(np.median(part[good])) if good.any() else HOLE_M
+    missing = np.full(int((~good).sum()), typical_m)
+    hollow, _ = _projected(missing, u[~good], v[~good], box, colour, depth, depth_in_colour)
+    measured, missed = int(inside.sum()), int(hollow.sum())
+    return InBox(z[inside], missed / (measured + missed) if measured + missed else None)
+
+
+def _projected(
+    z: NDArray[np.float64],
+    u: NDArray[np.float64],
+    v: NDArray[np.float64],
+    box: Box,
+    colour: Intrinsics,
+    depth: Intrinsics,
+    depth_in_colour: NDArray[np.float64] | None,
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Of each depth pixel (n,): does it fall into the box, and its depth along the colour camera's axis."""
     x = (u - depth.cx) / depth.fx * z
     y = (v - depth.cy) / depth.fy * z
     if depth_in_colour is not None:
         rotation, offset = depth_in_colour[:3, :3], depth_in_colour[:3, 3]
         x, y, z = rotation @ np.stack([x, y, z]) + offset[:, None]
-        x, y, z = x[z > 0.0], y[z > 0.0], z[z > 0.0]
-    colour_u = colour.fx * x / z + colour.cx
-    colour_v = colour.fy * y / z + colour.cy
+    ahead = z > 0.0
+    safe = np.where(ahead, z, 1.0)
+    colour_u = colour.fx * x / safe + colour.cx
+    colour_v = colour.fy * y / safe + colour.cy
     inside = (colour_u >= box[0]) & (colour_u <= box[2]) & (colour_v >= box[1]) & (colour_v <= box[3])
-    return z[inside]
+    return ahead & inside, z
+
+
+def measure(found: InBox) -> Measured:
+    """The near mode of what is in the box, and how much of the box says nothing."""
+    measured = near_mode(found.depths_m)
+    return replace(measured, holes=found.holes)
 
 
 def near_mode(depths_m: NDArray[np.float64]) -> Measured:

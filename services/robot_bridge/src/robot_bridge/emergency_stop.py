@@ -1,11 +1,15 @@
 """The software stop that latches: pure transitions, and a file that outlives the process."""
 
 import os
+import threading
+from collections import deque
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from contracts.robot import EmergencyStop
+from contracts.robot import EmergencyStop, EmergencyStopEvent
+
+HISTORY_MAX = 200
 
 
 def stopped(state: EmergencyStop, *, reason: str, by: str, now_s: float) -> EmergencyStop:
@@ -58,3 +62,39 @@ class LatchFile:
                 os.fsync(handle)
             finally:
                 os.close(handle)
+
+
+class StopHistory:
+    """Who stopped and reset the robot, when and why: the newest 200, on disk one JSON object a line, oldest first."""
+
+    def __init__(self, directory: Path) -> None:
+        """Lines that cannot be read are left out: a torn file hinders nothing."""
+        self._path = directory / "emergency_stop_history.jsonl"
+        self._events: deque[EmergencyStopEvent] = deque(maxlen=HISTORY_MAX)
+        self._writing = threading.Lock()
+        try:
+            lines = self._path.read_bytes().splitlines()
+        except OSError:
+            lines = []
+        for line in lines[-HISTORY_MAX:]:
+            try:
+                self._events.append(EmergencyStopEvent.model_validate_json(line))
+            except ValidationError:
+                continue
+
+    def add(self, event: EmergencyStopEvent) -> None:
+        """In memory; `store` writes it."""
+        self._events.append(event)
+
+    def newest(self, limit: int) -> list[EmergencyStopEvent]:
+        """Newest first."""
+        return list(reversed(self._events))[:limit]
+
+    def store(self) -> None:
+        """Replaces the file; slow, so in a thread. Raises `OSError`."""
+        with self._writing:
+            lines = [event.model_dump_json() for event in tuple(self._events)]
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            beside = self._path.with_suffix(f".{os.getpid()}.tmp")
+            beside.write_text("".join(f"{line}\n" for line in lines))
+            beside.replace(self._path)

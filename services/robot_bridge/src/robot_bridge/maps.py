@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
 from contracts.robot import Map
+from robot_bridge.ring import Room
 from robot_bridge.senses import Grid
 from robot_bridge.transforms import compose, inverse
+
+OCCUPIED_FROM = 50
+"""Cells from this value on are no place for a robot."""
 
 
 def message(grid: Grid) -> Map:
@@ -31,6 +35,15 @@ def png(grid: Grid) -> bytes:
     shades: NDArray[np.uint8] = np.where(grid.cells < 0, 205, 254 - np.clip(grid.cells, 0, 100) * 2.54).astype(np.uint8)
     encoded = cv2.imencode(".png", np.flipud(shades))[1]
     return encoded.tobytes()
+
+
+def room_of(grid: Grid) -> Room:
+    """How far each free cell is from what is not free (100 cells and unknown ones alike), in metres."""
+    free = ((grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)).astype(np.uint8)
+    walled = np.pad(free, 1)  # beyond the map nothing is free
+    distance = cv2.distanceTransform(walled, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    clearance_m = np.maximum(0.0, distance - 0.5).astype(np.float32) * np.float32(grid.resolution_m)
+    return Room(clearance_m, grid.resolution_m, grid.origin)
 
 
 def cell_at(grid: Grid, pose: Pose2D) -> int | None:

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contracts.robot import BoxQuery, DepthReply, LocalizeReply
+from contracts.robot import BoxQuery, DepthReply, LocalizeReply, Sighting
+from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
-from robot_bridge.depth import Measured, core, depths_in_box, localise, near_mode, scaled_box
+from robot_bridge.depth import Measured, core, depths_in_box, localise, measure, scaled_box
 from robot_bridge.senses import DepthImage, Intrinsics, Senses
 from robot_bridge.transforms import in_map
 
@@ -32,6 +33,7 @@ class Measuring:
             distance_m=measured.distance_m,
             spread_m=measured.spread_m,
             samples=measured.samples,
+            holes=measured.holes,
             age_s=age_s,
             reason=measured.reason,
         )
@@ -54,6 +56,27 @@ class Measuring:
             base_point=place.base_point,
             map_point=in_map(robot, place.base_point) if robot is not None and place.base_point is not None else None,
             reason=reason,
+        )
+
+    async def sighting(self, spotted: ObjectSpotted) -> Sighting:
+        """How far, and where, what was spotted is; raises nothing: what cannot be measured has a reason."""
+        query = BoxQuery(
+            bbox_xyxy=spotted.detection.bbox_xyxy,
+            image_width_px=spotted.image_width_px,
+            image_height_px=spotted.image_height_px,
+            stamp_s=spotted.stamp_s,
+        )
+        try:
+            found = await self.localize(query)
+        except (UnavailableError, UnprocessableError) as error:
+            return Sighting(stamp_s=spotted.stamp_s, label=spotted.target.label, reason=error.detail)
+        return Sighting(
+            stamp_s=spotted.stamp_s,
+            label=spotted.target.label,
+            distance_m=found.distance_m,
+            bearing_rad=found.bearing_rad,
+            map_point=found.map_point,
+            reason=found.reason,
         )
 
     def _camera(self, query: BoxQuery) -> tuple[Intrinsics, tuple[float, float, float, float]]:
@@ -103,4 +126,4 @@ def _near(
     camera: Intrinsics,
     moved: "np.typing.NDArray[np.float64] | None",
 ) -> Measured:
-    return near_mode(depths_in_box(image.depth_m, box, colour, camera, moved))
+    return measure(depths_in_box(image.depth_m, box, colour, camera, moved))

@@ -1,30 +1,26 @@
 """Turning and driving closed on odometry: a step at every tick, until done or given up. Pure: time is passed in."""
 
 import math
-from dataclasses import dataclass
 from typing import Protocol
 
 from simple_pid import PID
 
 from contracts.geometry import Twist2D
-from contracts.robot import MotionReply
+from contracts.robot import MotionGains, MotionReply
 from robot_bridge.senses import Odometry
 from robot_bridge.transforms import wrap
 
+FIRST_STEP_S = 0.05
+BLIND_S_MAX = 0.5
+HEADING_RAD_S_MAX = 0.5
+"""How fast a drive may turn to hold its heading."""
 
-@dataclass(slots=True)
-class Gains:
-    """Tunable while running: a motion reads them at every step."""
 
-    heading_kp: float = 2.5
-    heading_ki: float = 0.0
-    heading_kd: float = 0.05
-    drive_kp: float = 1.5
-    turn_tolerance_rad: float = 0.02
-    drive_tolerance_m: float = 0.01
-    turn_rad_s_min: float = 0.12
-    drive_m_s_min: float = 0.03
-    blocked_s_max: float = 1.5
+class Tuning:
+    """The gains in force. A motion reads them at every step, so that a change acts on the one under way."""
+
+    def __init__(self, gains: MotionGains) -> None:
+        self.gains = gains
 
 
 class Motion(Protocol):
@@ -40,28 +36,43 @@ class Motion(Protocol):
         ...
 
 
+class _Loop:
+    """A PID on what is left, its gains given anew at every step, its clock the caller's."""
+
+    def __init__(self) -> None:
+        self._pid = PID(sample_time=None)
+        self._last_s: float | None = None
+
+    def __call__(self, left: float, now_s: float, gains: tuple[float, float, float], limit: float) -> float:
+        """Within +-`limit`. The derivative is of what is left, so that a moving target is no jolt."""
+        elapsed_s = now_s - self._last_s if self._last_s is not None else FIRST_STEP_S
+        self._last_s = now_s
+        self._pid.tunings = gains
+        self._pid.output_limits = (-limit, limit)
+        return self._pid(-left, dt=max(1e-3, elapsed_s)) or 0.0
+
+
 class _Patience:
     """Gives up a motion past its deadline, without odometry, or when nothing of what it wants reaches the base."""
 
-    def __init__(self, timeout_s: float, blocked_s_max: float) -> None:
+    def __init__(self, timeout_s: float) -> None:
         self._timeout_s = timeout_s
-        self._blocked_s_max = blocked_s_max
         self._started_s: float | None = None
         self._free_s = 0.0
-        self._dead_reckoning_s: float | None = None
+        self._seeing_s = 0.0
 
-    def over(self, now_s: float, *, blind: bool, moving: bool, why: str) -> str | None:
+    def over(self, now_s: float, *, blind: bool, moving: bool, why: str, blocked_s_max: float) -> str | None:
         if self._started_s is None:
-            self._started_s = self._free_s = self._dead_reckoning_s = now_s
+            self._started_s = self._free_s = self._seeing_s = now_s
         if not blind:
-            self._dead_reckoning_s = now_s
+            self._seeing_s = now_s
         if moving:
             self._free_s = now_s
         if now_s - self._started_s > self._timeout_s:
             return "timeout"
-        if blind and self._dead_reckoning_s is not None and now_s - self._dead_reckoning_s > 0.5:
+        if now_s - self._seeing_s > BLIND_S_MAX:
             return "no odometry"
-        if now_s - self._free_s > self._blocked_s_max:
+        if now_s - self._free_s > blocked_s_max:
             return why or "blocked"
         return None
 
@@ -71,14 +82,13 @@ class Rotation:
 
     allow_reverse = False
 
-    def __init__(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, gains: Gains) -> None:
+    def __init__(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, tuning: Tuning) -> None:
         self._angle_rad = angle_rad
         self._speed_rad_s = speed_rad_s
-        self._gains = gains
-        self._pid = PID(setpoint=angle_rad, sample_time=None)
-        self._patience = _Patience(timeout_s, gains.blocked_s_max)
+        self._tuning = tuning
+        self._loop = _Loop()
+        self._patience = _Patience(timeout_s)
         self._last_yaw: float | None = None
-        self._last_s: float | None = None
         self.turned_rad = 0.0
 
     @property
@@ -86,7 +96,9 @@ class Rotation:
         return self.turned_rad
 
     def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, why: str) -> Twist2D | MotionReply:
-        over = self._patience.over(now_s, blind=odometry is None, moving=abs(sent.angular_z) > 1e-3, why=why)
+        gains, moving = self._tuning.gains, abs(sent.angular_z) > 1e-3
+        blind = odometry is None
+        over = self._patience.over(now_s, blind=blind, moving=moving, why=why, blocked_s_max=gains.blocked_s_max)
         if over is not None:
             return MotionReply(completed=False, moved=self.turned_rad, reason=over)
         if odometry is None:
@@ -95,29 +107,25 @@ class Rotation:
         self.turned_rad += wrap(yaw - self._last_yaw) if self._last_yaw is not None else 0.0
         self._last_yaw = yaw
         left_rad = self._angle_rad - self.turned_rad
-        if abs(left_rad) <= self._gains.turn_tolerance_rad:
+        if abs(left_rad) <= gains.turn_tolerance_rad:
             return MotionReply(completed=True, moved=self.turned_rad)
-        gains, limit = self._gains, self._speed_rad_s
-        self._pid.tunings = (gains.heading_kp, gains.heading_ki, gains.heading_kd)
-        self._pid.output_limits = (-limit, limit)
-        dt_s = max(1e-3, now_s - self._last_s) if self._last_s is not None else 0.05
-        self._last_s = now_s
-        wanted = self._pid(self.turned_rad, dt=dt_s) or 0.0
-        slowest = min(limit, gains.turn_rad_s_min)
-        return Twist2D(angular_z=math.copysign(max(abs(wanted), slowest), left_rad))
+        limit = self._speed_rad_s
+        wanted = self._loop(left_rad, now_s, (gains.heading_kp, gains.heading_ki, gains.heading_kd), limit)
+        return Twist2D(angular_z=_at_least(wanted, min(limit, gains.turn_rad_s_min), left_rad))
 
 
 class Drive:
-    """Drives `distance_m` along the heading it starts with, holding that heading."""
+    """Drives `distance_m` along the heading it starts with: a PID on the distance left, one that holds the heading."""
 
     def __init__(
-        self, distance_m: float, *, speed_m_s: float, timeout_s: float, allow_reverse: bool, gains: Gains
+        self, distance_m: float, *, speed_m_s: float, timeout_s: float, allow_reverse: bool, tuning: Tuning
     ) -> None:
         self.allow_reverse = allow_reverse
         self._distance_m = distance_m
         self._speed_m_s = speed_m_s
-        self._gains = gains
-        self._patience = _Patience(timeout_s, gains.blocked_s_max)
+        self._tuning = tuning
+        self._distance_loop, self._heading_loop = _Loop(), _Loop()
+        self._patience = _Patience(timeout_s)
         self._start: Odometry | None = None
         self.driven_m = 0.0
 
@@ -126,7 +134,9 @@ class Drive:
         return self.driven_m
 
     def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, why: str) -> Twist2D | MotionReply:
-        over = self._patience.over(now_s, blind=odometry is None, moving=abs(sent.linear_x) > 1e-3, why=why)
+        gains, moving = self._tuning.gains, abs(sent.linear_x) > 1e-3
+        blind = odometry is None
+        over = self._patience.over(now_s, blind=blind, moving=moving, why=why, blocked_s_max=gains.blocked_s_max)
         if over is not None:
             return MotionReply(completed=False, moved=self.driven_m, reason=over)
         if odometry is None:
@@ -136,9 +146,19 @@ class Drive:
         dx, dy = odometry.pose.x - start.pose.x, odometry.pose.y - start.pose.y
         self.driven_m = dx * math.cos(heading) + dy * math.sin(heading)
         left_m = self._distance_m - self.driven_m
-        if abs(left_m) <= self._gains.drive_tolerance_m or left_m * self._distance_m < 0.0:
+        if abs(left_m) <= gains.drive_tolerance_m or left_m * self._distance_m < 0.0:
             return MotionReply(completed=True, moved=self.driven_m)
-        gains = self._gains
-        speed = min(self._speed_m_s, max(gains.drive_kp * abs(left_m), gains.drive_m_s_min))
-        turn = gains.heading_kp * wrap(heading - odometry.pose.yaw)
-        return Twist2D(linear_x=math.copysign(speed, left_m), angular_z=min(max(turn, -0.5), 0.5))
+        limit = self._speed_m_s
+        speed = self._distance_loop(left_m, now_s, (gains.drive_kp, gains.drive_ki, gains.drive_kd), limit)
+        turn = self._heading_loop(
+            wrap(heading - odometry.pose.yaw),
+            now_s,
+            (gains.heading_kp, gains.heading_ki, gains.heading_kd),
+            HEADING_RAD_S_MAX,
+        )
+        return Twist2D(linear_x=_at_least(speed, min(limit, gains.drive_m_s_min), left_m), angular_z=turn)
+
+
+def _at_least(wanted: float, slowest: float, left: float) -> float:
+    """Towards what is left; no slower than the base can move, and never backwards to it."""
+    return math.copysign(max(abs(wanted), slowest), left) if wanted * left > 0.0 else math.copysign(slowest, left)

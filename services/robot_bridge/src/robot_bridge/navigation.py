@@ -40,6 +40,17 @@ ERROR_NAMES: dict[int, str] = {
 """Nav2's codes (Jazzy): 1xx from the controller under way, 2xx from the planner."""
 
 
+NO_VALID_PATH = 208
+
+GIVEN_UP_UNDER_WAY = frozenset({104, 105, 106})
+"""The controller lost patience, made no progress, or found no way on: asked again, it may well get there."""
+
+
+def says_nothing_of_the_goal(code: int) -> bool:
+    """The planner's trouble is with the start, the transforms or itself: another goal would meet the same."""
+    return code in {200, 201, 202, 203, 205, 207}
+
+
 def is_over(status: GoalStatus) -> bool:
     return not ALLOWED[status]
 
@@ -66,6 +77,7 @@ def moved_on(
             "status": status,
             "stamp_s": stamp_s,
             "error_code": error_code,
+            "error_name": error_name(error_code),
             "error_msg": message,
             "distance_remaining_m": goal.distance_remaining_m if distance_remaining_m is None else distance_remaining_m,
         }

@@ -1,28 +1,34 @@
-"""Goals from the request to their end: checks, costmaps, a fresh scan, Nav2, progress, and what to tell whom."""
+"""Goals from the request to their end: checks, preflight, Nav2, progress, another try, and what to tell whom."""
 
 import asyncio
 import uuid
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 
 import structlog
 
-from contracts.robot import Goal, GoalRequest, GoalStatus, NavigationState, PathReply, PathRequest
+from contracts.geometry import Pose2D
+from contracts.robot import Goal, GoalMode, GoalRequest, GoalStatus, NavigationState, PathReply, PathRequest, Sighting
+from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
 from mesh.errors import ConflictError, NotFoundError, UnavailableError, UnprocessableError
 from mesh.tasks import Tasks
 from robot_bridge.maps import why_not_in
-from robot_bridge.navigation import error_name, is_over, moved_on
+from robot_bridge.navigation import GIVEN_UP_UNDER_WAY, error_name, is_over, moved_on, says_nothing_of_the_goal
 from robot_bridge.ports import AcceptedGoal, GoalEnd, Robot
+from robot_bridge.preflight import Checked, Place, Preflight, path_or_none
+from robot_bridge.ring import length_m
 from robot_bridge.settings import Settings
-from robot_bridge.transforms import compose, inverse
 from robot_bridge.wheels import Wheels
 
 log = structlog.get_logger()
 
 GOALS_KEPT = 200
 PROGRESS_S = 0.5
+CANCEL_S_MAX = 2.0
+
+Measure = Callable[[ObjectSpotted], Awaitable[Sighting]]
 
 
 @dataclass(slots=True)
@@ -30,8 +36,12 @@ class _Active:
     """The one goal that may be under way."""
 
     goal_id: str
+    place: Place
+    mode: GoalMode
     session_id: str | None
     deadline_s: float
+    seen_from_s: float
+    """Only pictures later than this count as sightings."""
     accepted: AcceptedGoal | None = None
     ending_as: GoalStatus | None = None
     why: str = ""
@@ -50,6 +60,7 @@ class Navigator:
         tasks: Tasks,
         settings: Settings,
         publish: Callable[[Goal], None],
+        measure: Measure,
     ) -> None:
         self._robot = robot
         self._wheels = wheels
@@ -57,6 +68,8 @@ class Navigator:
         self._tasks = tasks
         self._settings = settings
         self._publish = publish
+        self._measure = measure
+        self._preflight = Preflight(robot, settings)
         self._goals: OrderedDict[str, Goal] = OrderedDict()
         self._active: _Active | None = None
         self._sending = asyncio.Lock()
@@ -78,14 +91,20 @@ class Navigator:
         return goal
 
     async def send(self, request: GoalRequest) -> Goal:
-        """The goal once Nav2 has taken or rejected it. A goal under way is cancelled first: the newest counts."""
+        """The goal once Nav2 has taken or rejected it, or no path leads there (ABORTED).
+
+        A goal under way is cancelled first: the newest counts.
+        """
         self._check(request)
         async with self._sending:
+            await self._need_nav2(self._settings.nav2_active_wait_s)
             await self._end_active("another goal took over")
             if request.clear_costmaps:
                 await self._clear_costmaps()
+            place = self._place(request.pose, request)
+            checked = await path_or_none(self._preflight, place)
             self._check(request)
-            return await self._send(request)
+            return await self._begin(request, place, checked)
 
     async def cancel(self, goal_id: str, why: str = "requested") -> Goal:
         """Asks for the end and waits a little for it; the reply tells how far it came."""
@@ -94,11 +113,17 @@ class Navigator:
         if active is not None and active.goal_id == goal_id:
             self._end_soon(active, GoalStatus.CANCELED, why)
             try:
-                await asyncio.wait_for(active.over.wait(), 2.0)
+                await asyncio.wait_for(active.over.wait(), CANCEL_S_MAX)
             except TimeoutError:
                 self._finish(active, GoalEnd(GoalStatus.CANCELED, error_msg=f"{why}; Nav2 has not confirmed it"))
             goal = self.goal(goal_id)
         return goal
+
+    async def over(self, goal_id: str) -> Goal:
+        """The goal at its end, however long that takes."""
+        if (active := self._active) is not None and active.goal_id == goal_id:
+            await active.over.wait()
+        return self.goal(goal_id)
 
     def stop(self, why: str) -> None:
         """Ends the goal at once, whatever Nav2 answers (emergency stop, docking)."""
@@ -111,36 +136,57 @@ class Navigator:
         if (active := self._active) is not None and active.session_id == session_id:
             self.stop("the session ended")
 
+    async def sighted(self, spotted: ObjectSpotted) -> None:
+        """The target was seen: ends an exploration's goal, measures for an approach (requirement A13)."""
+        active = self._active
+        if active is None or active.mode is GoalMode.PLAIN or active.ending_as is not None:
+            return
+        if spotted.stamp_s <= active.seen_from_s:
+            return
+        if active.mode is GoalMode.EXPLORATION:
+            self._end_soon(active, GoalStatus.CANCELED, f"{spotted.target.description} was sighted")
+        sighting = await self._measure(spotted)
+        goal = self._goals[active.goal_id]
+        self._keep(goal.model_copy(update={"sighting": sighting, "stamp_s": self._clock.now_s()}))
+
     async def path(self, request: PathRequest) -> PathReply:
-        """Nav2's plan, or its error code; nothing moves."""
-        self._check_place(request)
-        self._need_nav2()
-        plan = await self._robot.compute_path(request.goal, request.start)
-        if plan.error_code or not plan.poses:
-            code = plan.error_code or 208
-            return PathReply(reachable=False, error_code=code, error_name=error_name(code))
-        steps = [compose(inverse(a), b) for a, b in zip(plan.poses, plan.poses[1:], strict=False)]
-        length_m = sum((step.x**2 + step.y**2) ** 0.5 for step in steps)
-        return PathReply(reachable=True, length_m=length_m, poses=plan.poses)
+        """Nav2's plan to the pose or the nearest one on the ring, or its error code; nothing moves."""
+        self._check_place(request.goal)
+        await self._need_nav2(0.0)
+        checked = await self._preflight.nearest(self._place(request.goal, request), request.start)
+        code = checked.error_code
+        if checked.pose is None:
+            return PathReply(reachable=False, tried=checked.tried, error_code=code, error_name=error_name(code))
+        return PathReply(
+            reachable=True,
+            goal=checked.pose,
+            length_m=length_m(checked.plan),
+            tried=checked.tried,
+            error_code=code,
+            error_name=error_name(code),
+            poses=checked.plan,
+        )
+
+    def _place(self, pose: Pose2D, request: GoalRequest | PathRequest) -> Place:
+        radius_m = self._settings.ring_radius_m if request.ring_radius_m is None else request.ring_radius_m
+        return Place(pose, radius_m, request.look_at)
 
     def _check(self, request: GoalRequest) -> None:
         self._wheels.check(request.epoch, request.session_id)
+        self._check_place(request.pose)
+
+    def _check_place(self, pose: Pose2D) -> None:
         grid = self._robot.senses.map.value
         if grid is None:
             raise UnavailableError("map", "no map has been received")
-        if why := why_not_in(grid, request.pose):
-            raise UnprocessableError(why)
-        self._need_nav2()
-
-    def _check_place(self, request: PathRequest) -> None:
-        grid = self._robot.senses.map.value
-        if grid is None:
-            raise UnavailableError("map", "no map has been received")
-        if why := why_not_in(grid, request.goal):
+        if why := why_not_in(grid, pose):
             raise UnprocessableError(why)
 
-    def _need_nav2(self) -> None:
-        if missing := self._robot.senses.why_no_nav2(self._clock.now_s()):
+    async def _need_nav2(self, wait_s: float) -> None:
+        """Its lifecycle has to be active; it may be about to become so."""
+        senses = self._robot.senses
+        await senses.nav2_missing.wait_for(lambda _: not senses.why_no_nav2(self._clock.now_s()), wait_s)
+        if missing := senses.why_no_nav2(self._clock.now_s()):
             raise UnavailableError("nav2", missing)
 
     async def _clear_costmaps(self) -> None:
@@ -149,39 +195,97 @@ class Navigator:
             await asyncio.wait_for(self._robot.clear_costmaps(), self._settings.costmap_timeout_s)
         except (UnavailableError, TimeoutError) as error:
             log.warning("the costmaps were not cleared", error=str(error) or type(error).__name__)
-        cleared_s = self._clock.now_s()
-        await self._robot.senses.scan.wait_for(
-            lambda reading: reading.received_s > cleared_s, self._settings.fresh_scan_wait_s_max
-        )
+        cleared_s, wait_s = self._clock.now_s(), self._settings.fresh_scan_wait_s_max
+        scan = await self._robot.senses.scan.wait_for(lambda reading: reading.received_s > cleared_s, wait_s)
+        if scan is None:
+            log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
 
-    async def _send(self, request: GoalRequest) -> Goal:
+    async def _begin(self, request: GoalRequest, place: Place, checked: Checked | None) -> Goal:
         now_s = self._clock.now_s()
-        goal = Goal(id=uuid.uuid4().hex, pose=request.pose, status=GoalStatus.PENDING, stamp_s=now_s)
-        active = _Active(goal.id, request.session_id, now_s + request.timeout_s)
+        hopeless = checked is not None and checked.pose is None and not says_nothing_of_the_goal(checked.error_code)
+        pose = checked.pose if checked is not None and checked.pose is not None else request.pose
+        goal = Goal(
+            id=uuid.uuid4().hex,
+            pose=pose,
+            wanted=request.pose,
+            mode=request.mode,
+            status=GoalStatus.PENDING,
+            stamp_s=now_s,
+        )
+        picture = self._robot.senses.rgb.value
+        active = _Active(
+            goal.id,
+            place,
+            request.mode,
+            request.session_id,
+            now_s + request.timeout_s,
+            picture.stamp_s if picture is not None else 0.0,
+        )
         self._wheels.open_navigation(goal.id, request.epoch, request.session_id)
         self._active = active
         self._keep(goal)
+        if checked is not None and hopeless:
+            self._finish(active, GoalEnd(GoalStatus.ABORTED, checked.error_code, checked.reason))
+            return self._goals[goal.id]
         try:
-            accepted = await self._robot.navigate(request.pose, lambda left_m: self._progress(active, left_m))
+            await self._ask_nav2(active, pose)
         except UnavailableError as error:
             self._finish(active, GoalEnd(GoalStatus.ABORTED, error_msg=error.detail))
             raise
-        if accepted is None:
-            self._finish(active, GoalEnd(GoalStatus.REJECTED, error_msg="Nav2 rejected the goal"))
-            return self._goals[goal.id]
-        active.accepted = accepted
-        if self._active is not active:  # stopped, or its session ended, while Nav2 was thinking
-            accepted.cancel()
-            return self._goals[goal.id]
-        self._keep(moved_on(self._goals[goal.id], GoalStatus.EXECUTING, stamp_s=self._clock.now_s()))
-        self._tasks.start("goal", self._follow(active, accepted), forever=False)
-        if active.ending_as is not None:
-            accepted.cancel()
+        if active.accepted is not None and self._active is active:
+            self._keep(moved_on(self._goals[goal.id], GoalStatus.EXECUTING, stamp_s=self._clock.now_s()))
+            self._tasks.start("goal", self._follow(active), forever=False)
         return self._goals[goal.id]
 
-    async def _follow(self, active: _Active, accepted: AcceptedGoal) -> None:
-        """Until Nav2 ends it, its time is up, or Nav2 is gone."""
-        end = asyncio.ensure_future(accepted.end())
+    async def _ask_nav2(self, active: _Active, pose: Pose2D) -> None:
+        """Nav2 takes the goal (`active.accepted`) or rejects it, which ends it."""
+        active.accepted = await self._robot.navigate(pose, lambda left_m: self._progress(active, left_m))
+        if active.accepted is None:
+            first = self._goals[active.goal_id].status is GoalStatus.PENDING
+            rejected = GoalStatus.REJECTED if first else GoalStatus.ABORTED
+            self._finish(active, GoalEnd(rejected, error_msg="Nav2 rejected the goal"))
+        elif self._active is not active or active.ending_as is not None:
+            active.accepted.cancel()  # stopped, or its session ended, while Nav2 was thinking
+
+    async def _follow(self, active: _Active) -> None:
+        """Until Nav2 ends it, its time is up, or Nav2 is gone; tries again where Nav2 gave up under way."""
+        for attempt in range(1, self._settings.retries_max + 2):
+            end = await self._until_end(active)
+            if end is None:
+                return
+            last = attempt > self._settings.retries_max or active.ending_as is not None
+            if last or end.status is not GoalStatus.ABORTED or end.error_code not in GIVEN_UP_UNDER_WAY:
+                self._finish(active, end)
+                return
+            try:
+                await self._try_again(active, end, attempt + 1)
+            except UnavailableError as error:
+                self._finish(active, GoalEnd(GoalStatus.ABORTED, end.error_code, f"{end.error_msg}; {error.detail}"))
+
+    async def _try_again(self, active: _Active, end: GoalEnd, attempt: int) -> None:
+        """From where the robot stands, costmaps cleared; from the third time on to a roomier pose on the ring."""
+        goal, name = self._goals[active.goal_id], error_name(end.error_code)
+        log.info("Nav2 gave up under way; trying again", goal=goal.id, error=name, attempt=attempt)
+        told = {"attempt": attempt, "error_code": end.error_code, "error_name": name, "error_msg": end.error_msg}
+        active.accepted = None
+        self._keep(goal.model_copy(update=told | {"stamp_s": self._clock.now_s()}))
+        await self._clear_costmaps()
+        pose = goal.pose
+        if attempt > 2 and (roomier := await self._preflight.roomier(active.place, goal.pose)).pose is not None:
+            pose = roomier.pose
+            self._keep(self._goals[goal.id].model_copy(update={"pose": pose}))
+        if self._active is not active:
+            return
+        if active.ending_as is not None:
+            self._finish(active, end)
+            return
+        await self._ask_nav2(active, pose)
+
+    async def _until_end(self, active: _Active) -> GoalEnd | None:
+        """How Nav2 ended it; none when it is over already."""
+        if active.accepted is None:
+            return None
+        end = asyncio.ensure_future(active.accepted.end())
         grace_s: float | None = None
         try:
             while not end.done() and self._active is active:
@@ -190,13 +294,12 @@ class Navigator:
                 if now_s > active.deadline_s and active.ending_as is None:
                     self._end_soon(active, GoalStatus.TIMED_OUT, "the goal's time is up")
                 if active.ending_as is not None and grace_s is None:
-                    grace_s = now_s + 2.0
+                    grace_s = now_s + CANCEL_S_MAX
                 if missing := self._robot.senses.why_no_nav2(now_s):
                     self._finish(active, GoalEnd(GoalStatus.ABORTED, error_msg=f"Nav2 is gone: {missing}"))
                 elif grace_s is not None and now_s > grace_s:
                     self._finish(active, GoalEnd(GoalStatus.CANCELED, error_msg="Nav2 has not confirmed the end"))
-            if end.done():
-                self._finish(active, end.result())
+            return end.result() if end.done() and self._active is active else None
         finally:
             end.cancel()
 

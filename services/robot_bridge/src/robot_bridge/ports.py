@@ -7,6 +7,7 @@ from typing import Protocol
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import GoalStatus
 from robot_bridge.celebration import Celebration
+from robot_bridge.mcap_file import Sink
 from robot_bridge.senses import Senses
 
 
@@ -82,4 +83,11 @@ class Robot(Protocol):
 
     def celebrate(self, celebration: Celebration) -> None:
         """Plays the notes and the lights; waits for nothing."""
+        ...
+
+    def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
+        """Hands over the robot's own messages as they come, until what it answers is called. Waits for nothing.
+
+        Pictures come at most so often; 0 = none.
+        """
         ...

@@ -1,7 +1,7 @@
 """The filter nothing skips: what the laser, the bumpers and the age of both leave of a wanted velocity. Pure."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +30,18 @@ class SafetyLimits:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What the filter may know. `points_m` is (n, 2) in base_link; ages are none where nothing ever came."""
+    """What the filter may know; ages are none where nothing ever came.
+
+    `points_m` is (n, 2) in the base_link of the scan's time, `measured` the velocity since. `known_ahead` and
+    `known_behind` are the parts of the laser's beams there that said anything.
+    """
 
     points_m: NDArray[np.float64]
     scan_age_s: float | None
     odometry_age_s: float | None
-    known_fraction: float = 1.0
-    speed_m_s: float = 0.0
+    known_ahead: float = 1.0
+    known_behind: float = 1.0
+    measured: Twist2D = field(default_factory=Twist2D)
     hazards: frozenset[Hazard] = frozenset()
 
 
@@ -48,8 +53,8 @@ def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tupl
         return Twist2D(), why
     if twist.linear_x == 0.0:
         return twist, ""
-    free_m = free_travel_m(around.points_m, twist, limits.footprint_radius_m + limits.side_margin_m)
-    free_m -= abs(around.speed_m_s) * (around.scan_age_s or 0.0)  # it has moved on since the scan was taken
+    points_m = seen_from_here(around.points_m, around.measured, around.scan_age_s or 0.0)
+    free_m = free_travel_m(points_m, twist, limits.footprint_radius_m + limits.side_margin_m)
     if why := _no_translation_because(twist.linear_x, free_m, around, limits):
         return Twist2D(angular_z=twist.angular_z), why
     factor = slowdown(free_m, limits)
@@ -57,6 +62,15 @@ def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tupl
         return twist, ""
     slowed = Twist2D(linear_x=twist.linear_x * factor, angular_z=twist.angular_z * factor)
     return slowed, f"slowed: {free_m:.2f} m free {_where(twist.linear_x)}"
+
+
+def seen_from_here(points_m: NDArray[np.float64], measured: Twist2D, age_s: float) -> NDArray[np.float64]:
+    """Where the points of a scan `age_s` old are now, as the robot has moved on with `measured` since."""
+    turned = measured.angular_z * age_s
+    driven_m = measured.linear_x * age_s
+    moved = points_m - driven_m * np.array([math.cos(turned / 2.0), math.sin(turned / 2.0)])
+    cosine, sine = math.cos(turned), math.sin(turned)
+    return moved @ np.array([[cosine, -sine], [sine, cosine]])
 
 
 def slowdown(free_m: float, limits: SafetyLimits) -> float:
@@ -110,9 +124,10 @@ def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> str:
 
 def _no_translation_because(linear_x: float, free_m: float, around: Surroundings, limits: SafetyLimits) -> str:
     blocking = around.hazards & (NO_FORWARD if linear_x > 0.0 else NO_REVERSE)
+    known = around.known_ahead if linear_x > 0.0 else around.known_behind
     reasons = {
         f"the laser scan is {around.scan_age_s:.1f} s old": (around.scan_age_s or 0.0) > limits.scan_age_s_max,
-        "the laser is blind": around.known_fraction < limits.known_fraction_min,
+        f"the laser is blind {_where(linear_x)}": known < limits.known_fraction_min,
         "no odometry": around.odometry_age_s is None or around.odometry_age_s > limits.odometry_age_s_max,
         f"hazard: {', '.join(sorted(blocking))}": bool(blocking),
         f"obstacle {_where(linear_x)}": free_m <= limits.stop_distance_m,

@@ -17,13 +17,17 @@ from robot_bridge.transforms import PoseBuffer, StaticFrames
 class Scan:
     """A laser scan as points in base_link.
 
-    `points_m` is (n, 2): the beams that hit something. `known_fraction` tells how many beams said anything at all,
-    "nothing there" included: a blind laser must not look like free space.
+    `points_m` is (n, 2): the beams that hit something. `known_ahead` and `known_behind` tell which part of the beams
+    within 60 degrees of straight ahead and straight back said anything at all, "nothing there" included: a blind laser
+    must not look like free space.
     """
 
     stamp_s: float
     points_m: NDArray[np.float64]
-    known_fraction: float = 1.0
+    known_ahead: float = 1.0
+    known_behind: float = 1.0
+    open_rad: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    """(m,) bearings, in base_link, of the beams that met nothing in reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +85,14 @@ class Grid:
     cells: NDArray[np.int8]
 
 
+@dataclass(frozen=True, slots=True)
+class DockView:
+    """What the base knows of its dock."""
+
+    is_docked: bool
+    dock_visible: bool = False
+
+
 class Hazard(StrEnum):
     """Create 3's hazards, by its own names."""
 
@@ -92,8 +104,25 @@ class Hazard(StrEnum):
     OBJECT_PROXIMITY = "OBJECT_PROXIMITY"
 
 
+class HazardMailbox(Mailbox[frozenset[Hazard]]):
+    """Remembers when each hazard was last seen: a bump shorter than a tick must not be missed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._seen_s: dict[Hazard, float] = {}
+
+    def put(self, value: frozenset[Hazard], received_s: float) -> None:
+        self._seen_s = self._seen_s | dict.fromkeys(value, received_s)
+        super().put(value, received_s)
+
+    def active(self, now_s: float, hold_s: float) -> frozenset[Hazard]:
+        """Those seen within the last `hold_s`."""
+        return frozenset(hazard for hazard, seen_s in self._seen_s.items() if now_s - seen_s <= hold_s)
+
+
 DEPTH_IMAGES_KEPT = 12
 NAV2_SILENCE_S_MAX = 3.0
+NO_POINTS: NDArray[np.float64] = np.empty((0, 2))
 
 
 class DepthHistory:
@@ -127,8 +156,8 @@ class Senses:
     depth_intrinsics: Mailbox[Intrinsics] = field(default_factory=Mailbox[Intrinsics])
     map: Mailbox[Grid] = field(default_factory=Mailbox[Grid])
     battery: Mailbox[Battery] = field(default_factory=Mailbox[Battery])
-    docked: Mailbox[bool] = field(default_factory=Mailbox[bool])
-    hazards: Mailbox[frozenset[Hazard]] = field(default_factory=Mailbox[frozenset[Hazard]])
+    dock: Mailbox[DockView] = field(default_factory=Mailbox[DockView])
+    hazards: HazardMailbox = field(default_factory=HazardMailbox)
     nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)

@@ -6,6 +6,8 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from contracts.geometry import Pose2D
+
 
 class Channel(BaseModel):
     """A ROS topic and its quality of service."""
@@ -81,6 +83,7 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8004, ge=1, le=65535)
     log_level: str = "INFO"
+    nice: int = Field(default=-10, ge=-20, le=19, description="the process's priority, where it is permitted to set it")
     redis_url: str = "redis://127.0.0.1:6379/0"
     state_dir: Path = Field(default=Path("var/robot_bridge"), description="holds the emergency stop's latch")
     body_bytes_max: int = Field(default=200_000, ge=1000)
@@ -102,22 +105,52 @@ class Settings(BaseSettings):
     scan_age_to_turn_s_max: float = Field(default=2.0, gt=0.0)
     odometry_age_s_max: float = Field(default=0.5, gt=0.0)
     hazard_hold_s: float = Field(default=1.0, gt=0.0)
+    hazards_age_s_max: float = Field(default=5.0, gt=0.0)
+
+    sector_wall_m: float = Field(default=0.25, gt=0.0, description="a ring sector nearer than this is a WALL")
+    sector_obstacle_m: float = Field(default=0.5, gt=0.0, description="nearer than this: OBSTACLE")
+    sector_near_m: float = Field(default=1.0, gt=0.0, description="nearer than this: NEAR, else CLEAR")
+    gap_width_m_min: float = Field(default=0.7, gt=0.0, description="what is narrower is no doorway")
+    gap_width_m_max: float = Field(default=2.5, gt=0.0, description="what is wider is open space")
 
     image_age_s_max: float = Field(default=1.5, gt=0.0)
     pose_age_s_max: float = Field(default=5.0, gt=0.0)
     battery_age_s_max: float = Field(default=60.0, gt=0.0)
+    dock_age_s_max: float = Field(default=10.0, gt=0.0)
     jpeg_quality: int = Field(default=85, ge=10, le=100)
     stream_viewers_max: int = Field(default=8, ge=1)
     depth_match_s_max: float = Field(default=0.5, gt=0.0, description="between a picture and the depth measured in it")
 
     nav2_timeout_s: float = Field(default=5.0, gt=0.0, description="for Nav2 to accept a goal or plan a path")
+    nav2_active_wait_s: float = Field(default=2.0, ge=0.0, description="for Nav2 to become active, before a goal")
+    ring_radius_m: float = Field(default=0.6, ge=0.0, le=3.0, description="how far from the wanted pose a goal may end")
+    ring_clearance_m: float = Field(default=0.08, ge=0.0, description="of the footprint, for poses on the ring")
+    preflight_poses_max: int = Field(default=40, ge=1, le=100)
+    preflight_s_max: float = Field(default=4.0, gt=0.0)
+    retries_max: int = Field(default=2, ge=0, le=5, description="after Nav2 gave up under way (104, 105, 106)")
     costmap_timeout_s: float = Field(default=1.0, gt=0.0)
     fresh_scan_wait_s_max: float = Field(default=1.5, ge=0.0)
-    dock_timeout_s: float = Field(default=90.0, gt=0.0)
+    dock_timeout_s: float = Field(default=90.0, gt=0.0, description="the way to the dock included")
+    dock_pose: Pose2D | None = Field(default=None, description="base_link in map while docked; none = learned")
+    predock_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
+
+    navigation_may_reverse: bool = Field(default=True, description="Nav2's recoveries back up; the rear is watched too")
+    recordings_dir: Path | None = Field(default=None, description="none = recordings/ in the state directory")
+    recording_bytes_max: int = Field(default=1_000_000_000, ge=10_000, description="of one recording")
+    recordings_bytes_max: int = Field(default=5_000_000_000, ge=10_000, description="of all; the oldest make room")
+    recording_s_max: float = Field(default=3600.0, gt=0.0, le=86_400.0)
+    recording_images_hz: float = Field(default=2.0, gt=0.0, le=30.0, description="of pictures, where they are wanted")
 
     heading_kp: float = 2.5
     heading_ki: float = 0.0
     heading_kd: float = 0.05
     drive_kp: float = 1.5
+    drive_ki: float = 0.0
+    drive_kd: float = 0.0
+    turn_tolerance_rad: float = 0.02
+    drive_tolerance_m: float = 0.01
+    turn_rad_s_min: float = 0.12
+    drive_m_s_min: float = 0.03
+    blocked_s_max: float = 1.5
 
     ros: RosSettings = RosSettings()

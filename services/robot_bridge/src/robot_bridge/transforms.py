@@ -38,6 +38,10 @@ def inverse(pose: Pose2D) -> Pose2D:
     return Pose2D(x=-c * pose.x - s * pose.y, y=s * pose.x - c * pose.y, yaw=wrap(-pose.yaw))
 
 
+def apart_m(a: Pose2D, b: Pose2D) -> float:
+    return math.hypot(b.x - a.x, b.y - a.y)
+
+
 def matrix(position_m: tuple[float, float, float], quaternion_xyzw: tuple[float, float, float, float]) -> Matrix:
     """A 4x4 transform from ROS's position and quaternion; raises `ValueError` where they are no transform."""
     x, y, z, w = quaternion_xyzw

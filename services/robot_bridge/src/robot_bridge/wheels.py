@@ -8,39 +8,28 @@ import asyncio
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+from prometheus_client import Counter
 
 from contracts.geometry import Twist2D
-from contracts.robot import EmergencyStop, MotionReply, Priority
+from contracts.robot import EmergencyStop, Priority
 from mesh.clock import Clock
 from mesh.errors import ConflictError
 from robot_bridge import emergency_stop
-from robot_bridge.arbiter import ZERO, Arbiter, Choice, Limits, Refusal, Request
+from robot_bridge.arbiter import NOTHING, ZERO, Arbiter, Choice, Limits, Refusal, Request
+from robot_bridge.closed_loop import ClosedLoop, Running
 from robot_bridge.mailbox import Mailbox
-from robot_bridge.motion import Motion
-from robot_bridge.safety import SafetyLimits, Surroundings, restrain
-from robot_bridge.senses import Odometry, Senses
+from robot_bridge.safety import SafetyLimits, restrain
+from robot_bridge.senses import Senses
 from robot_bridge.sessions import Sessions
+from robot_bridge.surroundings import fresh_odometry, surroundings
 
 NAVIGATION_SOURCE = "cmd_vel_nav"
 NAVIGATION_LEASE_S = 0.25
-MOTION_LEASE_S = 0.25
+OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", "emergency_stop", NOTHING.source})
+"""Names that nobody outside may ask under: he would replace the bridge's own lease."""
 STOP_BURST = 10
-_NO_POINTS: NDArray[np.float64] = np.empty((0, 2))
-
-
-@dataclass(frozen=True, slots=True)
-class Running:
-    """A closed-loop motion in progress, and where its reply goes."""
-
-    motion: Motion
-    name: str
-    epoch: int
-    session_id: str | None
-    done: Callable[[MotionReply], None]
+REFUSED = Counter("robot_bridge_velocity_refused_total", "velocity requests that never became a lease", ["reason"])
 
 
 class Wheels:
@@ -56,19 +45,22 @@ class Wheels:
         limits: Limits,
         safety: SafetyLimits,
         hazard_hold_s: float,
+        navigation_may_reverse: bool = True,
     ) -> None:
         self.commanded: Mailbox[Choice] = Mailbox()
         self.arbiter = Arbiter(limits)
+        self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
         self._senses = senses
         self._sessions = sessions
         self._clock = clock
         self._stop = stop
         self._safety = safety
         self._hazard_hold_s = hazard_hold_s
+        self._navigation_may_reverse = navigation_may_reverse
         self._lock = threading.Lock()
         self._send: Callable[[Twist2D], None] = _nowhere
         self._on_session_ended: Callable[[str], None] = _ignore
-        self._running: Running | None = None
+        self._loop = ClosedLoop()
         self._goal: tuple[str, int, str | None] | None = None
         self._base_is_busy = False
 
@@ -108,7 +100,7 @@ class Wheels:
                 choice = Choice(ZERO, "emergency_stop", "the emergency stop is latched", ZERO)
                 self.arbiter.note_zero_sent(now_s)
             else:
-                around = self._surroundings(now_s)
+                around = surroundings(self._senses, now_s, hazard_hold_s=self._hazard_hold_s)
                 choice = self.arbiter.choose(
                     now_s, epoch=self._stop.epoch, restrain=lambda twist: restrain(twist, around, self._safety)
                 )
@@ -120,16 +112,21 @@ class Wheels:
         """Takes a lease on the wheels, or says why not. Raises `ConflictError` for a session that has ended."""
         with self._lock:
             self._sessions.check(request.session_id)
+            if request.source in OWN_SOURCES:
+                return self._refused(Refusal.RESERVED)
             return self._request(request, self._clock.now_s())
 
     def stop(self, *, reason: str, by: str) -> tuple[EmergencyStop, float]:
-        """Ten zeros at once, and nothing else from here on. Answers with how long the first took, in ms."""
+        """Zero before anything else; then latched, and ten more. Answers with how long the first took, in ms.
+
+        The first does not wait for the lock: should a tick that was already under way send after it, the ten follow.
+        """
         asked_s = time.perf_counter()
+        self._send(ZERO)
+        first_zero_ms = (time.perf_counter() - asked_s) * 1000.0
         with self._lock:
             self._stop = emergency_stop.stopped(self._stop, reason=reason, by=by, now_s=self._clock.now_s())
-            self._send(ZERO)
-            first_zero_ms = (time.perf_counter() - asked_s) * 1000.0
-            for _ in range(STOP_BURST - 1):
+            for _ in range(STOP_BURST):
                 self._send(ZERO)
             self._forget_everything("emergency stop")
             return self._stop, first_zero_ms
@@ -172,11 +169,11 @@ class Wheels:
         """Starts a closed-loop motion. Raises `ConflictError` when one runs, or the robot navigates."""
         with self._lock:
             self.check(running.epoch, running.session_id)
-            if self._running is not None:
-                raise ConflictError(f"a {self._running.name} is under way")
+            if self._loop.running is not None:
+                raise ConflictError(f"a {self._loop.running.name} is under way")
             if self._goal is not None:
                 raise ConflictError("a navigation goal is under way")
-            self._running = running
+            self._loop.begin(running)
 
     def end_motion(self, reason: str) -> bool:
         """Cancels the closed-loop motion; true when there was one."""
@@ -210,7 +207,7 @@ class Wheels:
                     angular_z=angular_z,
                     duration_s=NAVIGATION_LEASE_S,
                     epoch=epoch,
-                    allow_reverse=True,  # Nav2's own recoveries back up; the rear is watched like the front
+                    allow_reverse=self._navigation_may_reverse,
                     session_id=session_id,
                 ),
                 self._clock.now_s(),
@@ -231,65 +228,30 @@ class Wheels:
             self._send = _nowhere
 
     def _request(self, request: Request, now_s: float) -> Refusal | None:
-        refusal: Refusal | None = None
         if self._stop.latched:
-            refusal = Refusal.STOPPED
-        elif self._base_is_busy:
-            refusal = Refusal.BASE_IS_BUSY
-        if refusal is not None:
-            self.arbiter.refused[refusal] += 1
-            return refusal
-        return self.arbiter.request(request, now_s, epoch=self._stop.epoch)
+            return self._refused(Refusal.STOPPED)
+        if self._base_is_busy:
+            return self._refused(Refusal.BASE_IS_BUSY)
+        refusal = self.arbiter.request(request, now_s, epoch=self._stop.epoch)
+        return self._refused(refusal) if refusal is not None else None
+
+    def _refused(self, refusal: Refusal) -> Refusal:
+        self.refused[refusal] += 1
+        REFUSED.labels(refusal.value).inc()
+        return refusal
 
     def _step_motion(self, now_s: float) -> None:
-        if (running := self._running) is None:
-            return
-        last = self.commanded.value
-        mine = last is not None and last.source == running.name
-        why = (last.reason if mine else f"{last.source} has the wheels") if last is not None else ""
-        sent = last.twist if last is not None and mine else ZERO
-        wanted = running.motion.step(self._fresh_odometry(now_s), now_s, sent, why)
-        if isinstance(wanted, MotionReply):
-            self._running = None
-            self.arbiter.drop(running.name)
-            running.done(wanted)
-            return
-        self._request(
-            Request(
-                source=running.name,
-                priority=Priority.EXPLORATION,
-                linear_x=wanted.linear_x,
-                angular_z=wanted.angular_z,
-                duration_s=MOTION_LEASE_S,
-                epoch=running.epoch,
-                allow_reverse=running.motion.allow_reverse,
-                session_id=running.session_id,
-            ),
-            now_s,
-        )
-
-    def _fresh_odometry(self, now_s: float) -> Odometry | None:
-        age_s = self._senses.odometry.age_s(now_s)
-        return self._senses.odometry.value if age_s is not None and age_s <= self._safety.odometry_age_s_max else None
-
-    def _surroundings(self, now_s: float) -> Surroundings:
-        scan, odometry = self._senses.scan.newest, self._senses.odometry.newest
-        hazards = self._senses.hazards.newest
-        fresh_hazards = hazards is not None and now_s - hazards.received_s <= self._hazard_hold_s
-        return Surroundings(
-            points_m=scan.value.points_m if scan is not None else _NO_POINTS,
-            scan_age_s=self._senses.scan.age_s(now_s),
-            odometry_age_s=self._senses.odometry.age_s(now_s),
-            known_fraction=scan.value.known_fraction if scan is not None else 0.0,
-            speed_m_s=odometry.value.twist.linear_x if odometry is not None else 0.0,
-            hazards=hazards.value if hazards is not None and fresh_hazards else frozenset(),
-        )
+        odometry = fresh_odometry(self._senses, now_s, self._safety)
+        step = self._loop.step(odometry, now_s, self.commanded.value)
+        if isinstance(step, Request):
+            self._request(step, now_s)
+        elif step is not None:
+            self.arbiter.drop(step)
 
     def _drop_session(self, session_id: str) -> None:
         last = self.commanded.value
         self.arbiter.drop_session(session_id)
-        bound = self._running is not None and self._running.session_id == session_id
-        if bound:
+        if self._loop.running is not None and self._loop.running.session_id == session_id:
             self._end_motion("the session ended")
         if self._goal is not None and self._goal[2] == session_id:
             self._goal = None
@@ -300,11 +262,9 @@ class Wheels:
             self.arbiter.note_zero_sent(now_s)
 
     def _end_motion(self, reason: str) -> bool:
-        if (running := self._running) is None:
+        if (source := self._loop.end(reason)) is None:
             return False
-        self._running = None
-        self.arbiter.drop(running.name)
-        running.done(MotionReply(completed=False, moved=running.motion.moved, reason=reason))
+        self.arbiter.drop(source)
         return True
 
     def _forget_everything(self, reason: str) -> None:

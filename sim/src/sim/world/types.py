@@ -166,6 +166,8 @@ class Truth:
     pose: Pose2D
     twist: Twist2D
     path_length_m: float
+    moved_at_s: float
+    """The newest simulated time at which it moved: faster than 5 mm/s or 0.02 rad/s."""
     collisions: int
     """How often the robot began to touch something."""
     touching: tuple[str, ...]

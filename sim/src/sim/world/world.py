@@ -50,6 +50,7 @@ from sim.world.types import (
 _SLOW_EVERY = 10
 """Physics steps (5 ms) between updates of odometry, battery and localiser."""
 _STALL_AFTER_S = 0.6
+_STILL_M_S, _STILL_RAD_S = 0.005, 0.02
 _DOCKED_WITHIN_M, _DOCKED_WITHIN_RAD = 0.06, 0.25
 _DOCK_SEEN_WITHIN_M, _DOCK_SEEN_WITHIN_RAD = 2.0, 1.0
 _SCAN_ANGLES = -math.pi + np.arange(SCAN_RAYS) * (2 * math.pi / SCAN_RAYS)
@@ -87,7 +88,7 @@ class World:
         self._battery = BatteryModel(self.options.battery_percentage)
         self._steps, self._owed_s = 0, 0.0
         self._last = self._counted = self._body.pose()
-        self._path_m, self._collisions, self._stalled_s = 0.0, 0, 0.0
+        self._path_m, self._collisions, self._stalled_s, self._moved_at_s = 0.0, 0, 0.0, 0.0
         self._touching: tuple[str, ...] = ()
         self._rgb_renderer: mujoco.Renderer | None = None
         self._depth: tuple[DepthRenderer, DepthNoise] | None = None
@@ -222,6 +223,7 @@ class World:
             self._body.pose(),
             self._body.twist(),
             self._path_m,
+            self._moved_at_s,
             self._collisions,
             self._touching,
             self._things,
@@ -263,7 +265,9 @@ class World:
         return ThingTruth(thing.id, thing.kind, thing.colour, x, y, z, thing.furniture)
 
     def _step(self) -> None:
-        forward_m_s, _ = self._body.speeds()
+        forward_m_s, turn_rad_s = self._body.speeds()
+        if abs(forward_m_s) >= _STILL_M_S or abs(turn_rad_s) >= _STILL_RAD_S:
+            self._moved_at_s = self.time_s
         wheels = self._base.tick(self.time_s, forward_m_s * TIMESTEP_S, TIMESTEP_S)
         self._body.step(*wheels.rad_s)
         self._steps += 1

@@ -2,8 +2,22 @@
 
 from fastapi import APIRouter
 
-from robot_bridge.routes import actions, camera, measure, motion, navigation, sessions, state, stop
+from robot_bridge.routes import (
+    actions,
+    camera,
+    measure,
+    motion,
+    navigation,
+    recordings,
+    sessions,
+    state,
+    stop,
+    velocity,
+)
 
 
 def routers() -> tuple[APIRouter, ...]:
-    return tuple(part.router for part in (stop, state, camera, measure, navigation, motion, sessions, actions))
+    return tuple(
+        part.router
+        for part in (stop, state, camera, measure, navigation, velocity, motion, sessions, actions, recordings)
+    )

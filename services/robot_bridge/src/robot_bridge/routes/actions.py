@@ -1,6 +1,5 @@
 """What the base does by itself: dock, undock, celebrate."""
 
-import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter, Query
@@ -8,9 +7,7 @@ from starlette.requests import Request
 
 from contracts.robot import MotionReply
 from mesh.errors import ConflictError
-from robot_bridge.bridge import Bridge
 from robot_bridge.celebration import RETRIGGER_S, SUCCESS
-from robot_bridge.navigator import refuse_while_navigating
 from robot_bridge.routes.deps import BridgeDep, while_connected
 
 router = APIRouter(tags=["base"])
@@ -20,14 +17,17 @@ SessionId = Annotated[str | None, Query(max_length=64, description="refused when
 
 @router.post("/dock")
 async def dock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> MotionReply:
-    """The base drives onto its dock; answers when it is there or has given up. `moved` is always 0."""
-    return await while_connected(request, _base_drives(bridge, session_id, docking=True))
+    """In front of the dock with Nav2, then onto it by the base itself; answers when it is there or has given up.
+
+    409 with the reason where it cannot begin. `moved` is always 0.
+    """
+    return await while_connected(request, bridge.docking.dock(session_id))
 
 
 @router.post("/undock")
 async def undock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> MotionReply:
-    """The base backs off its dock and turns round."""
-    return await while_connected(request, _base_drives(bridge, session_id, docking=False))
+    """The base backs off its dock and turns round; 409 where it is not docked."""
+    return await while_connected(request, bridge.docking.undock(session_id))
 
 
 @router.post("/celebrate")
@@ -39,21 +39,3 @@ async def celebrate(bridge: BridgeDep) -> MotionReply:
     bridge.celebrated_s = now_s
     bridge.robot.celebrate(SUCCESS)
     return MotionReply(completed=True, moved=0.0)
-
-
-async def _base_drives(bridge: Bridge, session_id: str | None, *, docking: bool) -> MotionReply:
-    wheels = bridge.wheels
-    wheels.check(wheels.stop_state.epoch, session_id)
-    refuse_while_navigating(bridge.navigator, "docking" if docking else "undocking")
-    wheels.set_base_busy(True)
-    epoch = wheels.stop_state.epoch
-    try:
-        async with asyncio.timeout(bridge.settings.dock_timeout_s):
-            done = await (bridge.robot.dock() if docking else bridge.robot.undock())
-    except TimeoutError:
-        return MotionReply(completed=False, moved=0.0, reason="timeout")
-    finally:
-        wheels.set_base_busy(False)
-    if wheels.stop_state.epoch != epoch:
-        return MotionReply(completed=False, moved=0.0, reason="emergency stop")
-    return MotionReply(completed=done, moved=0.0, reason="" if done else "the base gave up (is the dock in sight?)")

@@ -13,7 +13,8 @@ from robot_bridge.bridge import Bridge
 T = TypeVar("T")
 
 
-def get_bridge(connection: HTTPConnection) -> Bridge:
+async def get_bridge(connection: HTTPConnection) -> Bridge:
+    """Async: FastAPI runs other dependencies in its thread pool, and a stop must not wait for a thread."""
     bridge: Bridge = connection.state.bridge
     return bridge
 

@@ -1,17 +1,21 @@
 """The emergency stop: no key, no body, no other service needed."""
 
 import asyncio
+from typing import Annotated
 
-from fastapi import APIRouter
-from pydantic import ValidationError
-from starlette.requests import Request
+from fastapi import APIRouter, Query
+from fastapi.responses import Response
+from starlette.requests import ClientDisconnect, Request
 
-from contracts.robot import EmergencyStop, EmergencyStopReply, EmergencyStopRequest
+from contracts.robot import EmergencyStop, EmergencyStopEvent, EmergencyStopReply, EmergencyStopRequest
+from robot_bridge.emergency_stop import HISTORY_MAX
 from robot_bridge.routes.deps import BridgeDep
 
 router = APIRouter(tags=["emergency stop"])
 
+STOP_PATH = "/emergency-stop"
 BODY_WAIT_S = 0.5
+BODY_BYTES_MAX = 10_000
 
 _OPTIONAL_BODY = {
     "requestBody": {
@@ -21,38 +25,61 @@ _OPTIONAL_BODY = {
 }
 
 
-@router.post("/emergency-stop", openapi_extra=_OPTIONAL_BODY)
-async def emergency_stop(request: Request, bridge: BridgeDep) -> EmergencyStopReply:
-    """Stops the robot and keeps it stopped. Zeros are sent before the body is read: it may only say who and why."""
-    state, first_zero_ms = bridge.emergency_stop(reason="requested", by=_client(request))
-    asked = await _asked(request, "requested")
-    state = bridge.explain_emergency_stop(state.epoch, reason=asked.reason, by=asked.by)
+@router.post(STOP_PATH, openapi_extra=_OPTIONAL_BODY)
+async def emergency_stop(request: Request, response: Response, bridge: BridgeDep) -> EmergencyStopReply:
+    """Stops the robot and keeps it stopped. Zeros are sent before the body is read: it may only say who and why.
+
+    Whatever the body is (too long, torn, no JSON, never sent), the robot is stopped and the answer is 200.
+    """
+    state, first_zero_ms = bridge.stopping.stop(reason="requested", by=_client(request))
+    asked, was_read = await _asked(request, "requested")
+    if not was_read:
+        response.headers["Connection"] = "close"  # the rest of the body is not waited for
+    state = bridge.stopping.explain(state.epoch, reason=asked.reason, by=asked.by)
     return EmergencyStopReply(state=state, first_zero_ms=first_zero_ms)
 
 
 @router.post("/emergency-stop/reset", openapi_extra=_OPTIONAL_BODY)
 async def reset(request: Request, bridge: BridgeDep) -> EmergencyStopReply:
     """Permits motion again. Resumes nothing: whatever moved the robot has to ask anew, with the new epoch."""
-    asked = await _asked(request, "reset")
-    return EmergencyStopReply(state=bridge.reset_emergency_stop(reason=asked.reason, by=asked.by))
+    asked, _ = await _asked(request, "reset")
+    return EmergencyStopReply(state=bridge.stopping.reset(reason=asked.reason, by=asked.by))
 
 
-@router.get("/emergency-stop")
+@router.get(STOP_PATH)
 async def read(bridge: BridgeDep) -> EmergencyStop:
-    return bridge.wheels.stop_state
+    return bridge.stopping.state
 
 
-async def _asked(request: Request, reason: str) -> EmergencyStopRequest:
-    """What the body says, if it comes soon and can be read."""
-    asked = EmergencyStopRequest(reason=reason)
+@router.get("/emergency-stop/history")
+async def history(
+    bridge: BridgeDep, limit: Annotated[int, Query(ge=1, le=HISTORY_MAX)] = 50
+) -> list[EmergencyStopEvent]:
+    """Who stopped and reset the robot, when and why; newest first, kept over restarts."""
+    return bridge.stopping.history.newest(limit)
+
+
+async def _asked(request: Request, reason: str) -> tuple[EmergencyStopRequest, bool]:
+    """What the body says, if it comes soon and can be read; and whether it was read to its end."""
+    was_read = False
     try:
         async with asyncio.timeout(BODY_WAIT_S):
-            body = await request.body()
-        if body.strip():
-            asked = EmergencyStopRequest.model_validate_json(body)
-    except (ValidationError, TimeoutError):
+            body = await _short_body(request)
+        was_read = True
+        asked = EmergencyStopRequest.model_validate_json(body) if body.strip() else EmergencyStopRequest(reason=reason)
+    except (ValueError, TimeoutError, ClientDisconnect):
         asked = EmergencyStopRequest(reason=f"{reason} (the request's body could not be read)")
-    return asked if asked.by != "unknown" else asked.model_copy(update={"by": _client(request)})
+    return (asked if asked.by != "unknown" else asked.model_copy(update={"by": _client(request)})), was_read
+
+
+async def _short_body(request: Request) -> bytes:
+    """Raises `ValueError` for one over the limit, without reading on."""
+    body = b""
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > BODY_BYTES_MAX:
+            raise ValueError("the body is too long")
+    return body
 
 
 def _client(request: Request) -> str:

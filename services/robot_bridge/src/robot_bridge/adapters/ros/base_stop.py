@@ -1,4 +1,4 @@
-"""The base's own e_stop, the second way to stop: asked for until the base agrees, and again while it lasts."""
+"""The base's own emergency stop, kept as wanted: asked for again until the base has confirmed it."""
 
 from typing import Any
 
@@ -6,36 +6,50 @@ import structlog
 from irobot_create_msgs.srv import EStop
 from rclpy.node import Node
 
-from robot_bridge.settings import RosSettings
+from mesh.clock import Clock
 
 log = structlog.get_logger()
 
+ANSWER_S_MAX = 2.5
+
 
 class BaseStop:
-    """In the robot's thread. A base that has none, or is not there yet, hinders nothing."""
+    """Lives in the robot's thread. A base without the service is left alone; one that comes late or back is told."""
 
-    def __init__(self, node: Node, ros: RosSettings) -> None:
-        self._client = node.create_client(EStop, ros.e_stop_service)
+    def __init__(self, node: Node, service: str, clock: Clock) -> None:
+        self._client = node.create_client(EStop, service)
+        self._clock = clock
         self._wanted: bool | None = None
-        self._agreed: bool | None = None
+        self._confirmed: bool | None = None
+        self._asked_s: float | None = None
 
-    def engage(self, engaged: bool) -> None:
-        self._wanted, self._agreed = engaged, None
+    def want(self, engaged: bool) -> None:
+        """At once when the base is there, else as soon as it is."""
+        self._wanted, self._asked_s = engaged, None
         self.poll()
 
     def poll(self) -> None:
-        """Call it once a second: a base that has restarted forgets, and a call may have been lost."""
-        wanted = self._wanted
-        if wanted is None or (wanted is False and self._agreed is False) or not self._client.service_is_ready():
+        """Called every second."""
+        if self._wanted is None:
             return
-        future = self._client.call_async(EStop.Request(e_stop_on=wanted))
-        future.add_done_callback(lambda done: self._answered(wanted, done))
+        if not self._client.service_is_ready():
+            self._confirmed = self._asked_s = None  # whoever answers next may know nothing of it
+            return
+        now_s = self._clock.now_s()
+        waiting = self._asked_s is not None and now_s - self._asked_s < ANSWER_S_MAX
+        if self._confirmed is self._wanted or waiting:
+            return
+        wanted, self._asked_s = self._wanted, now_s
+        request = self._client.call_async(EStop.Request(e_stop_on=wanted))
+        request.add_done_callback(lambda done: self._answered(done, wanted))
 
-    def _answered(self, wanted: bool, done: Any) -> None:
+    def _answered(self, done: Any, wanted: bool) -> None:
         answer = done.result()
-        if answer is None or wanted is not self._wanted:
-            return
-        if answer.success:
-            self._agreed = wanted
+        if answer is not None and answer.success:
+            self._confirmed = wanted
         else:
-            log.warning("the base refuses its e_stop", engaged=wanted, reason=str(answer.message)[:200])
+            log.warning(
+                "the base refuses its own emergency stop", wanted=wanted, message=getattr(answer, "message", "")
+            )
+        if wanted is self._wanted:
+            self._asked_s = None

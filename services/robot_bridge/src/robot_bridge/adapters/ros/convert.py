@@ -6,7 +6,14 @@ from typing import Any
 import cv2
 import numpy as np
 from geometry_msgs.msg import Pose, PoseStamped, Transform
-from irobot_create_msgs.msg import AudioNote, AudioNoteVector, HazardDetectionVector, LedColor, LightringLeds
+from irobot_create_msgs.msg import (
+    AudioNote,
+    AudioNoteVector,
+    DockStatus,
+    HazardDetectionVector,
+    LedColor,
+    LightringLeds,
+)
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
@@ -14,7 +21,7 @@ from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Battery
 from robot_bridge.celebration import Celebration
-from robot_bridge.senses import ColourImage, DepthImage, Grid, Hazard, Intrinsics, Odometry, Scan
+from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan
 from robot_bridge.transforms import Matrix, matrix, planar
 
 HAZARDS = (
@@ -28,6 +35,7 @@ HAZARDS = (
 """By irobot_create_msgs/HazardDetection's type."""
 IMAGE_SIDE_PX_MAX = 8192
 BEAMS_MAX = 20_000
+BLIND_COSINE = 0.5
 
 
 def stamp_s(stamp: Any) -> float:
@@ -65,8 +73,19 @@ def scan(message: LaserScan, laser_in_base: Matrix) -> Scan:
     r = ranges[hit]
     local = np.stack([r * np.cos(angles), r * np.sin(angles), np.zeros_like(r), np.ones_like(r)])
     points = (laser_in_base @ local)[:2].T
-    known = float((hit | nothing).sum()) / ranges.size
-    return Scan(stamp_s(message.header.stamp), np.ascontiguousarray(points), known)
+    ahead, behind = _known(hit | nothing, message, laser_in_base)
+    heading = math.atan2(float(laser_in_base[1, 0]), float(laser_in_base[0, 0]))
+    away = message.angle_min + message.angle_increment * np.flatnonzero(nothing) + heading
+    open_rad = np.asarray((away + math.pi) % (2.0 * math.pi) - math.pi, dtype=np.float64)
+    return Scan(stamp_s(message.header.stamp), np.ascontiguousarray(points), ahead, behind, open_rad)
+
+
+def _known(said: "np.ndarray[Any, Any]", message: LaserScan, laser_in_base: Matrix) -> tuple[float, float]:
+    """Of the beams within 60 degrees of base_link's x axis, and of its opposite: the part that said anything."""
+    bearings = message.angle_min + message.angle_increment * np.arange(said.size)
+    forward = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) @ laser_in_base[0, :2]
+    parts = [said[there] for there in (forward >= BLIND_COSINE, forward <= -BLIND_COSINE)]
+    return tuple(float(part.mean()) if part.size else 0.0 for part in parts)  # type: ignore[return-value]
 
 
 def colour_image(message: Image) -> ColourImage:
@@ -123,6 +142,10 @@ def battery(message: BatteryState) -> Battery:
         raise ValueError("the battery does not tell its charge")
     charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
     return Battery(percentage=min(max(message.percentage * 100.0, 0.0), 100.0), charging=charging)
+
+
+def dock(message: DockStatus) -> DockView:
+    return DockView(is_docked=bool(message.is_docked), dock_visible=bool(message.dock_visible))
 
 
 def hazards(message: HazardDetectionVector) -> frozenset[Hazard]:

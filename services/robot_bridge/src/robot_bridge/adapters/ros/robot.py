@@ -29,9 +29,11 @@ from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.base_stop import BaseStop
 from robot_bridge.adapters.ros.calls import Calls, RosGoal
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
+from robot_bridge.adapters.ros.recording import RosRecording
 from robot_bridge.adapters.ros.sensing import Sensing, quality
 from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
 from robot_bridge.celebration import Celebration
+from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import Path
 from robot_bridge.senses import Senses
 from robot_bridge.settings import Settings
@@ -80,7 +82,7 @@ class RosRobot:
             self._velocity.send(twist)
 
     def engage_base_stop(self, engaged: bool) -> None:
-        self._do(lambda: self._base_stop.engage(engaged))
+        self._do(lambda: self._base_stop.want(engaged))
 
     def cancel_all_goals(self) -> None:
         def call() -> None:
@@ -142,6 +144,22 @@ class RosRobot:
 
         self._do(call)
 
+    def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
+        opened: list[RosRecording] = []
+
+        def open_() -> None:
+            try:
+                opened.append(RosRecording(self._node, self._settings.ros, sink, images_hz=images_hz))
+            except OSError as error:
+                log.error("ROS topics are not recorded: a definition is missing", error=str(error))  # noqa: TRY400
+
+        def close() -> None:
+            while opened:
+                opened.pop().close()
+
+        self._do(open_)
+        return lambda: self._do(close)
+
     def _live(self, navigation_velocity: Callable[[float, float], None], opened: ThreadFuture[None]) -> None:
         """The thread's life. When it ends unasked the process ends with it."""
         context = rclpy.Context()
@@ -181,7 +199,7 @@ class RosRobot:
         self._dock = ActionClient(node, Dock, ros.dock_action)
         self._undock = ActionClient(node, Undock, ros.undock_action)
         self._lights = ActionClient(node, LedAnimation, ros.led_action)
-        self._base_stop = BaseStop(node, ros)
+        self._base_stop = BaseStop(node, ros.e_stop_service, self._clock)
         self._clear_costmaps = [node.create_client(ClearEntireCostmap, name) for name in ros.clear_costmap_services]
         self._cancels = [
             node.create_client(CancelGoal, f"{action}/_action/cancel_goal")

@@ -62,7 +62,7 @@ class Sensing:
         self._keep(CameraInfo, ros.depth_info, senses.depth_intrinsics, convert.intrinsics)
         self._keep(OccupancyGrid, ros.map, senses.map, convert.grid)
         self._keep(BatteryState, ros.battery, senses.battery, convert.battery)
-        self._keep(DockStatus, ros.dock_status, senses.docked, lambda message: bool(message.is_docked))
+        self._keep(DockStatus, ros.dock_status, senses.dock, convert.dock)
         self._keep(HazardDetectionVector, ros.hazards, senses.hazards, convert.hazards)
         if ros.cmd_vel_nav_type == "TwistStamped":
             self._on(TwistStamped, ros.cmd_vel_nav, lambda m: navigation_velocity(m.twist.linear.x, m.twist.angular.z))

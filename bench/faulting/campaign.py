@@ -1,0 +1,200 @@
+"""A running mesh with a faulty wire and a mortal Nav2, and the hands to break both."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from bench.faulting.wire import TOPICS
+from demo.stack import ROOT, Stack
+from support.mesh_run import STILL_M_S, MeshRun
+
+Observed = dict[str, Any]
+LONG_S = 60.0
+CIRCLE = {"linear_x": 0.1, "angular_z": 0.5}
+"""Moves, and stays where it is."""
+
+
+class Lease:
+    """Renews a lease on the wheels ten times a second, as teleoperation does; `replies` are the bridge's."""
+
+    def __init__(self, url: str, twist: dict[str, float]) -> None:
+        self.replies: list[dict[str, Any]] = []
+        self._url = url
+        self._twist = twist
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._live)
+
+    def __enter__(self) -> "Lease":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    @property
+    def reason(self) -> str:
+        return str(self.replies[-1].get("reason", "")) if self.replies else ""
+
+    def _live(self) -> None:
+        with httpx.Client(base_url=self._url, trust_env=False, timeout=5.0) as http:
+            while not self._ended.wait(0.1):
+                try:
+                    epoch = http.get("/emergency-stop").json()["epoch"]
+                    body = {"twist": self._twist, "source": "faults", "epoch": epoch, "duration_s": 0.5}
+                    self.replies.append(http.post("/velocity", json=body).json())
+                except (httpx.HTTPError, ValueError):
+                    continue
+
+
+class Campaign:
+    def __init__(self, stack: Stack, folder: Path) -> None:
+        self.stack = stack
+        self.mesh = MeshRun(stack)
+        self.url = stack.ports.url("robot_bridge")
+        self._folder = folder
+        self._environment = os.environ | {
+            "ROS_DOMAIN_ID": str(stack.ports.ros_domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_LOG_DIR": str(folder / "ros"),
+        }
+        self._chance = random.Random(1)
+
+    def __enter__(self) -> "Campaign":
+        self._wire = self._start("bench.faulting.wire", stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.start_nav2()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.mesh.http.close()
+        for process in (self._wire, self._nav2):
+            process.kill()
+            process.wait()
+
+    def _start(self, module: str, **options: Any) -> "subprocess.Popen[Any]":
+        return subprocess.Popen([sys.executable, "-m", module], env=self._environment, cwd=ROOT, **options)
+
+    def wire(self, mode: str, *topics: str) -> None:
+        """Returns when the wire obeys."""
+        assert self._wire.stdin is not None
+        assert self._wire.stdout is not None
+        for topic in topics:
+            self._wire.stdin.write(f"{topic} {mode}\n")
+            self._wire.stdin.flush()
+            self._wire.stdout.readline()
+
+    def start_nav2(self) -> None:
+        self._nav2 = self._start("bench.faulting.nav2_relay")
+
+    def kill_nav2(self) -> None:
+        self._nav2.kill()
+        self._nav2.wait()
+
+    def step_clock(self, seconds: int) -> bool:
+        """Sets the wall clock of every process of the mesh off by so much; false where libfaketime is not installed."""
+        clock = self._folder / "clock"
+        if not clock.exists():
+            return False
+        beside = clock.with_suffix(".new")
+        beside.write_text(f"{seconds:+d}\n")
+        beside.replace(clock)
+        return True
+
+    def mend(self) -> None:
+        """Everything as it was, whatever a fault has left."""
+        self.wire("pass", *TOPICS)
+        self.step_clock(0)
+        if self._nav2.poll() is not None:
+            self.start_nav2()
+        if self.stack.states().get("redis") != "RUNNING":
+            self.supervise("startProcess", "redis")
+        pid = self.mesh.pid("coordinator")
+        if pid:
+            os.kill(pid, signal.SIGCONT)
+        self.mesh.until(self.mesh.ready, timeout_s=120.0, what="the mesh ready again")
+
+    def supervise(self, method: str, name: str) -> None:
+        self.stack._ask(method, name)
+
+    @contextmanager
+    def circling(self) -> Iterator[Lease]:
+        """The robot drives in a small circle on a lease renewed over HTTP."""
+        with Lease(self.url, CIRCLE) as lease:
+            self.mesh.until(self.translating, timeout_s=LONG_S, what="a driving robot")
+            yield lease
+
+    def translating(self) -> bool:
+        return abs(self.mesh.truth()["twist"]["linear_x"]) > 0.05
+
+    def standing(self) -> bool:
+        return abs(self.mesh.truth()["twist"]["linear_x"]) < STILL_M_S
+
+    def seconds_until(self, condition: Callable[[], bool], what: str, *, timeout_s: float = 20.0) -> float:
+        """Simulated seconds until it holds. Fails the attempt when it never does."""
+        since_s = self.mesh.simulated_s()
+        self.mesh.until(condition, timeout_s=timeout_s, what=what)
+        return round(self.mesh.simulated_s() - since_s, 2)
+
+    def rest_after(self, since_s: float) -> float:
+        """Simulated seconds from `since_s` to the robot's last motion, as the simulation kept it."""
+        self.mesh.until(self.mesh.still, timeout_s=LONG_S, what="a robot at rest")
+        return round(max(0.0, float(self.mesh.truth()["moved_at_s"]) - since_s), 2)
+
+    def drives_on(self, seconds: float) -> float:
+        """Metres driven while so much simulated time passes. Fails the attempt below a third of what was asked."""
+        begun = self.mesh.truth()
+        end_s = begun["real_time"]["time_s"] + seconds
+        self.mesh.until(lambda: self.mesh.simulated_s() >= end_s, timeout_s=LONG_S, what="time passing")
+        metres = float(self.mesh.truth()["path_length_m"] - begun["path_length_m"])
+        assert metres > CIRCLE["linear_x"] * seconds / 3.0, f"it drove only {metres:.2f} m in {seconds} s"
+        return round(metres, 2)
+
+    def goal_far_away(self) -> str:
+        """A goal under way: its id, once the robot drives."""
+        state = self.mesh.get("robot_bridge", "/state")
+        epoch, here = state["emergency_stop"]["epoch"], state["pose"]
+        for _ in range(200):
+            x, y = (here[axis] + self._chance.uniform(-4.0, 4.0) for axis in ("x", "y"))
+            pose = {"x": x, "y": y, "yaw": 0.0}
+            path = self.mesh.post("robot_bridge", "/navigation/path", {"goal": pose})
+            if path.status_code == 200 and path.json()["reachable"] and 2.0 < path.json()["length_m"] < 7.0:
+                break
+        else:
+            raise AssertionError("no goal was found to drive to")
+        body = {"pose": pose, "epoch": epoch, "timeout_s": 300.0}
+        goal = self.mesh.post("robot_bridge", "/navigation/goals", body).raise_for_status().json()
+        self.mesh.until(self.translating, timeout_s=LONG_S, what="a robot on its way")
+        return str(goal["id"])
+
+    def goal_status(self, goal_id: str) -> str:
+        return str(self.mesh.get("robot_bridge", f"/navigation/goals/{goal_id}")["status"])
+
+    def missing(self) -> list[str]:
+        """What the bridge says it is not ready for."""
+        answer = self.mesh.http.get(f"{self.url}/ready").json()
+        return [d["name"] for d in answer["dependencies"] if not d["ok"]]
+
+    def metric(self, name: str) -> float:
+        """The sum over its labels."""
+        lines = self.mesh.http.get(f"{self.url}/metrics").text.splitlines()
+        return sum(float(line.split()[-1]) for line in lines if line.startswith(name))
+
+    def stop(self) -> float:
+        """The emergency stop, ms until its answer."""
+        began_s = time.monotonic()
+        answer = self.mesh.post("robot_bridge", "/emergency-stop").raise_for_status().json()
+        assert answer["state"]["latched"]
+        return round((time.monotonic() - began_s) * 1000.0, 1)
+
+    def reset(self) -> None:
+        self.mesh.post("robot_bridge", "/emergency-stop/reset").raise_for_status()

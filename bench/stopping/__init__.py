@@ -1,0 +1,1 @@
+"""The parts of `bench.stop`, each a process of its own."""

@@ -1,0 +1,91 @@
+"""The load of `bench.stop`: viewers of the camera's stream, requests for the state, a stream of velocities."""
+
+import argparse
+import asyncio
+import contextlib
+import json
+import time
+
+import websockets
+
+HEAD = "GET {path} HTTP/1.1\r\nHost: bridge\r\n\r\n"
+
+
+async def watch(host: str, port: int, counts: dict[str, int]) -> None:
+    """Reads `/camera/stream` as fast as it comes."""
+    reader, writer = await asyncio.open_connection(host, port)
+    writer.write(HEAD.format(path="/camera/stream").encode())
+    try:
+        while chunk := await reader.read(1 << 16):
+            counts["stream_bytes"] += len(chunk)
+    finally:
+        writer.close()
+
+
+async def ask(host: str, port: int, period_s: float, counts: dict[str, int]) -> None:
+    """`GET /state` on one kept connection, one each `period_s`; one that is late is left out."""
+    reader, writer = await asyncio.open_connection(host, port)
+    request = HEAD.format(path="/state").encode()
+    next_s = time.monotonic()
+    try:
+        while True:
+            writer.write(request)
+            head = await reader.readuntil(b"\r\n\r\n")
+            length = next(line for line in head.lower().split(b"\r\n") if line.startswith(b"content-length:"))
+            await reader.readexactly(int(length.split(b":")[1]))
+            counts["states"] += 1
+            next_s = max(next_s + period_s, time.monotonic())
+            await asyncio.sleep(next_s - time.monotonic())
+    finally:
+        writer.close()
+
+
+async def drive(host: str, port: int, hz: float, counts: dict[str, int]) -> None:
+    """Velocities with the epoch of the moment, as teleoperation sends them."""
+    epoch = 0
+    async with websockets.connect(f"ws://{host}:{port}/velocity") as socket:
+        while True:
+            twist = {"linear_x": 0.2}
+            body = {"twist": twist, "source": "load", "epoch": epoch, "duration_s": 0.3, "priority": 4}
+            await socket.send(json.dumps(body))
+            reply = json.loads(await socket.recv())
+            counts["velocities"] += 1
+            words = str(reply["reason"]).split()
+            if words[:2] == ["the", "epoch"]:
+                epoch = int(words[3])
+            await asyncio.sleep(1.0 / hz)
+
+
+async def load(port: int, viewers: int, states_hz: float, velocity_hz: float) -> None:
+    host, askers = "127.0.0.1", 4
+    counts = {"stream_bytes": 0, "states": 0, "velocities": 0}
+    began_s = time.monotonic()
+    work = [watch(host, port, counts) for _ in range(viewers)]
+    work += [ask(host, port, askers / states_hz, counts) for _ in range(askers)]
+    work.append(drive(host, port, velocity_hz, counts))
+    tasks = [asyncio.create_task(each) for each in work]
+    loop = asyncio.get_running_loop()
+    stopped = loop.create_future()
+    loop.add_signal_handler(15, lambda: stopped.done() or stopped.set_result(None))
+    await asyncio.wait([stopped, *tasks], return_when=asyncio.FIRST_COMPLETED)
+    died = [task.exception() for task in tasks if task.done()]
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    with contextlib.suppress(BrokenPipeError):
+        report = {"seconds": round(time.monotonic() - began_s, 1), "died": [repr(error) for error in died], **counts}
+        print(json.dumps(report))  # noqa: T201 - read by bench.stop
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--port", type=int, required=True)
+    parser.add_argument("--viewers", type=int, default=4)
+    parser.add_argument("--states-hz", type=float, default=100.0)
+    parser.add_argument("--velocity-hz", type=float, default=20.0)
+    arguments = parser.parse_args()
+    asyncio.run(load(arguments.port, arguments.viewers, arguments.states_hz, arguments.velocity_hz))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,174 @@
+"""Onto the dock and off it: first in front of the dock with Nav2, then the base by itself (requirement A15)."""
+
+import asyncio
+import json
+from pathlib import Path
+
+import structlog
+from pydantic import ValidationError
+
+from contracts.geometry import Pose2D
+from contracts.robot import GoalRequest, GoalStatus, MotionReply
+from mesh.clock import Clock
+from mesh.errors import ConflictError
+from robot_bridge.navigator import Navigator, refuse_while_navigating
+from robot_bridge.ports import Robot
+from robot_bridge.settings import Settings
+from robot_bridge.snapshot import Snapshot, look
+from robot_bridge.transforms import apart_m, compose
+from robot_bridge.wheels import Wheels
+
+log = structlog.get_logger()
+
+FILE = "dock.json"
+MOVED_M = 0.15
+NEAR_M = 0.35
+RING_M = 0.3
+
+
+class DockPlace:
+    """Where base_link is in the map while docked: set, or remembered from the last time it was docked and localised."""
+
+    def __init__(self, state_dir: Path, set_to: Pose2D | None) -> None:
+        self._file = state_dir / FILE
+        self._set_to = set_to
+        self._seen = self._load()
+
+    @property
+    def pose(self) -> Pose2D | None:
+        return self._set_to or self._seen
+
+    def learn(self, snapshot: Snapshot) -> None:
+        """Once a second: a robot that stands on its dock and knows where it is knows where the dock is."""
+        docked = snapshot.dock is not None and snapshot.dock.is_docked
+        if self._set_to is not None or snapshot.pose is None or not docked:
+            return
+        if self._seen is None or apart_m(self._seen, snapshot.pose) > MOVED_M:
+            self._seen = snapshot.pose
+            log.info("the dock is here", x=round(self._seen.x, 2), y=round(self._seen.y, 2))
+            try:
+                self._file.parent.mkdir(parents=True, exist_ok=True)
+                self._file.write_text(self._seen.model_dump_json())
+            except OSError as error:
+                log.warning("where the dock is could not be stored", error=str(error))
+
+    def _load(self) -> Pose2D | None:
+        try:
+            return Pose2D.model_validate(json.loads(self._file.read_text()))
+        except (OSError, ValueError, ValidationError):
+            return None
+
+
+class Docking:
+    """One request at a time: the base is busy meanwhile. Cancelled with the awaiting task."""
+
+    def __init__(self, *, robot: Robot, wheels: Wheels, navigator: Navigator, clock: Clock, settings: Settings) -> None:
+        self.place = DockPlace(settings.state_dir, settings.dock_pose)
+        self._robot = robot
+        self._wheels = wheels
+        self._navigator = navigator
+        self._clock = clock
+        self._settings = settings
+        self._under_way = asyncio.Lock()
+
+    async def watch(self) -> None:
+        """Learns where the dock is; runs as a background task."""
+        while True:
+            self.place.learn(self._look())
+            await self._clock.sleep(1.0)
+
+    async def dock(self, session_id: str | None) -> MotionReply:
+        """Raises `ConflictError` with the reason where it cannot even begin."""
+        self._check("docking", session_id)
+        snapshot = self._look()
+        if snapshot.dock is not None and snapshot.dock.is_docked:
+            return MotionReply(completed=True, moved=0.0, reason="it is docked already")
+        before = self._before_the_dock(snapshot)
+        async with self._under_way:
+            try:
+                async with asyncio.timeout(self._settings.dock_timeout_s):
+                    if before is not None and (why := await self._drive_to(before, session_id)):
+                        return MotionReply(completed=False, moved=0.0, reason=why)
+                    return await self._base_drives(docking=True)
+            except TimeoutError:
+                return MotionReply(completed=False, moved=0.0, reason="timeout")
+
+    async def undock(self, session_id: str | None) -> MotionReply:
+        self._check("undocking", session_id)
+        snapshot = self._look()
+        if snapshot.dock is not None and not snapshot.dock.is_docked:
+            raise ConflictError("it is not docked")
+        async with self._under_way:
+            try:
+                async with asyncio.timeout(self._settings.dock_timeout_s):
+                    return await self._base_drives(docking=False)
+            except TimeoutError:
+                return MotionReply(completed=False, moved=0.0, reason="timeout")
+
+    def _look(self) -> Snapshot:
+        return look(self._robot.senses, self._settings, self._clock.now_s())
+
+    def _check(self, what: str, session_id: str | None) -> None:
+        self._wheels.check(self._wheels.stop_state.epoch, session_id)
+        refuse_while_navigating(self._navigator, what)
+        if self._under_way.locked():
+            raise ConflictError("it is docking or undocking already")
+
+    def _before_the_dock(self, snapshot: Snapshot) -> Pose2D | None:
+        """The pose to drive to first; none where the base can see its dock and had better go from where it is."""
+        visible = snapshot.dock is not None and snapshot.dock.dock_visible
+        dock = self.place.pose
+        if dock is None:
+            if visible:
+                return None
+            raise ConflictError(
+                "where the dock is, is not known, and the base does not see it: put the robot on its dock once, "
+                "or set ROBOT_BRIDGE_DOCK_POSE"
+            )
+        before = compose(dock, Pose2D(x=-self._settings.predock_distance_m, y=0.0, yaw=0.0))
+        missing = "its place on the map is not known" if snapshot.pose is None else ""
+        missing = missing or self._robot.senses.why_no_nav2(snapshot.taken_s)
+        if missing:
+            if visible:
+                return None
+            raise ConflictError(f"the dock is out of sight and it cannot drive there: {missing}")
+        near = snapshot.pose is not None and apart_m(before, snapshot.pose) < NEAR_M
+        return None if near and visible else before
+
+    async def _drive_to(self, before: Pose2D, session_id: str | None) -> str:
+        """'' when it is there, else why not."""
+        request = GoalRequest(
+            pose=before,
+            epoch=self._wheels.stop_state.epoch,
+            timeout_s=self._settings.dock_timeout_s,
+            ring_radius_m=RING_M,
+            session_id=session_id,
+        )
+        goal = await self._navigator.send(request)
+        try:
+            goal = await self._navigator.over(goal.id)
+        except asyncio.CancelledError:
+            self._navigator.stop("docking ended")
+            raise
+        if goal.status is GoalStatus.SUCCEEDED:
+            return ""
+        return f"it did not get in front of the dock: {goal.status} {goal.error_msg}".strip()
+
+    async def _base_drives(self, *, docking: bool) -> MotionReply:
+        wheels = self._wheels
+        epoch = wheels.stop_state.epoch
+        wheels.check(epoch, None)
+        wheels.set_base_busy(True)
+        try:
+            done = await (self._robot.dock() if docking else self._robot.undock())
+        finally:
+            wheels.set_base_busy(False)
+        if wheels.stop_state.epoch != epoch:
+            return MotionReply(completed=False, moved=0.0, reason="emergency stop")
+        return MotionReply(completed=done, moved=0.0, reason="" if done else self._why_the_base_gave_up(docking))
+
+    def _why_the_base_gave_up(self, docking: bool) -> str:
+        dock = self._look().dock
+        if docking and dock is not None and not dock.dock_visible:
+            return "the base gave up: it does not see the dock"
+        return "the base gave up"

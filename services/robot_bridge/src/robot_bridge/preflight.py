@@ -1,0 +1,116 @@
+"""Asks Nav2 whether a pose can be reached before the robot sets out, and for another one near it where it cannot."""
+
+import asyncio
+from dataclasses import dataclass
+
+import structlog
+
+from contracts.geometry import Point3D, Pose2D
+from mesh.errors import UnavailableError
+from robot_bridge.maps import room_of
+from robot_bridge.navigation import NO_VALID_PATH, error_name, says_nothing_of_the_goal
+from robot_bridge.ports import Path, Robot
+from robot_bridge.ring import Room, poses_round, roomiest_first
+from robot_bridge.senses import Grid
+from robot_bridge.settings import Settings
+
+log = structlog.get_logger()
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A wanted pose and how far from it the robot may end, looking where."""
+
+    pose: Pose2D
+    radius_m: float
+    look_at: Point3D | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """`pose` is none where nothing can be reached; `error_code` is Nav2's for the wanted pose (0 = none)."""
+
+    pose: Pose2D | None
+    plan: tuple[Pose2D, ...] = ()
+    tried: int = 0
+    error_code: int = 0
+
+    @property
+    def reason(self) -> str:
+        if self.pose is not None:
+            return ""
+        others = f", nor to {self.tried - 1} poses round it" if self.tried > 1 else ""
+        return f"no path leads there ({error_name(self.error_code)}){others}"
+
+
+class Preflight:
+    """One question at a time to Nav2's planner, bounded in number and in time."""
+
+    def __init__(self, robot: Robot, settings: Settings) -> None:
+        self._robot = robot
+        self._settings = settings
+        self._room: tuple[Grid, Room] | None = None
+
+    async def nearest(self, place: Place, start: Pose2D | None = None) -> Checked:
+        """The wanted pose where a path leads to it, else the nearest one on the ring. Raises `UnavailableError`."""
+        return await self._first([place.pose, *self._ring(place)], start)
+
+    async def roomier(self, place: Place, than: Pose2D) -> Checked:
+        """A reachable pose round the wanted one with more room about it than `than` has."""
+        room = self._known_room()
+        if room is None:
+            return Checked(None)
+        more = [pose for pose in self._ring(place) if room.at(pose) > room.at(than) + room.resolution_m]
+        return await self._first(roomiest_first(more, room), None)
+
+    async def _first(self, poses: list[Pose2D], start: Pose2D | None) -> Checked:
+        tried, code = 0, 0
+        try:
+            async with asyncio.timeout(self._settings.preflight_s_max):
+                for pose in poses[: self._settings.preflight_poses_max]:
+                    plan = await self._robot.compute_path(pose, start)
+                    tried += 1
+                    failed = _failure(plan)
+                    code = code or failed
+                    if not failed:
+                        return Checked(pose, plan.poses, tried, code)
+                    if says_nothing_of_the_goal(failed):
+                        break  # another goal would meet the same
+        except TimeoutError:
+            log.warning("the preflight ran out of time", tried=tried)
+            code = code or NO_VALID_PATH
+        return Checked(None, (), tried, code)
+
+    def _ring(self, place: Place) -> list[Pose2D]:
+        room = self._known_room()
+        if room is None or place.radius_m <= 0.0:
+            return []
+        return poses_round(
+            place.pose,
+            room,
+            radius_m=place.radius_m,
+            clearance_m_min=self._settings.footprint_radius_m + self._settings.ring_clearance_m,
+            look_at=place.look_at,
+        )
+
+    def _known_room(self) -> Room | None:
+        """Computed once for each map."""
+        grid = self._robot.senses.map.value
+        if grid is None:
+            return None
+        if self._room is None or self._room[0] is not grid:
+            self._room = grid, room_of(grid)
+        return self._room[1]
+
+
+def _failure(plan: Path) -> int:
+    return plan.error_code or (0 if plan.poses else NO_VALID_PATH)
+
+
+async def path_or_none(preflight: Preflight, place: Place) -> Checked | None:
+    """As `nearest`; none where the planner itself does not answer, and so has no say."""
+    try:
+        return await preflight.nearest(place)
+    except UnavailableError as error:
+        log.warning("no preflight: the planner does not answer", error=error.detail)
+        return None

@@ -1,0 +1,138 @@
+"""Velocities: leases on the wheels, one by one over HTTP or as a stream over a WebSocket."""
+
+import asyncio
+import contextlib
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from pydantic import ValidationError
+
+from contracts.robot import VelocityReply, VelocityRequest
+from mesh.errors import ConflictError, UnavailableError
+from robot_bridge.arbiter import NOTHING, Choice, Refusal, Request
+from robot_bridge.bridge import Bridge
+from robot_bridge.routes.deps import BridgeDep
+
+router = APIRouter(tags=["motion"])
+
+TICK_WAIT_S = 0.5
+WAITING_MAX = 200
+"""Replies owed to one teleoperation client; one that sends faster than it reads is cut off."""
+NOT_NOW = frozenset({Refusal.STOPPED, Refusal.OLD_EPOCH, Refusal.BASE_IS_BUSY})
+"""Refusals that are conflicts with the robot's state (409); the others are about the request (accepted: false)."""
+
+
+@router.post("/velocity")
+async def velocity(request: VelocityRequest, bridge: BridgeDep) -> VelocityReply:
+    """Takes a lease on the wheels; answers after the next tick with what was really sent, and why it differs."""
+    asked_s = bridge.clock.now_s()
+    refusal = bridge.wheels.request(_lease(request))
+    if refusal is None:
+        return await _told(request, bridge, asked_s)
+    if refusal in NOT_NOW:
+        raise ConflictError(_explain(refusal, bridge))
+    return _refused(_explain(refusal, bridge), bridge)
+
+
+@router.websocket("/velocity")
+async def teleoperate(socket: WebSocket, bridge: BridgeDep) -> None:
+    """VelocityRequest in, VelocityReply out, each as JSON, in order. What was asked for here ends with the connection.
+
+    A request takes effect when it arrives, however many replies wait for their tick: a client that sends faster than
+    the wheels tick does not drive by what it wanted a while ago.
+    """
+    await socket.accept()
+    sources: set[str] = set()
+    owed: asyncio.Queue[tuple[VelocityRequest, float] | VelocityReply] = asyncio.Queue(WAITING_MAX)
+    replying = asyncio.create_task(_reply(socket, bridge, owed), name="teleoperation-replies")
+    try:
+        while not owed.full():
+            owed.put_nowait(_take(await socket.receive_text(), bridge, sources))
+        await socket.close(1008, "too many requests are waiting for their reply")
+    except (WebSocketDisconnect, KeyError):  # KeyError: a binary message where text belongs
+        pass
+    finally:
+        for source in sources:
+            bridge.wheels.drop(source)
+        replying.cancel()
+        await asyncio.gather(replying, return_exceptions=True)
+
+
+def _take(text: str, bridge: Bridge, sources: set[str]) -> tuple[VelocityRequest, float] | VelocityReply:
+    """The request and when it was taken, or the reply that says why it was not."""
+    try:
+        request = VelocityRequest.model_validate_json(text)
+        sources.add(request.source)
+        asked_s = bridge.clock.now_s()
+        refusal = bridge.wheels.request(_lease(request))
+    except ValidationError as error:
+        return _refused(f"malformed: {_first(error)}", bridge)
+    except ConflictError as error:
+        return _refused(error.detail, bridge)
+    return (request, asked_s) if refusal is None else _refused(_explain(refusal, bridge), bridge)
+
+
+async def _reply(
+    socket: WebSocket, bridge: Bridge, owed: "asyncio.Queue[tuple[VelocityRequest, float] | VelocityReply]"
+) -> None:
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it has gone away meanwhile; the reader sees it too
+        while True:
+            taken = await owed.get()
+            if isinstance(taken, VelocityReply):
+                reply = taken
+            else:
+                try:
+                    reply = await _told(taken[0], bridge, taken[1])
+                except UnavailableError as error:
+                    reply = _refused(error.detail, bridge)
+            await socket.send_text(reply.model_dump_json())
+
+
+async def _told(request: VelocityRequest, bridge: Bridge, asked_s: float) -> VelocityReply:
+    """What the first tick after `asked_s` sent. Raises `UnavailableError` when there is none."""
+    tick = await bridge.wheels.commanded.wait_for(lambda choice: choice.received_s >= asked_s, TICK_WAIT_S)
+    if tick is None:
+        raise UnavailableError("rclpy", "the motion loop does not tick")
+    choice = tick.value
+    return VelocityReply(accepted=True, sent=choice.twist, reason=_why(request, choice), source=choice.source)
+
+
+def _why(request: VelocityRequest, choice: Choice) -> str:
+    if choice.source == request.source:
+        return choice.reason
+    return f"{choice.source} has the wheels" if choice.source != "none" else "it has ended"
+
+
+def _refused(reason: str, bridge: Bridge) -> VelocityReply:
+    choice = bridge.wheels.commanded.value or NOTHING
+    return VelocityReply(accepted=False, sent=choice.twist, reason=reason, source=choice.source)
+
+
+def _lease(request: VelocityRequest) -> Request:
+    return Request(
+        source=request.source,
+        priority=request.priority,
+        linear_x=request.twist.linear_x,
+        angular_z=request.twist.angular_z,
+        duration_s=request.duration_s,
+        epoch=request.epoch,
+        allow_reverse=request.allow_reverse,
+        stamp_s=request.stamp_s,
+        session_id=request.session_id,
+    )
+
+
+def _explain(refusal: Refusal, bridge: Bridge) -> str:
+    match refusal:
+        case Refusal.STOPPED:
+            return "the emergency stop is latched"
+        case Refusal.OLD_EPOCH:
+            return f"the epoch is {bridge.stopping.state.epoch} now"
+        case Refusal.BASE_IS_BUSY:
+            return "the base is docking or undocking"
+        case _:
+            return refusal.value
+
+
+def _first(error: ValidationError) -> str:
+    first = error.errors()[0]
+    return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"

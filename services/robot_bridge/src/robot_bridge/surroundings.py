@@ -1,0 +1,25 @@
+"""What the safety filter and the closed loops may act on now, out of the senses' newest values."""
+
+from contracts.geometry import Twist2D
+from robot_bridge.safety import SafetyLimits, Surroundings
+from robot_bridge.senses import NO_POINTS, Odometry, Senses
+
+
+def surroundings(senses: Senses, now_s: float, *, hazard_hold_s: float) -> Surroundings:
+    """Ages are told, never judged, here."""
+    scan, odometry = senses.scan.value, senses.odometry.value
+    return Surroundings(
+        points_m=scan.points_m if scan is not None else NO_POINTS,
+        scan_age_s=senses.scan.age_s(now_s),
+        odometry_age_s=senses.odometry.age_s(now_s),
+        known_ahead=scan.known_ahead if scan is not None else 0.0,
+        known_behind=scan.known_behind if scan is not None else 0.0,
+        measured=odometry.twist if odometry is not None else Twist2D(),
+        hazards=senses.hazards.active(now_s, hazard_hold_s),
+    )
+
+
+def fresh_odometry(senses: Senses, now_s: float, limits: SafetyLimits) -> Odometry | None:
+    """None when it is too old to act on."""
+    age_s = senses.odometry.age_s(now_s)
+    return senses.odometry.value if age_s is not None and age_s <= limits.odometry_age_s_max else None

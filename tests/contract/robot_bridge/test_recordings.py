@@ -1,0 +1,119 @@
+"""What a recording never holds, never exceeds, and survives."""
+
+import io
+import time
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+
+from contracts.recording import Recording
+from contracts.topics import VISION_DETECTIONS
+from contracts.vision import Detection, Detections
+from robot_bridge.mcap_file import McapFile, Raw, json_kind
+from support.bridge_behaviour import Rig, running
+from support.fake_robot import FakeRobot
+from support.toy_robot import ToyRobot
+from support.waiting import until, until_true
+
+KIND = json_kind(Recording)
+
+
+def raw(size: int = 10_000, topic: str = "noise") -> Raw:
+    data = bytes(time.perf_counter_ns() % 251 for _ in range(100)) * (size // 100)
+    return Raw(topic, KIND, time.time_ns(), data)
+
+
+async def of(rig: Rig, recording_id: str) -> Recording:
+    return Recording.model_validate_json((await rig.client.get(f"/recordings/{recording_id}")).content)
+
+
+async def test_people_are_not_recorded(rig: Rig) -> None:
+    recording_id = (await rig.post("/recordings")).json()["id"]
+    await until(lambda: rig.bus.listened_to(VISION_DETECTIONS))
+    seen = tuple(
+        Detection(label=label, confidence=0.9, bbox_xyxy=(0.0, 0.0, 9.0, 9.0)) for label in ("person", "bottle")
+    )
+    message = Detections(stamp_s=1.0, image_width_px=250, image_height_px=250, detections=seen)
+    await rig.bus.publish(VISION_DETECTIONS, message)
+
+    async def written() -> bool:
+        return "vision.detections" in (await of(rig, recording_id)).topics
+
+    await until_true(written)
+    await rig.post(f"/recordings/{recording_id}/stop")
+    file = await rig.client.get(f"/recordings/{recording_id}/file")
+    (found,) = [
+        message.data
+        for _, channel, message in make_reader(io.BytesIO(file.content)).iter_messages()
+        if channel.topic == "vision.detections"
+    ]
+    assert [each.label for each in Detections.model_validate_json(found).detections] == ["bottle"]
+
+
+async def limited(tmp_path: Path, **settings: Any) -> Recording:
+    """A recording that ends by itself, with these limits."""
+    toy = ToyRobot()
+    async with running(tmp_path, toy, FakeRobot(toy), **settings) as rig:
+        recording_id = (await rig.post("/recordings")).json()["id"]
+
+        async def over() -> bool:
+            return (await of(rig, recording_id)).ended_s is not None
+
+        await until_true(over, timeout_s=40.0)
+        return await of(rig, recording_id)
+
+
+async def test_a_recording_ends_at_its_time_limit(tmp_path: Path) -> None:
+    assert (await limited(tmp_path, recording_s_max=0.5)).reason == "time limit"
+
+
+async def test_a_recording_ends_at_its_size_limit(tmp_path: Path) -> None:
+    ended = await limited(tmp_path, recording_bytes_max=60_000)
+    assert ended.reason == "size limit"
+    assert ended.size_bytes < 100_000
+
+
+def test_a_file_never_grows_past_its_limit_by_more_than_a_chunk_and_stays_readable(tmp_path: Path) -> None:
+    file = McapFile(tmp_path / "a.mcap", bytes_max=500_000)
+    while not file.ended:
+        file.put(raw())
+    file.finish("stopped")
+    assert file.ended_by == "size limit"
+    assert file.path.stat().st_size < 900_000
+    with file.path.open("rb") as stream:
+        assert len(list(make_reader(stream).iter_messages())) == sum(file.counts.values())
+
+
+def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(tmp_path: Path) -> None:
+    full = Path("/dev/full")
+    file = McapFile(full, bytes_max=10_000_000)
+    while not file.ended:
+        file.put(raw(100_000))
+    file.finish("stopped")
+    assert file.ended_by == "it could not be written: No space left on device"
+
+
+async def test_the_oldest_recordings_make_room(tmp_path: Path) -> None:
+    toy = ToyRobot()
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for day in (1, 2, 3):
+        (folder / f"2026010{day}T000000-old-abcdef.mcap").write_bytes(b" " * 40_000)
+    limits = {"recording_bytes_max": 50_000, "recordings_bytes_max": 100_000}
+    async with running(tmp_path, toy, FakeRobot(toy), **limits) as rig:
+        listed = [Recording.model_validate(each) for each in (await rig.client.get("/recordings")).json()]
+        assert [each.reason[:7] for each in listed] == ["cut off"] * 3
+        await rig.post("/recordings")
+        kept = [each["id"] for each in (await rig.client.get("/recordings")).json()]
+        assert "20260103T000000-old-abcdef" in kept
+        assert "20260101T000000-old-abcdef" not in kept
+
+
+async def test_a_bridge_that_ends_closes_its_recording(tmp_path: Path) -> None:
+    toy = ToyRobot()
+    async with running(tmp_path, toy, FakeRobot(toy)) as rig:
+        recording_id = (await rig.post("/recordings")).json()["id"]
+        await until(lambda: len(rig.bus.published) > 5)
+    with (tmp_path / "recordings" / f"{recording_id}.mcap").open("rb") as stream:
+        assert make_reader(stream).get_summary() is not None
