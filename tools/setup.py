@@ -22,7 +22,7 @@ PROJECTS = (
     "packages/contracts",
     "packages/mesh",
     "services/robot_bridge[ros-wheels]",
-    "services/inference[openvino]",
+    "services/inference[openvino,onnx]",
     "services/memory",
     "services/coordinator",
     "services/ui",

@@ -1,6 +1,7 @@
 """Stand-ins for the inference service's ports; one suite runs over them and the real things (integration/inference)."""
 
 import asyncio
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -9,9 +10,9 @@ import numpy as np
 
 from contracts.coco import COLOURS
 from contracts.geometry import Pose2D
-from contracts.vision import Detection, ParsedTask, ParseTaskRequest
+from contracts.vision import Detection
 from inference.models import Loaded
-from inference.ports import Embeddings, Frame, RgbImage
+from inference.ports import Embeddings, Frame, Prompt, RgbImage
 from mesh.errors import UnavailableError
 
 RGB = {
@@ -76,6 +77,7 @@ class FakeDetector:
     name: str = "fake-detector"
     backend: str = "fake"
     threshold: float = 0.30
+    backends_ms: dict[str, float] = field(default_factory=dict[str, float])
     sizes: list[tuple[int, int]] = field(default_factory=list)
 
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
@@ -91,8 +93,10 @@ class FakeClip:
     template = "{}"
 
     def __init__(self, *, threshold: float = 0.90, colour_margin: float = 0.01, words: Sequence[str] = ()) -> None:
+        self.backends_ms: dict[str, float] = {}
         self.threshold = threshold
         self.colour_margin = colour_margin
+        self.vote_margin = 0.0
         self.colours = COLOURS
         self._words = {*RGB, "bottle", "cup", "mug", "wooden", *words}
 
@@ -120,30 +124,33 @@ def _unit(rgb: np.ndarray) -> np.ndarray:
 
 @dataclass
 class FakeLanguageModel:
-    """Answers, refuses, or never answers."""
+    """A language model and a third voter in one: answers, refuses, or never answers."""
 
-    answer: ParsedTask | None = None
+    says: object = None
     presence: bool = True
     hangs: bool = False
     away: bool = False
     asked: int = 0
-    name: str = "fake-llm"
+    name: str = "fake:llm"
+    backend: str = "fake"
 
-    async def parse(self, request: ParseTaskRequest) -> ParsedTask:
+    async def complete(self, prompt: Prompt) -> str:
         await self._mood()
-        assert self.answer is not None
-        return self.answer
+        return json.dumps(self.says)
 
     async def present(self, jpeg: bytes, description: str) -> bool:
         await self._mood()
         return self.presence
+
+    async def aclose(self) -> None:
+        return
 
     async def _mood(self) -> None:
         self.asked += 1
         if self.hangs:
             await asyncio.Event().wait()
         if self.away:
-            raise UnavailableError("fake-llm", "not reachable")
+            raise UnavailableError(self.name, "not reachable")
 
 
 def loads(

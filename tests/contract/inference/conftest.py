@@ -74,7 +74,7 @@ def opened() -> Opened:
             bus=inside.bus,
             camera=inside.camera,
             models=inside.load or loads(detector=inside.detector, clip=inside.clip),
-            language_model=inside.language_model,
+            language_models=None if inside.language_model is None else [inside.language_model],
             vlm=inside.vlm,
             on_death=lambda: inside.deaths.append("a task died"),
         )

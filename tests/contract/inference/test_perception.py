@@ -2,10 +2,12 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from contracts.topics import VISION_DETECTIONS, VISION_OBJECT_SPOTTED
 from contracts.vision import Target
-from support.inference_fakes import POSE, bottle, picture
+from inference.ports import Frame
+from support.inference_fakes import POSE, FakeCamera, bottle, picture
 from support.waiting import until
 
 from .conftest import RED_BOTTLE, House, Opened
@@ -138,3 +140,38 @@ async def test_only_so_many_may_watch_the_stream(opened: Opened) -> None:
     async with opened(stream_viewers_max=0) as house:
         answer = await house.client.get("/annotated/stream")
     assert (answer.status_code, answer.headers["content-type"]) == (429, "application/problem+json")
+
+
+class AskedCamera(FakeCamera):
+    """Remembers after which stamp a frame was asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.after_s: list[float | None] = []
+
+    async def newest(self, *, after_s: float | None, wait_s: float) -> Frame | None:
+        self.after_s.append(after_s)
+        return await super().newest(after_s=after_s, wait_s=wait_s)
+
+
+async def test_a_frame_is_asked_for_as_it_is_due_so_that_it_is_not_old_when_it_is_seen(opened: Opened) -> None:
+    camera = AskedCamera()
+    async with opened(House(camera=camera), rest_rate_hz=4.0, frame_wait_s=5.0) as house:
+        camera.show(10.0, picture())
+        await until(lambda: len(camera.after_s) == 2)
+        camera.show(10.1, picture())  # not due yet
+        await house.client.get("/health")  # time for whoever waits
+        camera.show(10.25, picture())
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)
+    assert camera.after_s[:2] == [None, pytest.approx(10.0 + 0.25 - 0.02)]
+    assert [one.stamp_s for one in house.bus.of(VISION_DETECTIONS)] == [10.0, 10.25]
+
+
+async def test_after_a_round_without_a_frame_any_newer_one_will_do(opened: Opened) -> None:
+    camera = AskedCamera()
+    async with opened(House(camera=camera), rest_rate_hz=4.0, frame_wait_s=0.05) as house:
+        camera.show(10.0, picture())
+        await until(lambda: 10.0 in camera.after_s)
+        camera.show(10.1, picture())
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)
+    assert [one.stamp_s for one in house.bus.of(VISION_DETECTIONS)] == [10.0, 10.1]

@@ -1,12 +1,15 @@
 """The routes: what they answer, and how they refuse."""
 
+import io
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from contracts.problem import Problem
-from contracts.vision import Detections, EmbedReply, ModelInfo, ParsedTask, ScoreReply
+from contracts.vision import Detections, EmbedReply, ModelInfo, ScoreReply
 from inference.models import Loaded
 from support.inference_fakes import POSE, FakeLanguageModel, bottle, jpeg_of, loads, picture
 from support.waiting import until
@@ -134,48 +137,10 @@ async def test_models_are_listed_with_their_thresholds(opened: Opened) -> None:
     assert [(one.role, one.name, one.threshold) for one in told] == [
         ("detector", "fake-detector", 0.30),
         ("clip", "fake-clip", 0.90),
-        ("vlm", "fake-llm", None),
-        ("parser", "fake-llm", None),
+        ("vlm", "fake:llm", None),
+        ("parser", "fake:llm", None),
         ("parser", "rules", None),
     ]
-
-
-async def test_the_rules_parse_without_a_language_model(opened: Opened) -> None:
-    async with opened() as house:
-        answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
-    assert ParsedTask.model_validate_json(answer.content) == ParsedTask(
-        yolo_class="bottle", description="red bottle", parser="rules"
-    )
-
-
-async def test_the_language_model_answers_first_and_is_named(opened: Opened) -> None:
-    claim = ParsedTask(yolo_class="cup", memory_object="bottle", description="coffee mug", parser="fake-llm")
-    async with opened(House(language_model=FakeLanguageModel(answer=claim))) as house:
-        answer = await house.client.post("/parse-task", json={"command": "find my coffee mug"})
-    assert ParsedTask.model_validate_json(answer.content) == claim
-
-
-@pytest.mark.parametrize("mood", [{"hangs": True}, {"away": True}])
-async def test_the_rules_answer_for_a_model_that_does_not_and_it_is_left_alone(
-    opened: Opened, mood: dict[str, bool]
-) -> None:
-    model = FakeLanguageModel(**mood)
-    async with opened(House(language_model=model)) as house:
-        for _ in range(3):
-            answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
-            told = ParsedTask.model_validate_json(answer.content)
-            assert (told.yolo_class, told.parser) == ("bottle", "rules")
-            assert "fake-llm" in told.notes
-        parsers = [one for one in (await house.client.get("/models")).json() if one["role"] == "parser"]
-    assert model.asked == 1
-    assert [one["available"] for one in parsers] == [False, True]
-
-
-async def test_the_rules_are_heard_where_the_model_saw_nothing(opened: Opened) -> None:
-    claim = ParsedTask(yolo_class="none", parser="fake-llm")
-    async with opened(House(language_model=FakeLanguageModel(answer=claim))) as house:
-        answer = await house.client.post("/parse-task", json={"command": "find the red bottle"})
-    assert answer.json()["parser"] == "rules"
 
 
 async def test_more_callers_than_may_wait_are_told_to_come_back(opened: Opened) -> None:
@@ -196,3 +161,87 @@ async def test_more_callers_than_may_wait_are_told_to_come_back(opened: Opened) 
         answer = await house.client.post("/detect", content=jpeg_of(SCENE))
         go_on.set()
     assert (answer.status_code, answer.headers["retry-after"]) == (429, "1")
+
+
+def encoded(image: Image.Image, kind: str, **more: Any) -> bytes:
+    buffer = io.BytesIO()
+    image.save(buffer, kind, **more)
+    return buffer.getvalue()
+
+
+def turned() -> bytes:
+    exif = Image.Exif()
+    exif[0x0112] = 6  # the camera was held upright
+    return encoded(Image.new("RGB", (64, 32)), "JPEG", exif=exif)
+
+
+def animated() -> bytes:
+    return encoded(Image.new("RGB", (8, 8)), "PNG", save_all=True, append_images=[Image.new("RGB", (8, 8), "red")])
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "word"),
+    [
+        (encoded(Image.new("CMYK", (8, 8)), "JPEG"), 422, "CMYK"),
+        (encoded(Image.new("I;16", (8, 8)), "PNG"), 422, "16 bits"),
+        (animated(), 422, "animated"),
+        (encoded(Image.new("RGB", (8, 8)), "GIF"), 422, "neither"),
+        (encoded(Image.new("L", (4097, 1)), "PNG"), 413, "4096"),
+    ],
+)
+async def test_an_image_that_no_camera_sends_is_refused_by_name(
+    opened: Opened, body: bytes, status: int, word: str
+) -> None:
+    async with opened() as house:
+        await house.until_loaded()
+        answer = await house.client.post("/detect", content=body)
+    assert (answer.status_code, answer.headers["content-type"]) == (status, "application/problem+json")
+    assert word in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("body", "size_px"),
+    [
+        (turned(), (32, 64)),
+        (encoded(Image.new("L", (50, 40)), "JPEG"), (50, 40)),
+        (encoded(Image.new("RGBA", (50, 40)), "PNG"), (50, 40)),
+        (encoded(Image.new("P", (50, 40)), "PNG"), (50, 40)),
+    ],
+)
+async def test_an_unusual_image_is_seen_as_a_person_would_see_it(
+    opened: Opened, body: bytes, size_px: tuple[int, int]
+) -> None:
+    async with opened() as house:
+        await house.until_loaded()
+        answer = await house.client.post("/detect", content=body)
+    told = Detections.model_validate_json(answer.content)
+    assert (told.image_width_px, told.image_height_px) == size_px
+
+
+async def test_texts_are_scored_against_the_crop_and_the_frame_at_once(opened: Opened) -> None:
+    async with opened() as house:
+        house.camera.show(1.0, SCENE)
+        body: dict[str, Any] = {"texts": ["red bottle", "blue bottle", "bottle"]}
+        whole = ScoreReply.model_validate_json((await house.client.post("/clip-score", json=body)).content)
+        body["bbox_xyxy"] = [80, 60, 130, 200]
+        both = ScoreReply.model_validate_json((await house.client.post("/clip-score", json=body)).content)
+    assert (len(whole.scores), whole.frame_scores) == (3, ())
+    assert both.frame_scores == pytest.approx(whole.scores)
+    assert both.scores[0] > both.scores[1]
+
+
+async def test_a_text_is_embedded_once(opened: Opened) -> None:
+    house = House()
+    asked: list[str] = []
+
+    class Counting(type(house.clip)):
+        def embed_text(self, texts: Sequence[str]) -> Any:
+            asked.extend(texts)
+            return super().embed_text(texts)
+
+    house.clip = Counting()
+    async with opened(house):
+        await house.until_loaded()
+        for _ in range(3):
+            await house.client.post("/embed", json={"texts": ["shiny", "red", "shiny"]})
+    assert sorted(asked) == ["red", "shiny"]

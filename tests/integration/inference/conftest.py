@@ -1,6 +1,7 @@
 """Real models: the shape of the real ones, untrained where the test is about well-formedness."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,18 +12,26 @@ os.environ.setdefault("YOLO_OFFLINE", "true")
 
 
 @pytest.fixture(scope="session")
-def untrained_detector(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A YOLOv8n of COCO's classes as ultralytics saves it, with random weights."""
-    from inference import torchvision_cpu
+def untrained() -> Callable[[str, Path], Path]:
+    """Makes a YOLO of COCO's classes as ultralytics saves it, with random weights."""
 
-    torchvision_cpu.install()
-    from ultralytics import YOLO
+    def make(architecture: str, path: Path) -> Path:
+        from inference import torchvision_cpu
 
-    path = tmp_path_factory.mktemp("weights") / "untrained.pt"
-    model = YOLO("yolov8n.yaml", task="detect")
-    model.model.names = dict(enumerate(COCO_LABELS))
-    model.save(str(path))
-    return path
+        torchvision_cpu.install()
+        from ultralytics import YOLO
+
+        model = YOLO(architecture, task="detect")
+        model.model.names = dict(enumerate(COCO_LABELS))
+        model.save(str(path))
+        return path
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def untrained_detector(untrained: Callable[[str, Path], Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return untrained("yolov8n.yaml", tmp_path_factory.mktemp("weights") / "untrained.pt")
 
 
 @pytest.fixture(scope="session")

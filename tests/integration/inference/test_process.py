@@ -9,6 +9,7 @@ from pathlib import Path
 
 import httpx
 
+from inference.adapters.yolo import DetectorCard
 from inference.settings import Settings
 from support.redis_server import free_port
 
@@ -28,6 +29,7 @@ def test_the_process_sees_streams_and_ends_when_told(
             "INFERENCE_ROBOT_BRIDGE_URL": bridge_url,
             "INFERENCE_DETECTOR_PATH": str(untrained_detector),
             "INFERENCE_CLIP_PATH": str(untrained_clip),
+            "INFERENCE_DETECTOR_BACKEND": "torch",
         }
         process = subprocess.Popen([sys.executable, "-m", "inference"], env=environment)
         try:
@@ -66,5 +68,6 @@ def test_importing_the_service_loads_no_model_library() -> None:
 
 def test_defaults_are_those_of_the_requirements() -> None:
     settings = Settings()
-    assert (settings.port, settings.detector_confidence_min, settings.rest_rate_hz) == (8002, 0.30, 2.0)
+    assert (settings.port, settings.detector_confidence_min, settings.rest_rate_hz) == (8002, None, 2.0)
+    assert DetectorCard().threshold == 0.30
     assert (settings.jpeg_quality, settings.spotted_period_s, settings.frame_width_px) == (60, 0.5, 0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from contracts.coco import COCO_LABELS
-from inference.adapters.image_text import OpenClipModel, SmallClipModel
+from inference.adapters.image_text import OpenClipModel, Overrides, SmallClipModel
 from inference.adapters.loading import loader
 from inference.adapters.yolo import YoloDetector
 from inference.ports import Detector, ImageText
@@ -68,8 +68,9 @@ def test_words_a_model_does_not_know_are_told(clip: ImageText) -> None:
 
 
 def test_the_threshold_is_the_models_own_unless_a_setting_says_otherwise(untrained_clip: Path) -> None:
-    assert SmallClipModel(untrained_clip).threshold == 0.45
-    assert SmallClipModel(untrained_clip, threshold=0.6).threshold == 0.6
+    own, told = SmallClipModel(untrained_clip), SmallClipModel(untrained_clip, overrides=Overrides(0.6, 0.1, 0.02))
+    assert (own.threshold, own.colour_margin, own.vote_margin) == (0.45, 0.08, 0.0)
+    assert (told.threshold, told.colour_margin, told.vote_margin) == (0.6, 0.1, 0.02)
 
 
 @pytest.mark.parametrize("made", [SmallClipModel, OpenClipModel])

@@ -13,7 +13,7 @@ from contracts.mission import MissionTarget
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
 from contracts.vision import Detections, Target, Validation
 from inference.app import create_app
-from inference.settings import Settings
+from inference.settings import Backend, Settings
 from mesh.bus import open_bus
 from support.waiting import until
 
@@ -34,6 +34,7 @@ async def test_frames_become_detections_on_redis_and_votes_are_cast(
         robot_bridge_url=bridge_url,
         detector_path=untrained_detector,
         clip_path=untrained_clip,
+        detector_backend=Backend.TORCH,
         rest_rate_hz=20.0,
     )
     heard: list[Detections] = []
@@ -78,6 +79,7 @@ async def test_it_starts_before_redis_and_the_bridge_and_says_what_is_missing(
         robot_bridge_url=f"http://127.0.0.1:{closed_port}",
         detector_path=untrained_detector,
         clip_path=untrained_clip,
+        detector_backend=Backend.TORCH,
     )
     app = create_app(settings)
     async with (

@@ -44,13 +44,29 @@ def test_the_reason_names_who_said_what() -> None:
 def test_clip_says_yes_when_threshold_and_contrast_both_hold(
     score: float, contrast: dict[str, float], verdict: Verdict
 ) -> None:
-    vote = clip_vote(ClipScores("red bottle", score, contrast), threshold=0.40, model="small", took_ms=2.5)
+    vote = clip_vote(ClipScores("red bottle", score, contrast), threshold=0.40, margin=0.0, model="small", took_ms=2.5)
     assert (vote.verdict, vote.score, vote.threshold, vote.model, vote.took_ms) == (verdict, score, 0.40, "small", 2.5)
 
 
 def test_the_clip_vote_tells_its_strongest_rival() -> None:
-    vote = clip_vote(ClipScores("red bottle", 0.5, {"blue": 0.61, "green": 0.1}), threshold=0.4, model="", took_ms=0)
+    scores = ClipScores("red bottle", 0.5, {"blue": 0.61, "green": 0.1}, frame_score=0.3)
+    vote = clip_vote(scores, threshold=0.4, margin=0.0, model="", took_ms=0)
     assert vote.reason == "'red bottle' 0.50, 0.40 needed; but blue 0.61"
+    assert (vote.rival, vote.rival_score, vote.frame_score) == ("blue", 0.61, 0.3)
+
+
+@pytest.mark.parametrize(("margin", "verdict"), [(0.0, Verdict.YES), (0.05, Verdict.YES), (0.11, Verdict.NO)])
+def test_the_lead_over_the_other_colours_must_be_the_models_own(margin: float, verdict: Verdict) -> None:
+    vote = clip_vote(ClipScores("red bottle", 0.5, {"pink": 0.4}), threshold=0.4, margin=margin, model="", took_ms=0)
+    assert vote.verdict is verdict
+
+
+@pytest.mark.parametrize("code", ALL)
+def test_a_vote_that_is_alone_confirms_only_where_that_was_allowed(code: str) -> None:
+    decision = decide(votes(code), allow_single_vote=True)
+    alone = code in {"yaa", "aya", "aay"}
+    assert (decision.confirmed, decision.by_single_vote) == (code in CONFIRMED or alone, alone)
+    assert ("which was allowed" in decision.reason) is alone
 
 
 def test_the_detector_votes_with_its_confidence_or_says_what_it_did_not_see() -> None:

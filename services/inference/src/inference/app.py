@@ -8,11 +8,10 @@ from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
 from inference.adapters.bridge_camera import BridgeCamera
-from inference.breaker import Breaker
+from inference.languages import open_languages
 from inference.models import Loaded, Models
 from inference.perception import Perception
 from inference.ports import Camera, LanguageModel, VisionLanguageModel
-from inference.reading import Reader
 from inference.routes import get_inference, router
 from inference.service import Inference
 from inference.settings import ModelSet, Settings
@@ -38,7 +37,7 @@ def create_app(
     bus: Bus | None = None,
     camera: Camera | None = None,
     models: Callable[[], Loaded] | None = None,
-    language_model: LanguageModel | None = None,
+    language_models: Sequence[LanguageModel] | None = None,
     vlm: VisionLanguageModel | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
@@ -52,7 +51,7 @@ def create_app(
             real_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
             real_camera = camera if camera is not None else BridgeCamera(settings.robot_bridge_url)
             stack.push_async_callback(real_camera.aclose)
-            reader, seer = await _language_models(settings, stack, language_model, vlm)
+            languages = open_languages(settings, stack, real_clock, given=language_models, vlm=vlm)
             worker = Worker(settings.waiting_max)
             stack.callback(worker.close)
             eyes = Models(
@@ -67,13 +66,17 @@ def create_app(
             inference = Inference(
                 models=eyes,
                 perception=Perception(settings, real_camera, eyes, real_bus, real_clock),
-                validator=Validator(real_camera, eyes, seer, settings.validate_frame_wait_s, settings.vlm_deadline_s),
-                reader=Reader(reader, Breaker(settings.model_retry_after_s), settings.parse_deadline_s, real_clock),
+                validator=Validator(
+                    real_camera, eyes, languages.vlm, settings.validate_frame_wait_s, settings.vlm_deadline_s
+                ),
+                reader=languages.reader,
+                reasoner=languages.reasoner,
                 bus=real_bus,
                 clock=real_clock,
                 frame_age_max_s=settings.frame_age_max_s,
             )
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
+            tasks.start("quicken", inference.models.quicken(), forever=False)
             tasks.start("perception", inference.perception.run())
             tasks.start("follow-target", inference.perception.follow_target())
             yield {"inference": inference}
@@ -96,22 +99,3 @@ def _real_loader(settings: Settings) -> Callable[[], Loaded]:
     from inference.adapters.loading import loader
 
     return loader(settings)
-
-
-async def _language_models(
-    settings: Settings, stack: AsyncExitStack, language_model: LanguageModel | None, vlm: VisionLanguageModel | None
-) -> tuple[LanguageModel | None, VisionLanguageModel | None]:
-    """Those given, else Ollama's where a server is named; without one the rules read and the third vote abstains."""
-    if not settings.ollama_url:
-        return language_model, vlm
-    from inference.adapters.ollama_models import OllamaModel
-
-    if language_model is None:
-        reader = OllamaModel(settings.ollama_url, settings.ollama_model, timeout_s=settings.parse_deadline_s)
-        stack.push_async_callback(reader.aclose)
-        language_model = reader
-    if vlm is None and settings.vlm_model:
-        seer = OllamaModel(settings.ollama_url, settings.vlm_model, timeout_s=settings.vlm_deadline_s)
-        stack.push_async_callback(seer.aclose)
-        vlm = seer
-    return language_model, vlm

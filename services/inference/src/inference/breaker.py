@@ -1,21 +1,40 @@
-"""A circuit breaker: what has just failed is left alone for a while. Pure; time is passed in."""
+"""A circuit breaker: what has just failed is left alone for a while, then tried by one caller. Pure."""
 
 
 class Breaker:
-    """Closed at first; a failure opens it for `retry_after_s`, a success closes it."""
+    """Opened for `retry_after_s` by a failure, or by `wrong_answers_max` answers in a row that made no sense.
 
-    def __init__(self, retry_after_s: float) -> None:
+    When that time is over one caller is let through; the others wait for what it learns, or for as long again.
+    """
+
+    def __init__(self, retry_after_s: float, *, wrong_answers_max: int = 3) -> None:
         self._retry_after_s = retry_after_s
+        self._wrong_answers_max = wrong_answers_max
+        self._wrong_answers = 0
         self._open_until_s: float | None = None
         self.last_error = ""
 
     def allows(self, now_s: float) -> bool:
-        return self._open_until_s is None or now_s >= self._open_until_s
+        """Whether to try now; asking when a trial is due takes that trial."""
+        if self._open_until_s is None:
+            return True
+        if now_s < self._open_until_s:
+            return False
+        self._open_until_s = now_s + self._retry_after_s
+        return True
 
     def failed(self, now_s: float, error: str) -> None:
         self._open_until_s = now_s + self._retry_after_s
+        self._wrong_answers = 0
         self.last_error = error
+
+    def answered_wrong(self, now_s: float, error: str) -> None:
+        """It is there, but of no use this time."""
+        self._wrong_answers += 1
+        if self._open_until_s is not None or self._wrong_answers >= self._wrong_answers_max:
+            self.failed(now_s, error)
 
     def succeeded(self) -> None:
         self._open_until_s = None
+        self._wrong_answers = 0
         self.last_error = ""

@@ -1,18 +1,23 @@
 """The loaded models behind one thread: look at an image, score crops against phrases."""
 
+import asyncio
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+import structlog
 from prometheus_client import Histogram
 
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, ModelInfo, Target
 from inference.colours import colour_prompts, pick_colour
-from inference.ports import Detector, Embeddings, ImageText, RgbImage
+from inference.images import decode
+from inference.ports import Detector, Embeddings, FasterDetector, ImageText, RgbImage
 from inference.worker import Worker
 from mesh.errors import UnavailableError
+
+log = structlog.get_logger()
 
 MODEL_SECONDS = Histogram(
     "inference_model_seconds",
@@ -29,6 +34,8 @@ class Loaded:
     clip: ImageText | None = None
     problems: tuple[str, ...] = ()
     """What could not be loaded, and why."""
+    faster: FasterDetector | None = None
+    """The same detector on a quicker backend, where that has to be prepared first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +48,26 @@ class Look:
     """Of the detector alone."""
 
 
+@dataclass(frozen=True, slots=True)
+class Sight:
+    image: RgbImage
+    look: Look
+
+
+Shrink = Callable[[RgbImage], RgbImage]
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """One cosine a text."""
+
+    scores: tuple[float, ...]
+    """Of the crop; of the whole image where no box was named."""
+    frame_scores: tuple[float, ...]
+    """Of the whole image where a box was named too, else empty."""
+    took_ms: float
+
+
 @dataclass
 class Models:
     """Raises `UnavailableError` while the models load, and for one that could not be loaded."""
@@ -49,10 +76,29 @@ class Models:
     worker: Worker
     colour_crops_max: int = 12
     loaded: Loaded | None = None
+    slower_because: str = ""
+    """Why the detector is not on the backend that was wanted."""
+    _opened: asyncio.Event = field(default_factory=asyncio.Event)
     _texts: dict[str, Embeddings] = field(default_factory=dict[str, Embeddings])
 
     async def open(self) -> None:
-        self.loaded = await self.worker.run(self.load)
+        self.loaded = await self.worker.run_in_turn(self.load)
+        self._opened.set()
+
+    async def quicken(self) -> None:
+        """Once open: exports the detector where that was never done, and goes on with the export."""
+        await self._opened.wait()
+        loaded = self._ready()
+        if loaded.faster is None:
+            return
+        log.info("the detector is being exported; it runs on torch until then")
+        self.slower_because = await loaded.faster.prepare()
+        if self.slower_because:
+            log.warning("the detector stays as it is", reason=self.slower_because)
+            return
+        detector = await self.worker.run_in_turn(loaded.faster.load)
+        self.loaded = replace(loaded, detector=detector, faster=None)
+        log.info("the detector was exported", backend=detector.backend, backends_ms=dict(detector.backends_ms))
 
     @property
     def problem(self) -> str:
@@ -76,14 +122,19 @@ class Models:
     def clip_or_none(self) -> ImageText | None:
         return self.loaded.clip if self.loaded is not None else None
 
-    async def look(self, image: RgbImage, target: Target | None = None) -> Look:
-        """Detections in pixels of `image`, their colours filled in where the image-text model is sure."""
-        return await self.worker.run(self._look, self.detector(), image, target)
+    async def see(
+        self, encoded: bytes, target: Target | None = None, *, shrink: Shrink | None = None, own: bool = False
+    ) -> Sight:
+        """An encoded image and what it shows; colours are filled in where the image-text model is sure.
 
-    async def score(
-        self, image: RgbImage, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]
-    ) -> tuple[list[float], float]:
-        """Cosine of the crop (or the whole image) with each text, and the milliseconds it took."""
+        The boxes are in pixels of what `shrink` makes of the image. `own` is for the service's own frames: they are
+        never turned away. Raises as `images.decode`, and `TooManyError`.
+        """
+        run = self.worker.run_in_turn if own else self.worker.run
+        return await run(self._see, self.detector(), encoded, target, shrink)
+
+    async def score(self, image: RgbImage, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]) -> Scores:
+        """Each text against the crop and the whole image at once."""
         return await self.worker.run(self._score, self.clip(), image, bbox_xyxy, texts)
 
     async def embed(
@@ -98,10 +149,10 @@ class Models:
         return [
             ModelInfo(role="detector", name="", backend="", available=False, detail=self.problem)
             if detector is None
-            else ModelInfo(role="detector", name=detector.name, backend=detector.backend, threshold=detector.threshold),
+            else _info("detector", detector, self.slower_because),
             ModelInfo(role="clip", name="", backend="", available=False, detail=self.problem)
             if clip is None
-            else ModelInfo(role="clip", name=clip.name, backend=clip.backend, threshold=clip.threshold),
+            else _info("clip", clip),
         ]
 
     def _ready(self) -> Loaded:
@@ -110,6 +161,10 @@ class Models:
         return self.loaded
 
     # What follows runs in the worker thread.
+
+    def _see(self, detector: Detector, encoded: bytes, target: Target | None, shrink: Shrink | None) -> Sight:
+        image = decode(encoded)
+        return Sight(image, self._look(detector, image if shrink is None else shrink(image), target))
 
     def _look(self, detector: Detector, image: RgbImage, target: Target | None) -> Look:
         with MODEL_SECONDS.labels("detector").time():
@@ -137,13 +192,14 @@ class Models:
                 coloured[i] = detections[i].model_copy(update={"colour": colour})
         return tuple(coloured)
 
-    def _score(
-        self, clip: ImageText, image: RgbImage, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]
-    ) -> tuple[list[float], float]:
+    def _score(self, clip: ImageText, image: RgbImage, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]) -> Scores:
         began_s = time.perf_counter()
+        views = [image] if bbox_xyxy is None else [clip.crop(image, bbox_xyxy), image]
         with MODEL_SECONDS.labels("clip").time():
-            cosines = self._text(clip, texts) @ clip.embed_image([_cut(clip, image, bbox_xyxy)])[0]
-        return [float(cosine) for cosine in cosines], round((time.perf_counter() - began_s) * 1000, 2)
+            cosines = clip.embed_image(views) @ self._text(clip, texts).T
+        took_ms = round((time.perf_counter() - began_s) * 1000, 2)
+        rows = [tuple(float(cosine) for cosine in row) for row in cosines]
+        return Scores(rows[0], () if bbox_xyxy is None else rows[1], took_ms)
 
     def _embed(
         self, clip: ImageText, image: RgbImage | None, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]
@@ -159,6 +215,17 @@ class Models:
                 missing = list(dict.fromkeys(texts))
             self._texts.update(zip(missing, clip.embed_text(missing), strict=True))
         return np.stack([self._texts[text] for text in texts])
+
+
+def _info(role: str, model: Detector | ImageText, detail: str = "") -> ModelInfo:
+    return ModelInfo(
+        role=role,
+        name=model.name,
+        backend=model.backend,
+        backends_ms=dict(model.backends_ms),
+        threshold=model.threshold,
+        detail=detail,
+    )
 
 
 def _cut(clip: ImageText, image: RgbImage, bbox_xyxy: BboxXyxy | None) -> RgbImage:

@@ -1,14 +1,14 @@
 """What the service needs of the world: eyes, a reader, a camera. Models block; the worker thread calls them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from contracts.geometry import Pose2D
-from contracts.vision import Detection, ParsedTask, ParseTaskRequest
+from contracts.vision import Detection
 
 RgbImage = npt.NDArray[np.uint8]
 """(height, width, 3), red first."""
@@ -33,12 +33,29 @@ class Detector(Protocol):
     def backend(self) -> str: ...
 
     @property
+    def backends_ms(self) -> Mapping[str, float]:
+        """Milliseconds of each backend that was tried; empty where there was no choice."""
+        ...
+
+    @property
     def threshold(self) -> float:
         """Boxes below this confidence are not returned."""
         ...
 
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
         """Boxes in pixels of `image`, best first."""
+        ...
+
+
+class FasterDetector(Protocol):
+    """A detector on a backend that needs preparing."""
+
+    async def prepare(self) -> str:
+        """Takes seconds to minutes; returns what went wrong, or nothing."""
+        ...
+
+    def load(self) -> Detector:
+        """Blocks; to be called once it is prepared."""
         ...
 
 
@@ -52,6 +69,11 @@ class ImageText(Protocol):
     def backend(self) -> str: ...
 
     @property
+    def backends_ms(self) -> Mapping[str, float]:
+        """Milliseconds of one image in each precision that was tried; empty where there was no choice."""
+        ...
+
+    @property
     def threshold(self) -> float:
         """Cosine from which an image counts as showing the phrase; each model has its own."""
         ...
@@ -59,6 +81,11 @@ class ImageText(Protocol):
     @property
     def colour_margin(self) -> float:
         """Cosine by which the best colour must lead the next to be believed."""
+        ...
+
+    @property
+    def vote_margin(self) -> float:
+        """Cosine by which a description must lead itself in every other colour to get this model's vote."""
         ...
 
     @property
@@ -84,21 +111,49 @@ class ImageText(Protocol):
     def embed_text(self, texts: Sequence[str]) -> Embeddings: ...
 
 
-class LanguageModel(Protocol):
-    @property
-    def name(self) -> str: ...
+@dataclass(frozen=True, slots=True)
+class Prompt:
+    """One question to a language model: fixed instructions, data, and the JSON schema of the answer."""
 
-    async def parse(self, request: ParseTaskRequest) -> ParsedTask:
-        """Raises `UnavailableError` (away, slow) or `UpstreamError` (it answered nonsense)."""
+    system: str
+    question: str
+    schema: Mapping[str, Any]
+    images: tuple[bytes, ...] = ()
+    """JPEG."""
+    answer_tokens_max: int = 200
+    temperature: float = 0.0
+
+
+class LanguageModel(Protocol):
+    """One model of one server, whatever wire format that speaks; with images, a vision-language model."""
+
+    @property
+    def name(self) -> str:
+        """'<backend>:<model>'."""
         ...
+
+    @property
+    def backend(self) -> str: ...
+
+    async def complete(self, prompt: Prompt) -> str:
+        """The text of the answer, not yet checked against the schema.
+
+        Raises `UnavailableError` (away, slow) or `UpstreamError` (it refused, or spoke another wire format).
+        """
+        ...
+
+    async def aclose(self) -> None: ...
 
 
 class VisionLanguageModel(Protocol):
     @property
     def name(self) -> str: ...
 
+    @property
+    def backend(self) -> str: ...
+
     async def present(self, jpeg: bytes, description: str) -> bool:
-        """Is there a `description` visible? Raises as `LanguageModel.parse`."""
+        """Is there a `description` visible? Raises `UnavailableError` (away, slow, no sense in its answers)."""
         ...
 
 

@@ -1,58 +1,87 @@
-"""Reads a command: the language model first where there is one, the rules behind it; the answer names who gave it."""
+"""Reads a command: language models and rules in the order set; the answer names who gave it."""
 
 import asyncio
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import structlog
-
-from contracts.vision import ModelInfo, ParsedTask, ParseTaskRequest
+from contracts.vision import ModelInfo, ParsedTarget, ParsedTask, ParseTaskRequest
 from inference import parser
-from inference.breaker import Breaker
-from inference.ports import LanguageModel
-from mesh.clock import Clock
-from mesh.errors import UnavailableError, UpstreamError
+from inference.claims import checked
+from inference.prompts import TaskAnswer, parse_prompt
+from inference.providers import NoAnswerError, Providers
+from inference.splitting import Part, split
 
-log = structlog.get_logger()
+NONE = "none"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Reader:
-    language_model: LanguageModel | None
-    breaker: Breaker
+    """The rules always answer; `before` are heard first, `after` where the rules know nothing."""
+
+    before: Providers
+    after: Providers
     deadline_s: float
-    clock: Clock
 
     async def parse(self, request: ParseTaskRequest) -> ParsedTask:
-        by_rules = parser.parse(request)
-        if self.language_model is None:
-            return by_rules
-        if not self.breaker.allows(self.clock.now_s()):
-            return _with_note(by_rules, f"{self.language_model.name} is left alone: {self.breaker.last_error}")
-        try:
-            async with asyncio.timeout(self.deadline_s):
-                claimed = await self.language_model.parse(request)
-        except TimeoutError:
-            return self._gave_up(self.language_model, by_rules, f"no answer within {self.deadline_s:g} s")
-        except (UnavailableError, UpstreamError) as error:
-            return self._gave_up(self.language_model, by_rules, error.detail)
-        self.breaker.succeeded()
-        if claimed.yolo_class == "none" and by_rules.yolo_class != "none":
-            return _with_note(by_rules, f"{claimed.parser} saw nothing in it")
-        return claimed
+        """Every part of the command, in order. Never fails: at worst every class is 'none'."""
+        loop = asyncio.get_running_loop()
+        ends_s = loop.time() + self.deadline_s
+        parts = split(request.command)
+        targets: list[ParsedTarget] = []
+        notes: list[str] = []
+        for at, part in enumerate(parts):
+            share_s = max(0.0, ends_s - loop.time()) / (len(parts) - at)
+            target, note = await self._read(part, request.labels_in_memory, share_s)
+            targets.append(target)
+            notes += [note] if note else []
+        first = next((one for one in targets if one.yolo_class != NONE), targets[0])
+        return ParsedTask(
+            yolo_class=first.yolo_class,
+            memory_object=first.memory_object,
+            description=first.description,
+            parser=first.parser,
+            notes="; ".join(dict.fromkeys(notes))[:500],
+            targets=tuple(targets),
+        )
 
     def infos(self) -> list[ModelInfo]:
         rules = ModelInfo(role="parser", name=parser.PARSER, backend="rules")
-        if self.language_model is None:
-            return [rules]
-        down = self.breaker.last_error
-        name = self.language_model.name
-        return [ModelInfo(role="parser", name=name, backend="ollama", available=not down, detail=down), rules]
+        before, after = ([one.info("parser") for one in group.providers] for group in (self.before, self.after))
+        return [*before, rules, *after]
 
-    def _gave_up(self, model: LanguageModel, by_rules: ParsedTask, why: str) -> ParsedTask:
-        log.warning("the language model did not answer; the rules did", model=model.name, reason=why)
-        self.breaker.failed(self.clock.now_s(), why)
-        return _with_note(by_rules, f"{model.name}: {why}")
+    async def _read(self, part: Part, memory: Sequence[str], deadline_s: float) -> tuple[ParsedTarget, str]:
+        request = ParseTaskRequest(command=part.meaning, labels_in_memory=tuple(memory))
+        claimed, trouble = await self._ask(self.before, part, request, deadline_s)
+        if claimed is not None and claimed.yolo_class != NONE:
+            return claimed, ""
+        by_rules = parser.parse(request)
+        if by_rules.yolo_class != NONE or not self.after.providers:
+            told = "; ".join(note for note in (by_rules.notes, trouble) if note)
+            return _target(part, by_rules), told
+        second, more_trouble = await self._ask(self.after, part, request, deadline_s)
+        if second is not None and second.yolo_class != NONE:
+            return second, trouble
+        return _target(part, by_rules), "; ".join(note for note in (by_rules.notes, trouble, more_trouble) if note)
+
+    async def _ask(
+        self, group: Providers, part: Part, request: ParseTaskRequest, deadline_s: float
+    ) -> tuple[ParsedTarget | None, str]:
+        """What a model claims, and why it is not to be taken where it is not."""
+        if not group.providers:
+            return None, ""
+        try:
+            answer, by = await group.ask(parse_prompt(request), TaskAnswer, deadline_s=deadline_s)
+        except NoAnswerError as error:
+            return None, error.detail
+        claimed = checked(answer, request, said=part.said, by=by)
+        return claimed, f"{by} saw nothing in it" if claimed.yolo_class == NONE else ""
 
 
-def _with_note(task: ParsedTask, note: str) -> ParsedTask:
-    return task.model_copy(update={"notes": "; ".join(part for part in (task.notes, note) if part)[:500]})
+def _target(part: Part, task: ParsedTask) -> ParsedTarget:
+    return ParsedTarget(
+        said=part.said,
+        yolo_class=task.yolo_class,
+        memory_object=task.memory_object,
+        description=task.description,
+        parser=task.parser,
+    )

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
+from contracts.language import ReasonReply, ReasonRequest
 from contracts.vision import (
     Detections,
     EmbedReply,
@@ -18,7 +19,6 @@ from contracts.vision import (
     ValidateRequest,
     Validation,
 )
-from inference.images import decode
 from inference.service import Inference
 from inference.validation import require_box
 from mesh.errors import TooManyError
@@ -47,25 +47,30 @@ def get_inference(request: Request) -> Inference:
 InferenceDep = Annotated[Inference, Depends(get_inference)]
 
 
-@router.post("/detect", tags=["vision"], openapi_extra=IMAGE_BODY)
-async def detect(request: Request, inference: InferenceDep) -> Detections:
+@router.post("/detect", tags=["vision"], openapi_extra=IMAGE_BODY, response_model=Detections)
+async def detect(request: Request, inference: InferenceDep) -> Response:
     """Every object of a known class in the image sent, or in the newest frame."""
     body = await request.body()
     inference.models.detector()
-    if not body:
-        return await inference.detect_newest()
-    return await inference.detect(await inference.models.worker.run(decode, body))
+    found = await (inference.detect(body) if body else inference.detect_newest())
+    return Response(found.model_dump_json(), media_type="application/json")
 
 
 @router.post("/clip-score", tags=["vision"])
 async def clip_score(body: ScoreRequest, inference: InferenceDep) -> ScoreReply:
-    """How well each text goes with the newest frame, or with the box in it (cosines)."""
+    """How well each text goes with the newest frame, and with the box in it where one is named (cosines)."""
     clip = inference.models.clip()
     if body.bbox_xyxy is not None:
         require_box(body.bbox_xyxy)
     image = await inference.newest_image()
-    scores, took_ms = await inference.models.score(image, body.bbox_xyxy, body.texts)
-    return ScoreReply(scores=tuple(scores), threshold=clip.threshold, model=clip.name, took_ms=took_ms)
+    seen = await inference.models.score(image, body.bbox_xyxy, body.texts)
+    return ScoreReply(
+        scores=seen.scores,
+        frame_scores=seen.frame_scores,
+        threshold=clip.threshold,
+        model=clip.name,
+        took_ms=seen.took_ms,
+    )
 
 
 @router.post("/embed", tags=["vision"])
@@ -89,8 +94,14 @@ async def validate(body: ValidateRequest, inference: InferenceDep) -> Validation
 
 @router.post("/parse-task", tags=["language"])
 async def parse_task(body: ParseTaskRequest, inference: InferenceDep) -> ParsedTask:
-    """What a command claims to mean; `parser` says who read it."""
+    """What each part of a command claims to mean; `parser` says who read it."""
     return await inference.reader.parse(body)
+
+
+@router.post("/reason", tags=["language"])
+async def reason(body: ReasonRequest, inference: InferenceDep) -> ReasonReply:
+    """The facts put into words that answer the question; 503 where no language model can."""
+    return await inference.reasoner.reason(body)
 
 
 @router.get("/models", tags=["operations"])

@@ -11,6 +11,7 @@ from inference.models import Models
 from inference.perception import Perception
 from inference.ports import RgbImage
 from inference.reading import Reader
+from inference.reasoning import Reasoner
 from inference.validation import Validator
 from mesh.bus import Bus
 from mesh.clock import Clock
@@ -22,25 +23,26 @@ class Inference:
     perception: Perception
     validator: Validator
     reader: Reader
+    reasoner: Reasoner
     bus: Bus
     clock: Clock
     frame_age_max_s: float
 
-    async def detect(self, image: RgbImage, *, stamp_s: float | None = None, pose: Pose2D | None = None) -> Detections:
-        look = await self.models.look(image)
+    async def detect(self, encoded: bytes, *, stamp_s: float | None = None, pose: Pose2D | None = None) -> Detections:
+        sight = await self.models.see(encoded)
         return Detections(
             stamp_s=self.clock.now_s() if stamp_s is None else stamp_s,
-            image_width_px=image.shape[1],
-            image_height_px=image.shape[0],
+            image_width_px=sight.image.shape[1],
+            image_height_px=sight.image.shape[0],
             pose=pose,
-            detections=look.detections,
-            model=look.model,
-            took_ms=look.took_ms,
+            detections=sight.look.detections,
+            model=sight.look.model,
+            took_ms=sight.look.took_ms,
         )
 
     async def detect_newest(self) -> Detections:
         frame = await self.validator.fresh_frame(None)
-        return await self.detect(decode(frame.jpeg), stamp_s=frame.stamp_s, pose=frame.pose)
+        return await self.detect(frame.jpeg, stamp_s=frame.stamp_s, pose=frame.pose)
 
     async def newest_image(self) -> RgbImage:
         return decode((await self.validator.fresh_frame(None)).jpeg)
@@ -50,7 +52,7 @@ class Inference:
         third = (
             ModelInfo(role="vlm", name="", backend="", available=False, detail="none configured: its vote abstains")
             if vlm is None
-            else ModelInfo(role="vlm", name=vlm.name, backend="ollama")
+            else ModelInfo(role="vlm", name=vlm.name, backend=vlm.backend)
         )
         return [*self.models.infos(), third, *self.reader.infos()]
 

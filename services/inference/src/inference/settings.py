@@ -4,7 +4,9 @@ from enum import StrEnum
 from pathlib import Path
 
 from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import SettingsConfigDict
+
+from inference.language_settings import LanguageSettings
 
 
 class ModelSet(StrEnum):
@@ -16,11 +18,30 @@ class ModelSet(StrEnum):
     """YOLOv8n on COCO and CLIP ViT-B/32: what a real robot uses."""
 
 
+class Backend(StrEnum):
+    """What runs the detector's weights."""
+
+    AUTO = "auto"
+    """The fastest of those installed, measured once on this machine."""
+    TORCH = "torch"
+    ONNX = "onnx"
+    OPENVINO = "openvino"
+
+
+class Precision(StrEnum):
+    """In what numbers the large image-text model counts."""
+
+    AUTO = "auto"
+    """The faster of the two, measured at load."""
+    FP32 = "fp32"
+    BF16 = "bf16"
+
+
 DETECTOR_PATHS = {ModelSet.SIM: Path("sim/weights/detector.pt"), ModelSet.COCO: Path("models/yolov8n.pt")}
 CLIP_PATHS = {ModelSet.SIM: Path("sim/weights/clip.safetensors"), ModelSet.COCO: Path("models/ViT-B-32.safetensors")}
 
 
-class Settings(BaseSettings):
+class Settings(LanguageSettings):
     """Frozen; every number carries its unit in its name. Paths are relative to the working directory."""
 
     model_config = SettingsConfigDict(
@@ -33,17 +54,26 @@ class Settings(BaseSettings):
     robot_bridge_url: str = "http://127.0.0.1:8004"
 
     model_set: ModelSet = ModelSet.SIM
-    detector_path: Path | None = Field(default=None, description="none = the model set's own")
-    detector_confidence_min: float = Field(default=0.30, ge=0.01, le=1.0)
+    detector_path: Path | None = Field(default=None, description="any COCO YOLO, or its export; none = the set's own")
+    detector_backend: Backend = Field(default=Backend.AUTO, description="auto, torch, onnx or openvino")
+    detector_confidence_min: float | None = Field(default=None, ge=0.01, le=1.0, description="none = the model's own")
     detector_boxes_max: int = Field(default=100, ge=1, le=300)
     clip_path: Path | None = Field(default=None, description="none = the model set's own")
     clip_threshold: float | None = Field(default=None, description="none = the model's own, measured one")
+    clip_precision: Precision = Field(default=Precision.AUTO, description="auto, fp32 or bf16, for ViT-B/32 and larger")
     colour_margin: float | None = Field(default=None, description="cosine by which a colour must lead; none = model's")
+    vote_margin: float | None = Field(default=None, description="the same for the CLIP vote; none = model's")
     colour_crops_max: int | None = Field(default=None, ge=0, description="crops a frame whose colour is asked for")
     imgsz: int | None = Field(
-        default=None, ge=32, le=1280, description="px, the detector's input side; none = the weights' own, at most 320"
+        default=None,
+        ge=32,
+        le=1280,
+        multiple_of=32,
+        description="px, the detector's input side; none = the model's own",
     )
-    torch_threads: int = Field(default=1, ge=1, le=64)
+    exports_dir: Path = Field(default=Path("out/exports"), description="where exports of the detector are kept")
+    export_timeout_s: float = Field(default=300.0, gt=0.0, le=3600.0)
+    model_threads: int = Field(default=1, ge=1, le=64, description="a model; more than one only on idle cores")
     waiting_max: int = Field(default=16, ge=1, le=256, description="calls that may wait for the models")
 
     rest_rate_hz: float = Field(default=2.0, gt=0.0, le=60.0)
@@ -60,12 +90,6 @@ class Settings(BaseSettings):
     )
     spotted_period_s: float = Field(default=0.5, ge=0.0)
 
-    ollama_url: str = Field(default="", description="empty = no language model; the rules parse")
-    ollama_model: str = "llama3.2:3b"
-    vlm_model: str = Field(default="", description="e.g. llava:7b; empty = no vision-language vote")
-    parse_deadline_s: float = Field(default=8.0, gt=0.0, le=120.0)
-    vlm_deadline_s: float = Field(default=15.0, gt=0.0, le=120.0)
-    model_retry_after_s: float = Field(default=30.0, ge=0.0, description="a language model that is down is left alone")
     validate_frame_wait_s: float = Field(default=3.0, gt=0.0, le=10.0)
 
     @property

@@ -34,6 +34,10 @@ class ClipConfig:
     name: str
     words: tuple[str, ...]
     threshold: float
+    colour_margin: float = 0.08
+    """Cosine by which the best colour must lead the next before a thing is called by it."""
+    vote_margin: float = 0.0
+    """Cosine by which a phrase must lead itself in every other colour before a crop counts as showing it."""
     image_size_px: int = 64
     context_length: int = 16
     embed_dim: int = 128

@@ -9,7 +9,6 @@ from contracts.vision import Detection, Target, ValidateRequest, Validation, Ver
 from inference.annotate import to_jpeg
 from inference.boxes import area, meant_box
 from inference.colours import colour_said, phrase, with_colour
-from inference.images import decode
 from inference.models import Models
 from inference.ports import Camera, Frame, ImageText, RgbImage, VisionLanguageModel
 from inference.votes import VOTES_NEEDED, ClipScores, abstain, clip_vote, decide, detector_vote
@@ -35,10 +34,10 @@ class Validator:
         """
         self.models.detector()
         frame = await self.fresh_frame(request.after_stamp_s)
-        image = decode(frame.jpeg)
         if request.bbox_xyxy is not None:
             require_box(request.bbox_xyxy)
-        look = await self.models.look(image, request.target)
+        sight = await self.models.see(frame.jpeg, request.target)
+        image, look = sight.image, sight.look
         meant = meant_box(look.detections, request.target, request.bbox_xyxy)
         detector = self.models.detector()
         first = detector_vote(
@@ -52,10 +51,11 @@ class Validator:
         second = await self._ask_clip(image, bbox, request.target, meant)
         third = await self._ask_vlm(image, bbox, request.target, (first, second))
         votes = (first, second, third)
-        decision = decide(votes)
+        decision = decide(votes, allow_single_vote=request.allow_single_vote)
         return Validation(
             confirmed=decision.confirmed,
             votes=votes,
+            by_single_vote=decision.by_single_vote,
             stamp_s=frame.stamp_s,
             image_width_px=image.shape[1],
             image_height_px=image.shape[0],
@@ -86,13 +86,19 @@ class Validator:
             contrast = [colour for colour in clip.colours if colour != said]
             texts = [description, *(with_colour(description, said, other) for other in contrast)]
             asked = [phrase(clip.template, text) for text in texts]
-        scores, took_ms = await self.models.score(image, bbox, asked)
-        best = max(range(len(texts)), key=lambda i: scores[i]) if said is None else 0
+        seen = await self.models.score(image, bbox, asked)
+        best = max(range(len(texts)), key=lambda i: seen.scores[i]) if said is None else 0
         return clip_vote(
-            ClipScores(texts[best], scores[best], dict(zip(contrast, scores[1:], strict=False))),
+            ClipScores(
+                description=texts[best],
+                score=seen.scores[best],
+                contrast=dict(zip(contrast, seen.scores[1:], strict=False)),
+                frame_score=seen.frame_scores[best] if seen.frame_scores else None,
+            ),
             threshold=clip.threshold,
+            margin=clip.vote_margin,
             model=clip.name,
-            took_ms=took_ms,
+            took_ms=seen.took_ms,
             note=_note(unknown, bbox, meant, clip),
         )
 

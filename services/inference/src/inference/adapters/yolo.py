@@ -1,6 +1,9 @@
 """The detector behind ultralytics: a `.pt` file, or an exported OpenVINO folder or ONNX file, by its path."""
 
+import json
 import os
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,54 +13,80 @@ from contracts.coco import COCO_LABELS
 from contracts.vision import Detection
 from inference.ports import RgbImage
 
-BACKENDS = {".pt": "torch", ".onnx": "onnxruntime", ".torchscript": "torchscript"}
 QUIET_AND_OFFLINE = {"YOLO_OFFLINE": "true", "YOLO_AUTOINSTALL": "false", "YOLO_VERBOSE": "false"}
 """ultralytics reads these at import: no look at the network, no pip of its own (requirement A18)."""
+OPENVINO_FOLDER = "_openvino_model"
+"""How ultralytics ends the name of an OpenVINO export."""
 
-IMGSZ_MAX = 320
-"""px: COCO weights say 640, for which a 250 px camera has no use (requirement A7 works at 320 x 240)."""
+
+@dataclass(frozen=True, slots=True)
+class DetectorCard:
+    """What belongs to the weights: read from the `.json` beside them, else requirement A7's numbers."""
+
+    threshold: float = 0.30
+    imgsz: int = 320
+    """px, the side of the square the weights look at."""
+
+
+def read_card(weights: Path) -> DetectorCard:
+    """Raises ValueError or TypeError where the `.json` beside the weights is not a card."""
+    path = weights.with_suffix(".json")
+    return DetectorCard(**json.loads(path.read_text())["detector"]) if path.is_file() else DetectorCard()
+
+
+def backend_of(path: Path) -> str:
+    """'torch', 'onnx', 'openvino', or what the file's ending says."""
+    if path.is_dir():
+        return "openvino"
+    return {".pt": "torch", ".onnx": "onnx"}.get(path.suffix, path.suffix.lstrip("."))
 
 
 class YoloDetector:
     """Raises FileNotFoundError when there is nothing at `path`, ValueError when its classes are not COCO's.
 
-    Not thread-safe: one thread loads it and calls it.
+    Not thread-safe: one thread loads it and calls it. `threads` holds for every backend: two beside a busy neighbour on
+    two cores are many times slower than one.
     """
 
     def __init__(
-        self, path: Path, *, threshold: float, imgsz: int | None = None, boxes_max: int = 100, torch_threads: int = 1
+        self,
+        path: Path,
+        *,
+        threshold: float,
+        imgsz: int,
+        boxes_max: int = 100,
+        threads: int = 1,
+        name: str = "",
+        backends_ms: Mapping[str, float] | None = None,
     ) -> None:
         if not path.exists():
             raise FileNotFoundError(f"no detector weights at {path}")
-        for name, value in QUIET_AND_OFFLINE.items():
-            os.environ.setdefault(name, value)
+        for key, value in QUIET_AND_OFFLINE.items():
+            os.environ.setdefault(key, value)
         from inference import torchvision_cpu
 
         torchvision_cpu.install()
         import torch
         from ultralytics import YOLO
 
-        self._model: Any = YOLO(str(path), task="detect")
-        self._threshold = threshold
-        own: int | list[int] = self._model.overrides.get("imgsz", IMGSZ_MAX)
-        self._imgsz = imgsz or min(own if isinstance(own, int) else max(own), IMGSZ_MAX)
+        self.name = name or path.stem.removesuffix(OPENVINO_FOLDER)
+        self.backend = backend_of(path)
+        self.backends_ms = dict(backends_ms or {})
+        self.threshold = threshold
+        self._imgsz = imgsz
         self._boxes_max = boxes_max
-        self.name = path.stem.removesuffix("_openvino_model")
-        self.backend = "openvino" if path.is_dir() else BACKENDS.get(path.suffix, path.suffix.lstrip("."))
-        self.detect(np.full((self._imgsz, self._imgsz, 3), 127, np.uint8))
-        torch.set_num_threads(torch_threads)  # after the first call, which sets it to all cores
+        self._model: Any = YOLO(str(path), task="detect")
+        self.detect(np.full((imgsz, imgsz, 3), 127, np.uint8))  # the first call builds the predictor
+        torch.set_num_threads(threads)  # after the first call, which sets it to all cores
+        _limit_threads(self._model.predictor.model.backend, path, threads)
         strange = set(self._model.names.values()) - set(COCO_LABELS)
         if strange:
             raise ValueError(f"{path} knows classes that are not COCO's: {', '.join(sorted(strange)[:5])}")
 
-    @property
-    def threshold(self) -> float:
-        return self._threshold
-
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
         bgr = np.ascontiguousarray(image[:, :, ::-1])
         result = self._model.predict(
-            bgr, imgsz=self._imgsz, conf=self._threshold, max_det=self._boxes_max, device="cpu", verbose=False
+            bgr, imgsz=self._imgsz, conf=self.threshold, max_det=self._boxes_max, device="cpu", verbose=False
         )[0]
         boxes = result.boxes.cpu().numpy()
         return tuple(
@@ -70,3 +99,21 @@ class YoloDetector:
                 boxes.cls.tolist(), boxes.conf.tolist(), boxes.xyxy.tolist(), strict=True
             )
         )
+
+
+def _limit_threads(backend: Any, path: Path, threads: int) -> None:
+    """OpenVINO and ONNX Runtime take every core, and ultralytics has no setting for it: built again with `threads`."""
+    if hasattr(backend, "ov_compiled_model"):
+        import openvino
+
+        core: Any = openvino.Core()
+        xml = path if path.is_file() else next(path.glob("*.xml"))
+        config = {"PERFORMANCE_HINT": "LATENCY", "INFERENCE_NUM_THREADS": threads}
+        backend.ov_compiled_model = core.compile_model(str(xml), "CPU", config)
+    elif hasattr(backend, "session"):
+        import onnxruntime
+
+        library: Any = onnxruntime
+        options = library.SessionOptions()
+        options.intra_op_num_threads = threads
+        backend.session = library.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
