@@ -26,7 +26,7 @@ PHYSICS = frozenset({"mujoco"})
 PHYSICS_LIVES_IN = ("sim.world", "sim.training")
 
 DATABASES = frozenset({"sqlalchemy", "aiosqlite", "sqlite3", "alembic", "asyncpg"})
-DATABASES_LIVE_IN = ("memory.adapters",)
+DATABASES_LIVE_IN = ("coordinator.adapters", "memory.adapters")
 
 TRAINING_MAY_BORROW = ("inference.small_clip", "inference.torchvision_cpu")
 """What is trained must be, to the letter, what later runs."""

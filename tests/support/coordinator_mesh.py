@@ -11,7 +11,9 @@ from asgi_lifespan import LifespanManager
 
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
+from coordinator.adapters.memory_log import MemoryLog
 from coordinator.app import create_app
+from coordinator.ports import MissionLog
 from coordinator.settings import Settings
 from support.bus import MemoryBus
 from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, Thing, World
@@ -84,6 +86,7 @@ async def opened_mesh(
     views: tuple[Pose2D, ...] = (),
     keep_out: tuple[tuple[float, float, float], ...] = (),
     colours_unknown: bool = False,
+    log: MissionLog | None = None,
     **settings: object,
 ) -> AsyncIterator[Mesh]:
     clock, bus = FakeClock(), MemoryBus()
@@ -97,6 +100,7 @@ async def opened_mesh(
         eyes=eyes,
         memory=memory,
         clock=clock,
+        log=MemoryLog() if log is None else log,
         on_death=lambda: deaths.append("a task died"),
     )
     async with LifespanManager(app) as manager:

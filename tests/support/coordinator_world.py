@@ -2,17 +2,30 @@
 
 import asyncio
 import base64
+import io
 import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from PIL import Image
 
 from contracts.geometry import Point3D, Pose2D, Twist2D
-from contracts.memory import LabelCount, RecalledView, RecallReply, RecallRequest, View
+from contracts.language import ReasonReply, ReasonRequest
+from contracts.memory import (
+    LabelCount,
+    Look,
+    LookBatch,
+    RecalledView,
+    RecallReply,
+    RecallRequest,
+    RememberedObject,
+    View,
+)
 from contracts.problem import Dependency
 from contracts.robot import (
+    Battery,
     BoxQuery,
     EmergencyStop,
     Goal,
@@ -45,6 +58,15 @@ CAMERA_M = 0.06
 STEP_S = 0.05
 
 
+def _picture() -> bytes:
+    out = io.BytesIO()
+    Image.new("RGB", (WIDTH_PX, HEIGHT_PX), (120, 60, 60)).save(out, "JPEG")
+    return out.getvalue()
+
+
+PICTURE = _picture()
+
+
 @dataclass(frozen=True)
 class Thing:
     label: str
@@ -66,6 +88,7 @@ class World:
     pose: Pose2D = field(default_factory=lambda: Pose2D(x=1.5, y=1.5, yaw=0.0))
     stop: EmergencyStop = field(default_factory=lambda: EmergencyStop(latched=False, epoch=0))
     docked: bool = False
+    battery_percent: float | None = None
     sees: bool = True
     colours_unknown: bool = False
     range_m: float = 2.5
@@ -130,6 +153,7 @@ class World:
     def state(self) -> RobotState:
         return RobotState(
             stamp_s=self.clock.now_s(),
+            battery=Battery(percentage=self.battery_percent) if self.battery_percent is not None else None,
             pose=self.pose,
             odometry=self.pose,
             twist=Twist2D(linear_x=self.speed_m_s),
@@ -175,6 +199,7 @@ class FakeRobot:
         self.fail_next: dict[str, int] = {}
         self.aborts: list[tuple[GoalStatus, int]] = []
         self.celebrations = 0
+        self.refuses_dock = False
         self.slow_to_accept_s = 0.0
         self.goals: dict[str, Goal] = {}
         self._going: asyncio.Task[None] | None = None
@@ -295,6 +320,18 @@ class FakeRobot:
         self.world.docked = False
         return MotionReply(completed=True, moved=0.0)
 
+    async def dock(self, *, timeout_s: float) -> MotionReply:
+        self._check("dock", self.world.stop.epoch)
+        await self.world.clock.sleep(5.0)
+        if self.refuses_dock:
+            return MotionReply(completed=False, moved=0.0, reason="the base gave up (is the dock in sight?)")
+        self.world.docked = True
+        return MotionReply(completed=True, moved=0.0)
+
+    async def frame(self) -> bytes:
+        self._check("frame")
+        return PICTURE
+
     async def celebrate(self) -> None:
         self.celebrations += 1
 
@@ -311,6 +348,10 @@ class FakeEyes:
         self.parse = ParsedTask(yolo_class="bottle", memory_object="bottle", description="red bottle", parser="rules")
         self.validations = 0
         self.narrow = False
+        self.lies = False
+        """It calls confirmed what its votes refuse."""
+        self.words: str | None = None
+        self.reasoned: list[ReasonRequest] = []
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
         return self.parse
@@ -335,12 +376,18 @@ class FakeEyes:
             Vote(voter="vlm", verdict=Verdict.ABSTAIN, reason="none is there"),
         )
         return Validation(
-            confirmed=right,
+            confirmed=right or self.lies,
             votes=votes,
             stamp_s=self.world.clock.now_s(),
             image_width_px=WIDTH_PX,
             image_height_px=HEIGHT_PX,
         )
+
+    async def reason(self, request: ReasonRequest) -> ReasonReply:
+        self.reasoned.append(request)
+        if self.words is None:
+            raise UnavailableError("inference", "no language model is there")
+        return ReasonReply(answer=self.words, by="openai:test")
 
     async def dependency(self) -> Dependency:
         return Dependency(name="inference", ok=True)
@@ -350,21 +397,44 @@ class FakeMemory:
     """The port `Memory` over a list of robot poses."""
 
     def __init__(self, views: Sequence[Pose2D] = ()) -> None:
-        self.views = tuple(views)
+        self.remembered = tuple(views)
         self.away = False
+        self.things: tuple[RememberedObject, ...] | None = None
+        """None: a memory that knows views only, and takes no looks."""
+        self.looked: list[Look] = []
+
+    async def looks(self, batch: LookBatch) -> None:
+        self._check()
+        if self.things is None:
+            raise UpstreamError("memory", 404, "Not Found")
+        self.looked += batch.looks
+
+    async def views(self, label: str, limit: int) -> Sequence[View]:
+        self._check()
+        return []
+
+    async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
+        self._check()
+        if self.things is None:
+            raise UpstreamError("memory", 404, "Not Found")
+        return [one for one in self.things if label in {None, one.label}][:limit]
+
+    def _check(self) -> None:
+        if self.away:
+            raise UnavailableError("memory", "not reachable")
 
     async def labels(self) -> Sequence[LabelCount]:
         if self.away:
             raise UnavailableError("memory", "not reachable")
-        known = LabelCount(label="bottle", views=len(self.views), best_confidence=0.9, last_seen_s=1.0)
-        return [known] if self.views else []
+        known = LabelCount(label="bottle", views=len(self.remembered), best_confidence=0.9, last_seen_s=1.0)
+        return [known] if self.remembered else []
 
     async def recall(self, request: RecallRequest) -> RecallReply:
         if self.away:
             raise UnavailableError("memory", "not reachable")
         views = (
             View(id=k, label=request.label, confidence=0.9, pose=pose, stamp_s=1.0)
-            for k, pose in enumerate(self.views[: request.limit])
+            for k, pose in enumerate(self.remembered[: request.limit])
         )
         return RecallReply(views=tuple(RecalledView(view=view, source="label") for view in views))
 

@@ -199,6 +199,8 @@ class Stack:
             variables |= {f"{prefix}_{other.upper()}_URL": self.ports.url(other) for other in SERVICES if other != name}
         if name == "memory":
             variables["MEMORY_DATABASE_URL"] = f"sqlite+aiosqlite:///{self.folder}/memory.db"
+        if name == "coordinator":
+            variables["COORDINATOR_DATABASE_URL"] = f"sqlite+aiosqlite:///{self.folder}/coordinator.db"
         if name == "robot_bridge":
             variables["ROBOT_BRIDGE_STATE_DIR"] = str(self.folder)
         return ",".join(f'{key}="{value.replace("%", "%%")}"' for key, value in variables.items())

@@ -50,16 +50,6 @@ async def test_a_command_that_names_nothing_known_is_422_with_the_reason(open_me
         assert (await mesh.client.get("/state")).json()["state"] == "IDLE"
 
 
-async def test_a_second_mission_is_409_while_one_runs(open_mesh: OpenMesh) -> None:
-    async with open_mesh(RED) as mesh:
-        first = await mesh.post_mission()
-        answer = await mesh.client.post("/missions", json={"command": "find the blue cup"})
-        assert answer.status_code == 409
-        assert "busy" in answer.json()["detail"]
-        assert len((await mesh.client.get("/missions")).json()) == 1
-        assert (await mesh.mission(first.id)).outcome is None
-
-
 @pytest.mark.parametrize("path", ["", "/events"])
 async def test_an_unknown_mission_is_404(open_mesh: OpenMesh, path: str) -> None:
     async with open_mesh() as mesh:
@@ -88,7 +78,7 @@ async def test_ready_names_each_dependency(open_mesh: OpenMesh) -> None:
         ready = await mesh.client.get("/ready")
         assert ready.status_code == 200
         names = {d["name"] for d in ready.json()["dependencies"]}
-        assert names == {"redis", "robot_bridge", "inference", "memory", "session", "robot.state"}
+        assert names == {"redis", "robot_bridge", "inference", "memory", "database", "session", "robot.state"}
         mesh.robot.session_held = False
         unready = await mesh.client.get("/ready")
         assert unready.status_code == 503

@@ -18,6 +18,7 @@ from contracts.topics import (
     ROBOT_STATE,
     VISION_DETECTIONS,
 )
+from coordinator.adapters.memory_log import MemoryLog
 from coordinator.app import create_app
 from coordinator.settings import Settings
 from mesh.bus import RedisBus, open_bus
@@ -54,6 +55,7 @@ async def rig(redis_url: str) -> AsyncIterator[Rig]:
         robot=FakeRobot(world),
         eyes=FakeEyes(world),
         memory=FakeMemory(),
+        log=MemoryLog(),
     )
     async with open_bus(redis_url) as bus, served(app) as url, httpx.AsyncClient(base_url=url) as client:
         living = asyncio.create_task(live(world, bus))

@@ -13,6 +13,7 @@ import coordinator.settings
 import robot_bridge.app
 import robot_bridge.settings
 from contracts.mission import MissionState
+from coordinator.adapters.memory_log import MemoryLog
 from mesh.bus import open_bus
 from mesh.clock import SystemClock
 from mesh.errors import UpstreamError
@@ -67,6 +68,7 @@ async def the_coordinator() -> AsyncIterator[Coordinator]:
         eyes=FakeEyes(world),
         memory=FakeMemory(()),
         clock=clock,
+        log=MemoryLog(),
     )
     async with Tasks() as tasks, served(app) as url:
         tasks.start("world", world.run())
@@ -126,9 +128,11 @@ async def test_missions_are_told_refused_and_ended_by_the_real_coordinator(the_c
             await missions.start("   ", key="a")
         assert refusal.value.upstream_status == 422
         mission = await missions.start("find the red bottle", key="b")
-        with pytest.raises(UpstreamError) as busy:
-            await missions.start("find the blue cup", key="c")
-        assert busy.value.upstream_status == 409
+        again = await missions.start("find the red bottle", key="b")
+        assert again.id == mission.id
+        second = await missions.start("find the blue cup", key="c")
+        assert second.queue_position == 0
+        assert (await missions.cancel(second.id)).queue_position is None
         assert (await missions.pause(mission.id)).id == mission.id
         assert (await missions.cancel(mission.id)).id == mission.id
         assert all(one.mission_id == mission.id for one in await missions.events(mission.id))

@@ -106,6 +106,32 @@ def test_viewpoints_see_nearly_everything_from_fewer_places() -> None:
     assert len(plan.points) < len(lawnmower(grid).points)
 
 
+def test_no_room_of_a_large_floor_is_lost() -> None:
+    side = 60
+    grid = rooms(14, 14, side, 16)
+    plan = viewpoints(grid, start=Pose2D(x=0.0, y=-1.0, yaw=0.0), reach_m=REACH_M, points_max=5000)
+    space = SeenSpace(grid)
+    for pose in plan.points:
+        space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
+    seen = space.seen.reshape(14, side, 14, side).sum(axis=(1, 3))
+    free = grid.free.reshape(14, side, 14, side).sum(axis=(1, 3))
+    assert (seen / free).min() > 0.9
+
+
+def test_a_closet_beside_the_lattice_is_looked_into() -> None:
+    free = np.zeros((90, 140), dtype=bool)
+    free[2:88, 2:100] = True
+    free[40:54, 100:104] = True
+    free[36:58, 104:126] = True
+    grid = grid_of(free)
+    plan = viewpoints(grid, start=Pose2D(x=0.0, y=0.0, yaw=0.0), reach_m=REACH_M)
+    space = SeenSpace(grid)
+    for pose in plan.points:
+        space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
+    closet = np.s_[36:58, 104:126]
+    assert space.seen[closet].mean() > 0.9
+
+
 def test_viewpoints_leave_out_what_was_seen() -> None:
     grid = rooms(1, 2, 80, 18)
     space = SeenSpace(grid)

@@ -168,7 +168,7 @@ def test_a_goal_that_others_cancelled_is_sent_again_after_a_pause() -> None:
 def test_a_turn_cut_off_is_done_again_and_its_heading_not_skipped() -> None:
     script = Script().begin().see()
     heading = script.mission.search.headings[0]
-    script.turned(completed=False).wait(2.2)
+    script.turned(completed=False).wait(10.2)
     assert script.mission.search.headings[0] == heading
     assert len(script.asked(do.Rotate)) == 2
 
@@ -177,7 +177,7 @@ def test_a_robot_that_never_turns_ends_the_mission_with_the_cause() -> None:
     script = Script().begin().see()
     for _ in range(8):
         if script.mission.running:
-            script.turned(completed=False).wait(2.2)
+            script.turned(completed=False).wait(10.2)
     assert script.mission.outcome is Outcome.ABORTED
     assert "would not turn" in script.mission.reason
 

@@ -1,9 +1,12 @@
 """The table of requirement A12, as data."""
 
+import re
+
 import pytest
 
 from contracts.mission import MissionState
-from coordinator.core.states import ALLOWED, RESTING, SENTENCES
+from coordinator.core.states import ALLOWED, RESTING, SENTENCES, TRANSITIONS, diagram, page
+from support.source import ROOT
 
 S = MissionState
 
@@ -42,3 +45,14 @@ def test_a_stop_leads_to_idle_and_nowhere_else() -> None:
 
 def test_resting_states_are_those_without_work() -> None:
     assert {S.IDLE, S.DONE, S.EMERGENCY_STOP} == RESTING
+
+
+def test_the_page_in_the_docs_is_the_table() -> None:
+    assert (ROOT / "docs/mission-states.md").read_text(encoding="utf-8") == page()
+
+
+def test_every_arrow_says_why_and_stands_in_the_diagram() -> None:
+    drawn = set(re.findall(r"^    (\w+) --> (\w+):", diagram(), re.MULTILINE))
+    arrows = {(a.value, b.value) for a, to in TRANSITIONS.items() for b in to if b is not S.EMERGENCY_STOP}
+    assert drawn == arrows | {("every_state", "EMERGENCY_STOP")}
+    assert all(why for to in TRANSITIONS.values() for why in to.values())

@@ -32,17 +32,12 @@ def make_app(
     minding_their_body: frozenset[str] = frozenset(),
     description: str = "",
 ) -> FastAPI:
-<<<<<<< HEAD
-    """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`."""
-    app = FastAPIOffline(
-        redoc_url=None,
-=======
-    """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`.
+    """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`.
 
     The paths `minding_their_body` are called whatever the body is; they bound what they read of it themselves.
     """
-    app = FastAPI(
->>>>>>> bridge
+    app = FastAPIOffline(
+        redoc_url=None,
         title=f"atom {service}",
         description=description,
         version="0.1.0",

@@ -9,9 +9,13 @@ from fastapi import FastAPI, Request
 from contracts.problem import Dependency
 from coordinator.adapters.inference import InferenceEyes
 from coordinator.adapters.memory import MemoryService
-from coordinator.adapters.memory_log import MemoryLog
 from coordinator.adapters.robot_bridge import BridgeRobot
+from coordinator.adapters.sqlite_log import SqliteLog
+from coordinator.asking import Asking
+from coordinator.dispatcher import Dispatcher
+from coordinator.looks import Looks
 from coordinator.missions import Missions
+from coordinator.pending import Queue
 from coordinator.ports import Eyes, Memory, MissionLog, Robot
 from coordinator.routes import get_missions, router
 from coordinator.runner import Runner
@@ -24,6 +28,7 @@ from mesh.tasks import Tasks, end_this_process
 
 class State(TypedDict):
     missions: Missions
+    asking: Asking
 
 
 def create_app(
@@ -44,18 +49,25 @@ def create_app(
         async with contextlib.AsyncExitStack() as stack:
             the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
             the_clock = clock if clock is not None else SystemClock()
-            the_log = log if log is not None else _log(settings)
             the_robot = robot if robot is not None else _robot(settings, stack)
             the_eyes = eyes if eyes is not None else _eyes(settings, stack)
             the_memory = memory if memory is not None else _memory(settings, stack)
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
+            the_log = log if log is not None else await _log(settings, stack, tasks, the_clock)
+            queue = Queue(settings.queue_max)
+            looks = Looks(the_memory, the_clock, hfov_rad=settings.camera_hfov_rad)
             runner = Runner(settings=settings, bus=the_bus, robot=the_robot, eyes=the_eyes, log_=the_log,
-                            clock=the_clock, tasks=tasks)  # fmt: skip
+                            looks=looks, queue=queue, clock=the_clock, tasks=tasks)  # fmt: skip
+            dispatcher = Dispatcher(settings=settings, runner=runner, queue=queue, memory=the_memory, log_=the_log,
+                                    clock=the_clock)  # fmt: skip
             runner.start()
-            yield {
-                "missions": Missions(settings=settings, bus=the_bus, robot=the_robot, eyes=the_eyes,
-                                     memory=the_memory, log_=the_log, clock=the_clock, runner=runner)
-            }  # fmt: skip
+            tasks.start("dispatch", dispatcher.run())
+            missions = Missions(settings=settings, bus=the_bus, robot=the_robot, eyes=the_eyes, memory=the_memory,
+                                log_=the_log, clock=the_clock, runner=runner, queue=queue,
+                                dispatcher=dispatcher)  # fmt: skip
+            asking = Asking(settings=settings, memory=the_memory, eyes=the_eyes, log_=the_log, runner=runner,
+                            clock=the_clock)  # fmt: skip
+            yield {"missions": missions, "asking": asking}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await get_missions(request).dependencies()
@@ -71,8 +83,12 @@ def create_app(
     return app
 
 
-def _log(settings: Settings) -> MemoryLog:
-    return MemoryLog(missions_max=settings.missions_kept, events_max=settings.events_kept)
+async def _log(settings: Settings, stack: contextlib.AsyncExitStack, tasks: Tasks, clock: Clock) -> SqliteLog:
+    log = SqliteLog(settings)
+    await log.open(clock.now_s())
+    stack.push_async_callback(log.aclose)
+    tasks.start("write-history", log.write_forever())
+    return log
 
 
 def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> BridgeRobot:
@@ -88,7 +104,10 @@ def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> BridgeRobot:
 
 def _eyes(settings: Settings, stack: contextlib.AsyncExitStack) -> InferenceEyes:
     eyes = InferenceEyes(
-        settings.inference_url, timeout_s=settings.call_timeout_s, parse_timeout_s=settings.parse_timeout_s
+        settings.inference_url,
+        timeout_s=settings.call_timeout_s,
+        parse_timeout_s=settings.parse_timeout_s,
+        reason_timeout_s=settings.reason_timeout_s,
     )
     stack.push_async_callback(eyes.aclose)
     return eyes

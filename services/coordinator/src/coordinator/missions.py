@@ -1,36 +1,42 @@
 """Starting, cancelling, pausing and asking about missions: what the routes call."""
 
 import asyncio
+import hashlib
+import re
 import uuid
 from collections.abc import Sequence
 
 import structlog
 
-from contracts.memory import RecallRequest
 from contracts.mission import CoveragePlan, Mission, MissionState
 from contracts.problem import Dependency
-from contracts.vision import ParseTaskRequest
+from contracts.vision import ParsedTarget, ParsedTask, ParseTaskRequest
 from coordinator.core import events as ev
-from coordinator.core.mission import Place
+from coordinator.core.mission import Order
+from coordinator.dispatcher import Dispatcher
 from coordinator.explored import Explored
 from coordinator.grid import MalformedMapError
 from coordinator.parse_validation import CheckedTask, check_parse
-from coordinator.ports import Eyes, Memory, MissionLog, Robot
+from coordinator.pending import Pending, Queue
+from coordinator.ports import Eyes, KnownRequest, Memory, MissionLog, Robot
 from coordinator.runner import Runner
 from coordinator.settings import Settings
-from coordinator.view import mission_record
 from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.errors import ConflictError, MeshError, NotFoundError, UnavailableError, UnprocessableError
 
 log = structlog.get_logger()
 
+DOCK_COMMAND = re.compile(
+    r"(please )?(go|drive|return|get)?( back)?( to)?( your| the)? ?(dock|charger|home|charge)( now)?[.!]?"
+)
+
 
 class Missions:
-    """One mission at a time; everything here ends in an event for the runner, or in a named error."""
+    """Everything here ends in an event for the runner, in the queue, or in a named error."""
 
     def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, memory: Memory, log_: MissionLog,
-                 clock: Clock, runner: Runner) -> None:  # fmt: skip
+                 clock: Clock, runner: Runner, queue: Queue, dispatcher: Dispatcher) -> None:  # fmt: skip
         self.log = log_
         self.runner = runner
         self._settings = settings
@@ -39,55 +45,87 @@ class Missions:
         self._eyes = eyes
         self._memory = memory
         self._clock = clock
+        self._queue = queue
+        self._dispatcher = dispatcher
         self._starting = asyncio.Lock()
 
-    async def start(self, command: str) -> Mission:
-        """Reads the command, checks what was read, recalls where to look, and begins.
+    async def start(self, command: str, key: str | None = None) -> Mission:
+        """Reads the command, checks what was read, and puts a mission for each thing it names into the queue; the first
+        begins at once where nothing runs. With `key`, the same request again answers with the same mission.
 
-        Raises `ConflictError` while busy or stopped, `UnprocessableError` when the command names nothing known,
-        `UnavailableError` without a robot or a parser.
+        Raises `ConflictError` while stopped or low on power, `UnprocessableError` when the command names nothing known
+        or the key was used for another command, `TooManyError` when the queue is full, `UnavailableError` without a
+        robot or a parser.
         """
         if not command.strip():
             raise UnprocessableError("the command is empty")
-        if self._starting.locked():
-            raise ConflictError("another mission is being started")
         async with self._starting:
-            self._refuse_now()
-            task, notes = await self._read(command)
-            views, recalled = await self._recall(task)
-            self._refuse_now()
-            self.runner.begin(
-                ev.MissionStarted(
-                    mission_id=uuid.uuid4().hex,
-                    command=command,
-                    target=task.target,
-                    parser=notes[0],
-                    colour=task.colour,
-                    views=views,
-                    notes="; ".join(note for note in (*notes[1:], task.notes, recalled) if note),
-                )
-            )
-            record = mission_record(self.runner.mission)
-            assert record is not None, "a mission was just begun"
-            return record
+            digest = hashlib.sha256(command.encode()).hexdigest()
+            known = await self.log.request(key) if key is not None else None
+            if known is not None:
+                if known.digest != digest:
+                    raise UnprocessableError("this Idempotency-Key was used for another command")
+                return await self.get(known.mission_ids[0])
+            made = await self._enqueue(command)
+            if key is not None:
+                self.log.keep_request(key, KnownRequest(digest, tuple(one.id for one in made)))
+        await self._dispatcher.advance()
+        await self._save()
+        return await self.get(made[0].id)
+
+    async def _enqueue(self, command: str) -> tuple[Pending, ...]:
+        self._refuse_now()
+        if DOCK_COMMAND.fullmatch(command.strip().lower()):
+            read: list[tuple[CheckedTask | None, str, str]] = [(None, "", "")]
+        else:
+            read = [*await self._read(command)]
+        request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
+        made = tuple(
+            Pending(uuid.uuid4().hex, command, task, parser, notes, Order(request_id, part, len(read), asked_s))
+            for part, (task, parser, notes) in enumerate(read, start=1)
+        )
+        self._refuse_now()
+        self._queue.add(made)
+        self._tell_queued({one.id for one in made})
+        return made
+
+    def _tell_queued(self, ids: set[str]) -> None:
+        busy = self.runner.mission.state is not MissionState.IDLE
+        for record in (one for one in self._queue.records() if one.id in ids):
+            what = record.target.description if record.target is not None else "the dock"
+            part = f" (part {record.part} of {record.parts})" if record.parts > 1 else ""
+            if busy or record.queue_position != 0:
+                self.runner.tell(record, "queued", f"'{record.command}': {what}{part} waits for its turn")
+            else:
+                self.log.put(record)
 
     def _refuse_now(self) -> None:
-        mission = self.runner.mission
-        if mission.state is MissionState.EMERGENCY_STOP:
+        if self.runner.mission.state is MissionState.EMERGENCY_STOP:
             raise ConflictError("the emergency stop is latched: reset it first")
-        if mission.state is not MissionState.IDLE:
-            raise ConflictError(f"busy: '{mission.command}' is {mission.state.value}")
         if self.runner.robot_state_age_s > self._settings.robot_state_age_s_max:
             raise UnavailableError("robot_bridge", "the robot's state is not coming in")
+        low = self._dispatcher.why_no_power()
+        if low:
+            raise ConflictError(f"{low}: it has to charge first")
 
-    async def _read(self, command: str) -> tuple[CheckedTask, tuple[str, ...]]:
-        """The checked task, and (parser, notes...)."""
+    async def _read(self, command: str) -> Sequence[tuple[CheckedTask, str, str]]:
+        """(checked task, parser, notes) for each thing the command names, in the order said."""
         labels, note = await self._labels()
         parsed = await self._eyes.parse_task(ParseTaskRequest(command=command, labels_in_memory=labels))
-        task = check_parse(command, parsed, labels)
-        if task is None:
+        found: list[tuple[CheckedTask, str, str]] = []
+        unknown: list[str] = []
+        for said, part in _parts(command, parsed):
+            task = check_parse(said, part, labels)
+            if task is None:
+                unknown.append(said)
+            else:
+                found.append((task, part.parser, "; ".join(one for one in (task.notes, note) if one)))
+        if not found:
             raise UnprocessableError(f"'{command[:100]}' names nothing I know: {parsed.notes or 'no such class'}")
-        return task, (parsed.parser, note)
+        if unknown:
+            task, parser, notes = found[0]
+            found[0] = (task, parser, "; ".join([*filter(None, [notes]), f"left out, not known: {', '.join(unknown)}"]))
+        return found
 
     async def _labels(self) -> tuple[tuple[str, ...], str]:
         try:
@@ -98,53 +136,58 @@ class Missions:
             return (), "memory is away"
         return tuple(count.label for count in found)[:500], ""
 
-    async def _recall(self, task: CheckedTask) -> tuple[tuple[Place, ...], str]:
-        if self._settings.memory_views_max == 0:
-            return (), ""
-        request = RecallRequest(
-            label=task.target.label,
-            memory_object=task.memory_object,
-            description=task.target.description,
-            pose=self.runner.mission.robot.pose,
-            limit=self._settings.memory_views_max,
-        )
+    async def _save(self) -> None:
         try:
-            async with asyncio.timeout(self._settings.recall_timeout_s):
-                reply = await self._memory.recall(request)
-        except (MeshError, TimeoutError) as error:
-            log.warning("nothing was recalled", error=str(error))
-            return (), "nothing could be recalled"
-        return tuple(
-            Place(r.view.pose, r.reason or f"{r.view.label} seen at confidence {r.view.confidence:.2f}")
-            for r in reply.views
-        ), ""
+            await self.log.saved()
+        except UnavailableError as error:
+            log.warning("the mission is not on disk yet", error=error.detail)
 
-    def get(self, mission_id: str) -> Mission:
-        mission = self.log.get(mission_id)
+    async def get(self, mission_id: str) -> Mission:
+        """Raises `NotFoundError`."""
+        waiting = next((one for one in self._queue.records() if one.id == mission_id), None)
+        mission = waiting or await self.log.get(mission_id)
         if mission is None:
             raise NotFoundError(f"no mission {mission_id[:64]}")
         return mission
 
-    def cancel(self, mission_id: str) -> Mission:
-        return self._tell(mission_id, ev.CancelAsked())
+    async def picture(self, mission_id: str, number: int) -> bytes:
+        await self.get(mission_id)
+        jpeg = await self.log.picture(mission_id, number)
+        if jpeg is None:
+            raise NotFoundError(f"no picture {number} of this mission: the camera was away, or it is no longer kept")
+        return jpeg
 
-    def pause(self, mission_id: str) -> Mission:
-        if self.get(mission_id).paused:
+    async def recording(self, mission_id: str) -> str:
+        await self.get(mission_id)
+        lines = await self.log.recording(mission_id)
+        if not lines:
+            raise NotFoundError("this mission has no recording: it never began, or it is no longer kept")
+        return "\n".join(lines) + "\n"
+
+    async def cancel(self, mission_id: str) -> Mission:
+        if not self._dispatcher.cancel(mission_id):
+            return await self._tell(mission_id, ev.CancelAsked())
+        return await self.get(mission_id)
+
+    async def pause(self, mission_id: str) -> Mission:
+        if (await self.get(mission_id)).paused:
             raise ConflictError("it is paused already")
-        return self._tell(mission_id, ev.PauseAsked())
+        return await self._tell(mission_id, ev.PauseAsked())
 
-    def resume(self, mission_id: str) -> Mission:
-        if not self.get(mission_id).paused:
+    async def resume(self, mission_id: str) -> Mission:
+        if not (await self.get(mission_id)).paused:
             raise ConflictError("it is not paused")
-        return self._tell(mission_id, ev.ResumeAsked())
+        return await self._tell(mission_id, ev.ResumeAsked())
 
-    def _tell(self, mission_id: str, event: ev.CancelAsked | ev.PauseAsked | ev.ResumeAsked) -> Mission:
-        mission = self.get(mission_id)
+    async def _tell(self, mission_id: str, event: ev.CancelAsked | ev.PauseAsked | ev.ResumeAsked) -> Mission:
+        mission = await self.get(mission_id)
+        if mission.queue_position is not None:
+            raise ConflictError("it has not begun: it waits in the queue, and can only be cancelled")
         if mission.outcome is not None or self.runner.mission.id != mission_id:
             ending = mission.outcome.value if mission.outcome is not None else "over"
             raise ConflictError(f"the mission has ended: {ending}")
         self.runner.feed(event)
-        return self.get(mission_id)
+        return await self.get(mission_id)
 
     async def coverage(self) -> CoveragePlan:
         """The plan for the current map from where the robot stands."""
@@ -155,8 +198,10 @@ class Missions:
         return CoveragePlan(points=plan.points, regions=plan.regions, free_area_m2=plan.free_area_m2)
 
     async def dependencies(self) -> Sequence[Dependency]:
-        """Redis, each service, the session, and the robot's state."""
-        others = await asyncio.gather(self._robot.dependency(), self._eyes.dependency(), self._memory.dependency())
+        """Redis, each service, the database, the session, and the robot's state."""
+        others = await asyncio.gather(
+            self._robot.dependency(), self._eyes.dependency(), self._memory.dependency(), self.log.dependency()
+        )
         age_s = self.runner.robot_state_age_s
         fresh = age_s <= self._settings.robot_state_age_s_max
         return (
@@ -165,3 +210,20 @@ class Missions:
             Dependency(name="session", ok=self._robot.session_held, detail="with robot_bridge"),
             Dependency(name="robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
         )
+
+
+def _parts(command: str, parsed: ParsedTask) -> list[tuple[str, ParsedTask]]:
+    """What was said of each thing, and what a parser claims it means."""
+    if not parsed.targets:
+        return [(command, parsed)]
+    return [(one.said, _alone(one, parsed.notes if k == 0 else "")) for k, one in enumerate(parsed.targets)]
+
+
+def _alone(one: ParsedTarget, notes: str) -> ParsedTask:
+    return ParsedTask(
+        yolo_class=one.yolo_class,
+        memory_object=one.memory_object,
+        description=one.description,
+        parser=one.parser,
+        notes=notes,
+    )

@@ -1,13 +1,16 @@
-"""HTTP: missions, state, coverage, and the timeline as a stream."""
+"""HTTP: missions, questions, state, coverage, and the timeline as a stream."""
 
 import asyncio
 import contextlib
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Path, Query, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Depends, Header, Path, Query, WebSocket, WebSocketDisconnect
 from starlette.requests import HTTPConnection
+from starlette.responses import PlainTextResponse, Response
 
+from contracts.asking import Answer, Question
 from contracts.mission import CoveragePlan, Mission, MissionEvent, MissionStatus, StartMission
+from coordinator.asking import Asking
 from coordinator.missions import Missions
 
 router = APIRouter()
@@ -18,26 +21,42 @@ def get_missions(connection: HTTPConnection) -> Missions:
     return missions
 
 
+def get_asking(connection: HTTPConnection) -> Asking:
+    asking: Asking = connection.state.asking
+    return asking
+
+
 MissionsDep = Annotated[Missions, Depends(get_missions)]
+AskingDep = Annotated[Asking, Depends(get_asking)]
 MissionId = Annotated[str, Path(min_length=1, max_length=64)]
 After = Annotated[int, Query(ge=-1, le=2**53, description="only events with a higher id")]
 
 
+Key = Annotated[str | None, Header(alias="Idempotency-Key", min_length=1, max_length=100)]
+
+
 @router.post("/missions", status_code=201, tags=["missions"])
-async def start(body: StartMission, missions: MissionsDep) -> Mission:
-    """Starts a mission. 409 while one runs or the robot is stopped, 422 when the command names nothing known."""
-    return await missions.start(body.command)
+async def start(body: StartMission, missions: MissionsDep, key: Key = None) -> Mission:
+    """The first mission of the command: it begins at once, or waits while another runs; further things the command
+    names follow as missions of their own with the same `request_id`. 409 while the robot is stopped or low on power,
+    422 when the command names nothing known, 429 when the queue is full.
+    """
+    return await missions.start(body.command, key)
 
 
 @router.get("/missions", tags=["missions"])
-async def newest(missions: MissionsDep, limit: Annotated[int, Query(ge=1, le=200)] = 20) -> list[Mission]:
-    """Newest first."""
-    return list(missions.log.newest(limit))
+async def newest(
+    missions: MissionsDep,
+    limit: Annotated[int, Query(ge=1, le=200)] = 20,
+    before: Annotated[str | None, Query(min_length=1, max_length=64, description="id: only older ones")] = None,
+) -> list[Mission]:
+    """Newest first; the next page is asked for with `before` = the last one's id."""
+    return list(await missions.log.newest(limit, before=before))
 
 
 @router.get("/missions/{mission_id}", tags=["missions"])
 async def read(mission_id: MissionId, missions: MissionsDep) -> Mission:
-    return missions.get(mission_id)
+    return await missions.get(mission_id)
 
 
 @router.get("/missions/{mission_id}/events", tags=["missions"])
@@ -45,26 +64,48 @@ async def events(
     mission_id: MissionId, missions: MissionsDep, after: After = -1, limit: Annotated[int, Query(ge=1, le=2000)] = 1000
 ) -> list[MissionEvent]:
     """Its timeline, oldest first."""
-    missions.get(mission_id)
-    return list(missions.log.events(mission_id, after=after, limit=limit))
+    await missions.get(mission_id)
+    return list(await missions.log.events(mission_id, after=after, limit=limit))
+
+
+@router.get("/missions/{mission_id}/recording", tags=["missions"], response_class=PlainTextResponse)
+async def recording(mission_id: MissionId, missions: MissionsDep) -> PlainTextResponse:
+    """Everything it was decided by, one JSON object a line: the settings, then each event with its time and what was
+    decided on it. `make replay` decides it again.
+    """
+    return PlainTextResponse(await missions.recording(mission_id), media_type="application/x-ndjson")
+
+
+@router.get("/missions/{mission_id}/pictures/{number}", tags=["missions"], response_class=Response)
+async def picture(
+    mission_id: MissionId, number: Annotated[int, Path(ge=0, le=10_000)], missions: MissionsDep
+) -> Response:
+    """What was judged, as it was seen (JPEG)."""
+    return Response(await missions.picture(mission_id, number), media_type="image/jpeg")
 
 
 @router.post("/missions/{mission_id}/cancel", tags=["missions"])
 async def cancel(mission_id: MissionId, missions: MissionsDep) -> Mission:
-    """Stops and ends it; 409 when it has ended already."""
-    return missions.cancel(mission_id)
+    """Stops and ends it, or takes it out of the queue; 409 when it has ended already."""
+    return await missions.cancel(mission_id)
 
 
 @router.post("/missions/{mission_id}/pause", tags=["missions"])
 async def pause(mission_id: MissionId, missions: MissionsDep) -> Mission:
     """Stops where it is; 409 unless it runs."""
-    return missions.pause(mission_id)
+    return await missions.pause(mission_id)
 
 
 @router.post("/missions/{mission_id}/resume", tags=["missions"])
 async def resume(mission_id: MissionId, missions: MissionsDep) -> Mission:
     """Goes on with the state it was paused in; 409 unless it is paused."""
-    return missions.resume(mission_id)
+    return await missions.resume(mission_id)
+
+
+@router.post("/ask", tags=["asking"])
+async def ask(body: Question, asking: AskingDep) -> Answer:
+    """An answer from what memory, the missions and the robot know, with the records it rests on. It moves nothing."""
+    return await asking.ask(body.question)
 
 
 @router.get("/state", tags=["state"])

@@ -6,25 +6,28 @@ from typing import Any, assert_never
 
 import structlog
 
-from contracts.mission import MissionEvent, MissionStatus, MissionTarget
+from contracts import mission as wire
+from contracts.mission import MissionState, MissionStatus
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
-    MISSION_EVENTS,
-    MISSION_STATE,
-    MISSION_TARGET,
     ROBOT_EMERGENCY_STOP,
     ROBOT_NAVIGATION,
     ROBOT_STATE,
     VISION_DETECTIONS,
 )  # fmt: skip
 from contracts.vision import Detections, ValidateRequest
+from coordinator.announcer import Announcer
 from coordinator.core import actions as do
 from coordinator.core import events as ev
+from coordinator.core import recording
 from coordinator.core.mission import Mission
 from coordinator.core.step import step
+from coordinator.crops import crop
 from coordinator.explored import Explored
 from coordinator.grid import MalformedMapError
+from coordinator.looks import Looks
 from coordinator.motions import Motions
+from coordinator.pending import Queue
 from coordinator.ports import Eyes, MissionLog, Robot
 from coordinator.settings import Settings
 from coordinator.view import mission_record, mission_status, mission_target
@@ -35,15 +38,14 @@ from mesh.tasks import Tasks
 
 log = structlog.get_logger()
 
-OUTBOX_MAX = 1000
-TARGET_PERIOD_S = 2.0
+RECORDED_UNTIL = frozenset({MissionState.IDLE, MissionState.EMERGENCY_STOP})
 
 
 class Runner:
     """Owns the one mission. `feed` is synchronous: every event is worked out whole before the next."""
 
-    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, log_: MissionLog, clock: Clock,
-                 tasks: Tasks) -> None:  # fmt: skip
+    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, log_: MissionLog, looks: Looks,
+                 queue: Queue, clock: Clock, tasks: Tasks) -> None:  # fmt: skip
         self.mission = Mission(rules=settings)
         self.robot_state: RobotState | None = None
         self.robot_state_s = float("-inf")
@@ -52,45 +54,54 @@ class Runner:
         self._robot = robot
         self._eyes = eyes
         self._log = log_
+        self._looks = looks
+        self._queue = queue
         self._clock = clock
         self._tasks = tasks
         self._motions = Motions(robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s)
         self._explored = Explored(robot, settings)
         self._query: asyncio.Task[None] | None = None
-        self._outbox: asyncio.Queue[MissionEvent] = asyncio.Queue(OUTBOX_MAX)
-        self._changed = asyncio.Event()
-        self._next_event_id = 0
-        self._stated_s = float("-inf")
-        self._target_s = float("-inf")
-        self._target: MissionTarget | None = None
+        self._announcer = Announcer(
+            bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
+            target=lambda: mission_target(self.mission),
+        )  # fmt: skip
+        self._recorded = ""
 
     def start(self) -> None:
         """Begins to listen, tick and publish; returns at once."""
         self._tasks.start("ticks", self._tick())
         self._tasks.start("session", self._robot.hold_session())
-        self._changed.set()
-        self._tasks.start("publish-status", self._publish_status())
-        self._tasks.start("publish-events", self._publish_events())
+        self._announcer.start(self._tasks)
+        self._tasks.start("looks", self._looks.send_forever())
         self._tasks.start("robot-state", self._bus.listen(ROBOT_STATE, self._on_robot_state))
         self._tasks.start("robot-stop", self._bus.listen(ROBOT_EMERGENCY_STOP, self._on_stop))
         self._tasks.start("robot-navigation", self._bus.listen(ROBOT_NAVIGATION, self._on_navigation))
         self._tasks.start("detections", self._bus.listen(VISION_DETECTIONS, self._on_detections))
 
-    def begin(self, event: ev.MissionStarted) -> None:
+    def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
+        """Starts a mission, and its recording. Only while the core is idle."""
         self._explored = Explored(self._robot, self._settings)
         self._spawn(self._prefetch_map(self._explored))
+        header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
+        self._recorded = event.mission_id
+        self._log.record(self._recorded, recording.header_line(header))
         self.feed(event)
 
     def feed(self, event: ev.Event) -> None:
-        before = self.mission
-        self.mission, actions = step(before, event, self._clock.now_s())
+        before, now_s = self.mission, self._clock.now_s()
+        self.mission, actions = step(before, event, now_s)
+        if self._recorded and (actions or self.mission != before):
+            taken = recording.Step(now_s, event, actions, self.mission.state)
+            self._log.record(self._recorded, recording.step_line(taken))
+            if not self.mission.running and self.mission.state in RECORDED_UNTIL:
+                self._recorded = ""
         for action in actions:
             self._act(action)
         if self.mission is not before and (actions or not isinstance(event, ev.Tick | ev.RobotUpdated)):
             self._note()
 
     def status(self) -> MissionStatus:
-        return mission_status(self.mission, self._clock.now_s())
+        return mission_status(self.mission, self._clock.now_s(), self._queue.records())
 
     @property
     def robot_state_age_s(self) -> float:
@@ -101,8 +112,7 @@ class Runner:
     async def _tick(self) -> None:
         while True:
             self.feed(ev.Tick())
-            if self._clock.now_s() - self._stated_s >= self._settings.state_period_s:
-                self._note()
+            self._announcer.tick()
             await self._clock.sleep(self._settings.tick_period_s)
 
     async def _on_robot_state(self, state: RobotState) -> None:
@@ -136,11 +146,9 @@ class Runner:
         epoch = self.mission.epoch
         match action:
             case do.Say():
-                self._say(action)
-            case do.RecordLook(pose=pose):
-                share = self._explored.look(pose)
-                if share is not None:
-                    self.feed(ev.CoverageLooked(share))
+                self._announcer.say(self.mission.id, action)
+            case do.RecordLook() | do.KeepPicture():
+                self._keep(action)
             case do.StopMotion():
                 self._motions.stop(epoch)
             case do.SetVelocity(twist=twist, duration_s=duration_s):
@@ -148,7 +156,7 @@ class Runner:
             case do.Celebrate():
                 if self._settings.celebrate:
                     self._spawn(self._celebrate())
-            case do.Undock() | do.Navigate() | do.Rotate() | do.Drive():
+            case do.Undock() | do.Dock() | do.Navigate() | do.Rotate() | do.Drive():
                 self._motions.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
             case do.ChoosePath() | do.Localize() | do.Validate() | do.PlanCoverage():
                 if self._query is not None:
@@ -156,6 +164,17 @@ class Runner:
                 self._query = self._spawn(self._call(action.call, lambda: self._ask(action)))
             case _:
                 assert_never(action)
+
+    def _keep(self, action: do.RecordLook | do.KeepPicture) -> None:
+        match action:
+            case do.RecordLook(pose=pose):
+                if self._settings.looks_to_memory:
+                    self._looks.add(action)
+                share = self._explored.look(pose)
+                if share is not None:
+                    self.feed(ev.CoverageLooked(share))
+            case do.KeepPicture():
+                self._spawn(self._keep_picture(action, self.mission.id))
 
     async def _call(self, call: int, work: Callable[[], Awaitable[ev.Event]]) -> None:
         """The call's answer as an event, or its failure."""
@@ -169,11 +188,14 @@ class Runner:
             event = ev.CallFailed(call, "coordinator", "the call took too long")
         self.feed(event)
 
-    async def _move(self, action: do.Undock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
+    async def _move(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
         match action:
             case do.Undock(call=call, timeout_s=timeout_s):
                 reply = await self._robot.undock(timeout_s=timeout_s)
                 return ev.Undocked(call) if reply.completed else ev.CallFailed(call, "robot_bridge", reply.reason)
+            case do.Dock(call=call, timeout_s=timeout_s):
+                reply = await self._robot.dock(timeout_s=timeout_s)
+                return ev.Docked(call) if reply.completed else ev.CallFailed(call, "robot_bridge", reply.reason)
             case do.Navigate(call=call, goal=pose, timeout_s=timeout_s):
                 goal = await self._motions.navigate(pose, timeout_s, epoch)
                 return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg)
@@ -221,54 +243,33 @@ class Runner:
         except MeshError as error:
             log.warning("no celebration", error=error.detail)
 
+    async def _keep_picture(self, action: do.KeepPicture, mission_id: str) -> None:
+        try:
+            async with asyncio.timeout(self._settings.call_timeout_s):
+                frame = await self._robot.frame()
+                cut = await asyncio.to_thread(crop, frame, action.box, self._settings.picture_side_px_max)
+        except (MeshError, TimeoutError) as error:
+            log.warning("no picture of what was judged", error=str(error))
+        else:
+            self._log.keep_picture(mission_id, action.number, cut)
+
     async def _prefetch_map(self, explored: Explored) -> None:
         try:
             await explored.refresh()
         except (MeshError, MalformedMapError) as error:
             log.warning("no map yet", error=str(error))
 
-    def _say(self, action: do.Say) -> None:
-        event = MissionEvent(
-            id=self._next_event_id,
-            mission_id=self.mission.id,
-            stamp_s=max(0.0, self._clock.now_s()),
-            state=action.state,
-            kind=action.kind,
-            text=action.text[:1000],
-            data=action.data,
-        )
-        self._next_event_id += 1
-        log.info(action.text, state=action.state.value, kind=action.kind)
-        if self.mission.id:
-            self._log.append(event)
-        if self._outbox.full():
-            self._outbox.get_nowait()
-        self._outbox.put_nowait(event)
+    def tell(self, mission: wire.Mission, kind: str, text: str, **data: Any) -> None:
+        """A line of the timeline of a mission that does not run: queued, or over before it began."""
+        self._log.put(mission)
+        self._announcer.say(mission.id, do.Say(self.mission.state, kind, text, data))
+        self._announcer.changed()
 
     def _note(self) -> None:
         record = mission_record(self.mission)
         if record is not None:
             self._log.put(record)
-        self._changed.set()
-
-    async def _publish_status(self) -> None:
-        """On every change, and at least every `state_period_s` by the tick; the target also now and then, for a Redis
-        that came back empty.
-        """
-        while True:
-            await self._changed.wait()
-            self._changed.clear()
-            now_s = self._clock.now_s()
-            target = mission_target(self.mission)
-            if target != self._target or now_s - self._target_s >= TARGET_PERIOD_S:
-                self._target, self._target_s = target, now_s
-                await self._bus.publish(MISSION_TARGET, target)
-            self._stated_s = now_s
-            await self._bus.publish(MISSION_STATE, self.status())
-
-    async def _publish_events(self) -> None:
-        while True:
-            await self._bus.publish(MISSION_EVENTS, await self._outbox.get())
+        self._announcer.changed()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
         return self._tasks.start("call", work, forever=False)

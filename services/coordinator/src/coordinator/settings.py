@@ -28,6 +28,24 @@ class Settings(Rules, BaseSettings):
     recall_timeout_s: float = Field(default=3.0, gt=0.0)
     call_timeout_s: float = Field(default=5.0, gt=0.0)
     body_bytes_max: int = Field(default=100_000, ge=1000)
-    missions_kept: int = Field(default=200, ge=1)
-    events_kept: int = Field(default=10_000, ge=100)
     celebrate: bool = True
+
+    database_url: str = "sqlite+aiosqlite:///coordinator.db"
+    busy_timeout_s: float = Field(default=2.0, gt=0.0)
+    flush_s: float = Field(default=0.3, ge=0.0, description="what is written is on disk this long afterwards, at most")
+    missions_kept: int = Field(default=5_000, ge=1)
+    events_kept: int = Field(default=500_000, ge=100)
+    recordings_kept: int = Field(default=200, ge=0, description="missions whose recording and pictures are kept")
+
+    queue_max: int = Field(default=20, ge=1, le=50)
+    battery_low_percent: float = Field(default=20.0, ge=0.0, le=100.0, description="below: no mission, and to the dock")
+    battery_period_s: float = Field(default=30.0, gt=0.0)
+    dock_again_s: float = Field(default=300.0, gt=0.0, description="after a docking that failed")
+    dock_approach: tuple[float, float, float] | None = Field(
+        default=None, description="x, y (m), yaw (rad) before the dock, facing it; none: learned where it docks"
+    )
+    dock_approach_m: float = Field(default=0.7, gt=0.0, le=3.0, description="how far before the dock, when learned")
+    looks_to_memory: bool = True
+    look_timeout_s_memory: float = Field(default=2.0, gt=0.0)
+    reason_timeout_s: float = Field(default=15.0, gt=0.0)
+    picture_side_px_max: int = Field(default=320, ge=32, le=1280)

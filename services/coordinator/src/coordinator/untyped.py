@@ -16,6 +16,11 @@ def minimum_filter(mask: Mask, size: int) -> Mask:
     return np.asarray(ndimage.minimum_filter(mask, size=size, mode="constant", cval=False), dtype=bool)
 
 
+def maximum_filter(mask: Mask, size: int) -> Mask:
+    """The maximum over a size x size neighbourhood."""
+    return np.asarray(ndimage.maximum_filter(mask, size=size, mode="constant", cval=False), dtype=bool)
+
+
 def label_regions(mask: Mask) -> tuple[Labels, int]:
     """Connected regions (sides, not corners), numbered from 1, and how many there are."""
     labels, count = ndimage.label(mask)  # type: ignore[misc]
@@ -33,39 +38,6 @@ def roomiest_cells(mask: Mask, labels: Labels, count: int) -> NDArray[np.intp]:
         return np.empty((0, 2), dtype=np.intp)
     room = ndimage.distance_transform_edt(mask)
     return np.asarray(ndimage.maximum_position(room, labels, range(1, count + 1)), dtype=np.intp)
-
-
-class SeenBy:
-    """Which place sees which cell: built part by part, then asked how much each place sees of what is left."""
-
-    def __init__(self, cells: int) -> None:
-        self._cells = cells
-        self._parts: list[sparse.csr_matrix] = []
-        self._by_place = sparse.csr_matrix((0, cells))
-        self._by_cell = sparse.csc_matrix((0, cells))
-
-    def add(self, places: int, place: NDArray[np.intp], cell: NDArray[np.intp]) -> None:
-        """`places` more; each pair (place, cell) says that one sees the other. Pairs may repeat."""
-        ones = np.ones(place.size, dtype=np.float32)
-        part = sparse.csr_matrix((ones, (place, cell)), shape=(places, self._cells))
-        part.data[:] = 1.0
-        self._parts.append(part)
-
-    def close(self) -> None:
-        self._by_place = sparse.csr_matrix(sparse.vstack(self._parts, format="csr"))
-        self._by_cell = self._by_place.tocsc()
-
-    def gains(self, left: NDArray[np.float32]) -> NDArray[np.float64]:
-        """How many of the cells in `left` each place sees."""
-        return np.asarray(self._by_place @ left, dtype=np.float64).ravel()
-
-    def cells_of(self, place: int) -> NDArray[np.intp]:
-        matrix = self._by_place
-        return np.asarray(matrix.indices[matrix.indptr[place] : matrix.indptr[place + 1]], dtype=np.intp)
-
-    def seen_of(self, cells: NDArray[np.intp]) -> NDArray[np.float64]:
-        """How many of these cells each place sees."""
-        return np.asarray(self._by_cell[:, cells].sum(axis=1), dtype=np.float64).ravel()
 
 
 def shortest_walks(

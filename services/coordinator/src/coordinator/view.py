@@ -3,6 +3,7 @@
 from contracts import mission as wire
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState, MissionStatus, MissionTarget
+from coordinator.core.activities import Waiting
 from coordinator.core.mission import Mission
 
 FAST = frozenset({
@@ -22,11 +23,16 @@ def mission_record(mission: Mission) -> wire.Mission | None:
     xy = candidate.map_xy if candidate is not None else None
     return wire.Mission(
         id=mission.id,
+        kind=mission.kind,
         command=mission.command,
         target=mission.target,
         parser=mission.parser,
         state=mission.state,
         paused=mission.paused,
+        request_id=mission.order.request_id,
+        part=mission.order.part,
+        parts=mission.order.parts,
+        asked_s=mission.order.asked_s,
         outcome=mission.outcome,
         reason=mission.reason or mission.progress,
         started_s=mission.started_s,
@@ -35,10 +41,11 @@ def mission_record(mission: Mission) -> wire.Mission | None:
         measured_distance_m=candidate.distance_m if candidate is not None else None,
         target_pose=Pose2D(x=xy[0], y=xy[1], yaw=0.0) if xy is not None else None,
         metres_driven_m=round(mission.metres_m, 3),
+        report=mission.report,
     )
 
 
-def mission_status(mission: Mission, now_s: float) -> MissionStatus:
+def mission_status(mission: Mission, now_s: float, queue: tuple[wire.Mission, ...] = ()) -> MissionStatus:
     search = mission.search
     still = (*(place.pose for place in search.views), *search.points) if mission.running else ()
     return MissionStatus(
@@ -46,9 +53,20 @@ def mission_status(mission: Mission, now_s: float) -> MissionStatus:
         state=mission.state,
         mission=mission_record(mission),
         progress=mission.progress[:500],
+        waiting_for=waiting_for(mission, now_s),
+        queue=queue[:50],
         scan_points=still[:2000],
         scan_points_done=search.looked[-2000:],
     )
+
+
+def waiting_for(mission: Mission, now_s: float) -> str:
+    """The service whose call failed, and how much longer it will be waited for; empty while nothing is amiss."""
+    waiting = mission.activity
+    if not isinstance(waiting, Waiting):
+        return ""
+    tries = f"{mission.failures} of {mission.rules.failures_max} tries"
+    return f"{waiting.service}: again in {max(0.0, waiting.until_s - now_s):.0f} s ({tries})"
 
 
 def mission_target(mission: Mission) -> MissionTarget:

@@ -3,6 +3,7 @@
 Greedy set cover on a coarse grid, then nearest neighbour and 2-opt over distances on foot (round the walls).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,24 +12,28 @@ from numpy.typing import NDArray
 from contracts.geometry import Pose2D
 from coordinator.coverage import Coverage, clearance_cells, safe_cells
 from coordinator.grid import Grid, Mask, pose_at
-from coordinator.seen import sight_lines
-from coordinator.untyped import SeenBy, label_regions, roomiest_cells, shortest_walks
+from coordinator.lookouts import Lookouts
+from coordinator.untyped import label_regions, maximum_filter, roomiest_cells, shortest_walks
 
 COARSE_M = 0.15
 CANDIDATE_STRIDE_M = 0.45
+ROBOT_RADIUS_M = 0.189
 CLEARANCE_M = 0.28
-RAYS = 72
 GAIN_MIN_M2 = 0.4
-BATCH = 512
+WALKED_STOPS_MAX = 80
+BESIDE_CELLS = 4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Coarse:
-    """Every n-th cell stands for its block: free when most of it is, blocked when any of it is occupied."""
+    """Every n-th cell stands for its block: free when most of it is, blocked when any of it is occupied; passable where
+    the robot fits, walkable where it may also stand and turn with room to spare.
+    """
 
     factor: int
     free: Mask
     blocked: Mask
+    passable: Mask
     walkable: Mask
     resolution_m: float
 
@@ -52,11 +57,10 @@ def viewpoints(
         todo &= _blocks(~seen & grid.free, coarse.factor).mean(axis=(1, 3)) > 0.5
     candidates = _candidates(grid, coarse, avoid, avoid_m)
     free_area_m2 = float(grid.free.sum()) * grid.cell_area_m2
-    _, regions = label_regions(coarse.walkable)
+    _, regions = label_regions(coarse.passable)
     if candidates.size == 0 or not todo.any():
         return Coverage((), regions, free_area_m2)
-    views = _views(coarse, candidates, int(reach_m / coarse.resolution_m))
-    chosen = candidates[_cover(views, todo.ravel(), int(GAIN_MIN_M2 / coarse.resolution_m**2), points_max)]
+    chosen = _chosen(coarse, candidates, todo, int(reach_m / coarse.resolution_m), points_max)
     ordered = _in_order(coarse, chosen, _start_cell(grid, coarse, start))
     middle = coarse.factor // 2
     points = tuple(pose_at(grid, int(r) * coarse.factor + middle, int(c) * coarse.factor + middle) for r, c in ordered)
@@ -75,18 +79,27 @@ def _coarsen(grid: Grid, start: Pose2D | None) -> _Coarse:
     factor = max(1, round(COARSE_M / grid.resolution_m))
     free: Mask = np.asarray(_blocks(grid.free, factor).mean(axis=(1, 3)) >= 0.5)
     blocked: Mask = np.asarray(~free | _blocks(grid.occupied, factor).any(axis=(1, 3)))
-    safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, CLEARANCE_M) - 1)
-    walkable: Mask = np.asarray(_blocks(safe, factor).any(axis=(1, 3)))
+    passable = _standing(grid, ROBOT_RADIUS_M, factor)
+    walkable = _standing(grid, CLEARANCE_M, factor)
     cell = grid.cell(start.x, start.y) if start is not None else None
     if cell is not None:
-        labels, count = label_regions(walkable)
+        labels, count = label_regions(passable)
         here = _nearest_label(labels, cell[0] // factor, cell[1] // factor) if count else 0
         if here:
-            walkable = np.asarray(labels == here)
+            passable = np.asarray(labels == here)
         reachable_free, _ = label_regions(free)
-        near = np.unique(reachable_free[walkable])
+        near = np.unique(reachable_free[passable])
         free &= np.isin(reachable_free, near[near > 0])
-    return _Coarse(factor, free, blocked, walkable, grid.resolution_m * factor)
+    walkable &= passable
+    if not walkable.any():
+        walkable = passable.copy()
+    return _Coarse(factor, free, blocked, passable, walkable, grid.resolution_m * factor)
+
+
+def _standing(grid: Grid, clearance_m: float, factor: int) -> Mask:
+    """Blocks with a cell that has this much room all round, give or take one cell."""
+    safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, clearance_m) - 1)
+    return np.asarray(_blocks(safe, factor).any(axis=(1, 3)))
 
 
 def _nearest_label(labels: NDArray[np.int32], row: int, column: int) -> int:
@@ -115,34 +128,20 @@ def _candidates(grid: Grid, coarse: _Coarse, avoid: tuple[Pose2D, ...], avoid_m:
     return cells
 
 
-def _views(coarse: _Coarse, candidates: NDArray[np.intp], reach: int) -> SeenBy:
-    """What each candidate sees."""
-    angles = np.linspace(0.0, 2 * np.pi, RAYS, endpoint=False)
-    seen = SeenBy(coarse.free.size)
-    for first in range(0, len(candidates), BATCH):
-        batch = candidates[first : first + BATCH].astype(float)
-        flat, clear = sight_lines(coarse.blocked, batch[:, 0], batch[:, 1], angles, reach)
-        which = np.broadcast_to(np.arange(len(batch))[:, None, None], flat.shape)[clear]
-        seen.add(len(batch), which, flat[clear])
-    seen.close()
-    return seen
-
-
-def _cover(views: SeenBy, todo: Mask, gain_min: int, points_max: int) -> list[int]:
-    """Greedy set cover: the one that sees most of what is left, until none sees enough."""
-    left = todo.astype(np.float32)
-    gains = views.gains(left)
-    chosen: list[int] = []
-    while len(chosen) < points_max:
-        best = int(np.argmax(gains))
-        if gains[best] < max(1, gain_min):
-            break
-        chosen.append(best)
-        newly = views.cells_of(best)
-        newly = newly[left[newly] > 0]
-        left[newly] = 0.0
-        gains -= views.seen_of(newly)
-    return chosen
+def _chosen(coarse: _Coarse, candidates: NDArray[np.intp], todo: Mask, reach: int, points_max: int) -> NDArray[np.intp]:
+    """(n, 2) cells: of the lattice first; then, for what those leave unseen, of all walkable cells beside it."""
+    gain_min = max(1, int(GAIN_MIN_M2 / coarse.resolution_m**2))
+    lattice = Lookouts(coarse.blocked, candidates, reach)
+    first, left = lattice.cover(todo, gain_min=gain_min, places_max=points_max)
+    labels, _ = label_regions(left)
+    lost = np.bincount(labels.ravel()) >= gain_min
+    lost[0] = False
+    near = maximum_filter(lost[labels], 2 * BESIDE_CELLS + 1) & coarse.walkable if lost.any() else np.zeros_like(left)
+    more = np.argwhere(near)
+    if not len(more) or len(first) >= points_max:
+        return candidates[first]
+    second, _ = Lookouts(coarse.blocked, more, reach).cover(left, gain_min=gain_min, places_max=points_max - len(first))
+    return np.concatenate([candidates[first], more[second]])
 
 
 def _start_cell(grid: Grid, coarse: _Coarse, start: Pose2D | None) -> tuple[int, int] | None:
@@ -151,45 +150,54 @@ def _start_cell(grid: Grid, coarse: _Coarse, start: Pose2D | None) -> tuple[int,
 
 
 def _in_order(coarse: _Coarse, cells: NDArray[np.intp], start: tuple[int, int] | None) -> NDArray[np.intp]:
-    """Nearest neighbour from the start, then 2-opt with the start fixed and the end open."""
+    """Nearest neighbour from the start, then 2-opt with the start fixed and the end open; on foot for few stops, as the
+    crow flies and without 2-opt for many.
+    """
     if len(cells) < 2:
         return cells
     stops = cells if start is None else np.vstack([[start], cells])
-    between = _walks_m(coarse, stops)
-    order, rest = [0], set(range(1, len(stops)))
-    while rest:
-        nearest = min(rest, key=lambda k: float(between[order[-1], k]))
-        order.append(nearest)
-        rest.remove(nearest)
-    order = two_opt(order, between)
+    if len(stops) <= WALKED_STOPS_MAX:
+        between = _walks_m(coarse, stops)
+        order = two_opt(_nearest_first(len(stops), lambda stop: between[stop]), between)
+    else:
+        places = stops.astype(float)
+        order = _nearest_first(len(stops), lambda stop: np.hypot(*(places - places[stop]).T))
     return stops[order] if start is None else stops[order[1:]]
+
+
+def _nearest_first(stops: int, from_stop: Callable[[int], NDArray[np.float64]]) -> list[int]:
+    """From the first stop always to the nearest one left; `from_stop` gives the distances from one to all."""
+    order, done = [0], np.zeros(stops)
+    done[0] = np.inf
+    for _ in range(stops - 1):
+        order.append(int(np.argmin(from_stop(order[-1]) + done)))
+        done[order[-1]] = np.inf
+    return order
 
 
 def two_opt(order: list[int], between: NDArray[np.float64], rounds_max: int = 10) -> list[int]:
     """Reverses stretches while that shortens the open tour; the first stop stays."""
-    if len(order) > 80:
-        return order
+    tour = np.array(order, dtype=np.intp)
+    open_end = np.pad(between, ((0, 0), (0, 1)))  # beyond the last stop everything is near
     for _ in range(rounds_max):
         improved = False
-        for i in range(1, len(order) - 1):
-            for j in range(i + 1, len(order)):
-                after = between[order[j], order[j + 1]] if j + 1 < len(order) else 0.0
-                after_new = between[order[i], order[j + 1]] if j + 1 < len(order) else 0.0
-                before = between[order[i - 1], order[i]] + after
-                if between[order[i - 1], order[j]] + after_new < before - 1e-6:
-                    order[i : j + 1] = order[i : j + 1][::-1]
-                    improved = True
+        for i in range(1, len(tour) - 1):
+            before, first, lasts = tour[i - 1], tour[i], tour[i + 1 :]
+            after = np.append(tour[i + 2 :], len(between))
+            change = between[before, lasts] + open_end[first, after] - between[before, first] - open_end[lasts, after]
+            best = int(np.argmin(change))
+            if change[best] < -1e-6:
+                tour[i : i + best + 2] = tour[i : i + best + 2][::-1].copy()
+                improved = True
         if not improved:
             break
-    return order
+    return tour.tolist()
 
 
 def _walks_m(coarse: _Coarse, stops: NDArray[np.intp]) -> NDArray[np.float64]:
-    """(n, n) metres on foot over walkable cells; as the crow flies, times three, where no way is known."""
+    """(n, n) metres on foot over passable cells; as the crow flies, times three, where no way is known."""
     crow = np.hypot(*(stops[:, None, :] - stops[None, :, :]).astype(float).transpose(2, 0, 1)) * coarse.resolution_m
-    if len(stops) > 80:
-        return crow
-    walkable = coarse.walkable.copy()
+    walkable = coarse.passable.copy()
     walkable[tuple(np.clip(stops, 0, np.array(walkable.shape) - 1).T)] = True
     ids = np.arange(walkable.size).reshape(walkable.shape)
     height, width = walkable.shape

@@ -1,16 +1,19 @@
 """inference over HTTP."""
 
+from contracts.language import ReasonReply, ReasonRequest
 from contracts.problem import Dependency
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
+from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 
 
 class InferenceEyes:
     """The port `Eyes`, for real."""
 
-    def __init__(self, base_url: str, *, timeout_s: float, parse_timeout_s: float) -> None:
+    def __init__(self, base_url: str, *, timeout_s: float, parse_timeout_s: float, reason_timeout_s: float) -> None:
         self._client = ServiceClient("inference", base_url, timeout_s=timeout_s)
         self._parse_timeout_s = parse_timeout_s
+        self._reason_timeout_s = reason_timeout_s
 
     async def aclose(self) -> None:
         await self._client.aclose()
@@ -20,6 +23,12 @@ class InferenceEyes:
 
     async def validate(self, request: ValidateRequest, *, timeout_s: float) -> Validation:
         return await self._client.post("/validate", request, Validation, timeout_s=timeout_s)
+
+    async def reason(self, request: ReasonRequest) -> ReasonReply:
+        try:
+            return await self._client.post("/reason", request, ReasonReply, timeout_s=self._reason_timeout_s)
+        except UpstreamError as error:
+            raise UnavailableError("inference", error.detail) from error
 
     async def dependency(self) -> Dependency:
         return await self._client.dependency()

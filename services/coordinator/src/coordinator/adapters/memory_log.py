@@ -1,48 +1,83 @@
-"""A mission log in memory: bounded, gone with the process."""
+"""A mission log in memory: gone with the process. For tests, and for trying things out."""
 
-import asyncio
-from collections import OrderedDict, deque
+from collections import OrderedDict, defaultdict
 from collections.abc import AsyncIterator
 
 from contracts.mission import Mission, MissionEvent
+from contracts.problem import Dependency
+from coordinator.adapters.tail import Tail
+from coordinator.ports import KnownRequest
+from mesh.errors import NotFoundError
 
 
 class MemoryLog:
-    def __init__(self, *, missions_max: int = 200, events_max: int = 10_000) -> None:
+    """The port `MissionLog`; one suite of tests runs over it and `SqliteLog`."""
+
+    def __init__(self) -> None:
         self._missions: OrderedDict[str, Mission] = OrderedDict()
-        self._events: deque[MissionEvent] = deque(maxlen=events_max)
-        self._missions_max = missions_max
-        self._news = asyncio.Event()
+        self._tail = Tail(1_000_000)
+        self._recordings: defaultdict[str, list[str]] = defaultdict(list)
+        self._pictures: dict[tuple[str, int], bytes] = {}
+        self._requests: dict[str, KnownRequest] = {}
+        self._facts: dict[str, str] = {}
+
+    @property
+    def next_event_id(self) -> int:
+        return self._tail.events[-1].id + 1 if self._tail.events else 0
 
     def put(self, mission: Mission) -> None:
         self._missions[mission.id] = mission
-        while len(self._missions) > self._missions_max:
-            self._missions.popitem(last=False)
-
-    def get(self, mission_id: str) -> Mission | None:
-        return self._missions.get(mission_id)
-
-    def newest(self, limit: int) -> tuple[Mission, ...]:
-        """Newest first."""
-        return tuple(reversed(self._missions.values()))[:limit]
 
     def append(self, event: MissionEvent) -> None:
-        self._events.append(event)
-        self._news.set()
-        self._news = asyncio.Event()
+        self._tail.append(event)
 
-    def events(self, mission_id: str, *, after: int, limit: int) -> tuple[MissionEvent, ...]:
-        found = [e for e in self._events if e.mission_id == mission_id and e.id > after]
-        return tuple(found[:limit])
+    def record(self, mission_id: str, line: str) -> None:
+        self._recordings[mission_id].append(line)
 
-    async def follow(self, *, after: int | None) -> AsyncIterator[MissionEvent]:
-        """A reader too slow for the bound misses the oldest; the ids show the gap."""
-        last = after if after is not None else (self._events[-1].id if self._events else -1)
-        while True:
-            news = self._news
-            for event in [e for e in self._events if e.id > last]:
-                last = event.id
-                yield event
-            if self._events and self._events[-1].id > last:
-                continue
-            await news.wait()
+    def keep_picture(self, mission_id: str, number: int, jpeg: bytes) -> None:
+        self._pictures[mission_id, number] = jpeg
+
+    def keep_request(self, key: str, request: KnownRequest) -> None:
+        self._requests[key] = request
+
+    def keep_fact(self, name: str, value: str) -> None:
+        self._facts[name] = value
+
+    async def saved(self) -> None:
+        pass
+
+    async def get(self, mission_id: str) -> Mission | None:
+        return self._missions.get(mission_id)
+
+    async def newest(self, limit: int, *, before: str | None = None) -> tuple[Mission, ...]:
+        ids = list(reversed(self._missions))
+        if before is not None:
+            if before not in self._missions:
+                raise NotFoundError(f"no mission {before[:64]}")
+            ids = ids[ids.index(before) + 1 :]
+        return tuple(self._missions[one] for one in ids[:limit])
+
+    async def events(self, mission_id: str, *, after: int, limit: int) -> tuple[MissionEvent, ...]:
+        return tuple(e for e in self._tail.events if e.mission_id == mission_id and e.id > after)[:limit]
+
+    def follow(self, *, after: int | None) -> AsyncIterator[MissionEvent]:
+        return self._tail.follow(self.next_event_id - 1 if after is None else after, _nothing_older)
+
+    async def recording(self, mission_id: str) -> tuple[str, ...]:
+        return tuple(self._recordings.get(mission_id, ()))
+
+    async def picture(self, mission_id: str, number: int) -> bytes | None:
+        return self._pictures.get((mission_id, number))
+
+    async def request(self, key: str) -> KnownRequest | None:
+        return self._requests.get(key)
+
+    async def fact(self, name: str) -> str | None:
+        return self._facts.get(name)
+
+    async def dependency(self) -> Dependency:
+        return Dependency(name="database", ok=True, detail="in memory: gone with the process")
+
+
+async def _nothing_older(after: int, limit: int) -> tuple[MissionEvent, ...]:
+    return ()

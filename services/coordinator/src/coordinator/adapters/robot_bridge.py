@@ -154,6 +154,13 @@ class BridgeRobot:
         path = f"/undock?session_id={self._session()}"
         return await self._client.post(path, None, MotionReply, timeout_s=timeout_s)
 
+    async def dock(self, *, timeout_s: float) -> MotionReply:
+        path = f"/dock?session_id={self._session()}"
+        return await self._client.post(path, None, MotionReply, timeout_s=timeout_s)
+
+    async def frame(self) -> bytes:
+        return (await self._client.call("GET", "/camera/frame")).content
+
     async def celebrate(self) -> None:
         """Asking again too soon is refused there, and no failure here."""
         try:

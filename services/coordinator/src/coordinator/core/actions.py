@@ -6,11 +6,17 @@ from typing import Any
 from contracts.geometry import Pose2D, Twist2D
 from contracts.mission import MissionState
 from contracts.robot import BoxQuery
-from contracts.vision import Target
+from contracts.vision import Detections, Target
 
 
 @dataclass(frozen=True, slots=True)
 class Undock:
+    call: int
+    timeout_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Dock:
     call: int
     timeout_s: float
 
@@ -91,9 +97,18 @@ class PlanCoverage:
 
 @dataclass(frozen=True, slots=True)
 class RecordLook:
-    """What the camera sees from this pose has been looked at."""
+    """What the camera sees from this pose has been looked at; what it saw tells memory what is no longer there."""
 
     pose: Pose2D
+    seen: Detections | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class KeepPicture:
+    """Of what stands in the box now, while the robot stands still: evidence, kept under its number."""
+
+    number: int
+    box: BoxQuery
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +127,8 @@ class Say:
 
 
 Action = (
-    Undock | ChoosePath | Navigate | Rotate | Drive | SetVelocity | StopMotion | Localize | Validate | PlanCoverage
-    | RecordLook | Celebrate | Say
+    Undock | Dock | ChoosePath | Navigate | Rotate | Drive | SetVelocity | StopMotion | Localize | Validate
+    | PlanCoverage | RecordLook | KeepPicture | Celebrate | Say
 )  # fmt: skip
 
-MOTION: tuple[type[Action], ...] = (Undock, Navigate, Rotate, Drive, SetVelocity)
+MOTION: tuple[type[Action], ...] = (Undock, Dock, Navigate, Rotate, Drive, SetVelocity)

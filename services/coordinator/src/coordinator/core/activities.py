@@ -36,14 +36,23 @@ class Paused:
 
 @dataclass(frozen=True, slots=True)
 class Waiting:
-    """After a failed call, before the state is taken up again."""
+    """For a service, after a failed call; then the state is taken up again."""
 
     until_s: float
+    service: str = ""
     call: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Undocking:
+    call: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Docking:
+    """The base looks for its dock and drives onto it by itself."""
+
     call: int
     until_s: float
 
@@ -125,8 +134,8 @@ class Steering:
 
 
 Activity = (
-    Nothing | Entering | Paused | Waiting | Undocking | PlanningCoverage | ChoosingPath | Going | Turning | Looking
-    | CheckingPlace | Measuring | Validating | Driving | Steering
+    Nothing | Entering | Paused | Waiting | Undocking | Docking | PlanningCoverage | ChoosingPath | Going | Turning
+    | Looking | CheckingPlace | Measuring | Validating | Driving | Steering
 )  # fmt: skip
 
 

@@ -14,10 +14,12 @@ from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized,
 from coordinator.core.mission import Approach
 from coordinator.core.place import ring_groups, surface_distance_m, whereabouts
 from coordinator.core.sightings import follow, tracked
+from coordinator.core.trust import plausible
 
 TURN_SPEED_RAD_S = 0.8
 JUMP_M = 0.5
 DRIVES_MAX = 3
+DISPUTES_MAX = 4
 SETTLED_RAD = 0.12
 APPROACH_TIMEOUT_S = 240.0
 CUT_OFF_WORDS = ("session", "client", "odometry", "laser scan", "cancel", "the wheels", "took over")
@@ -55,7 +57,7 @@ def handle(draft: Draft, event: Event) -> None:
                 follow(draft, sighting)
                 draft.localize(sighting.box)
         case Measuring(), Localized(reply=reply):
-            _measured(draft, stage, reply)
+            _measured(draft, stage, plausible(reply, draft.rules))
         case Driving(), MotionEnded():
             _driven(draft, event)
         case _:
@@ -137,17 +139,31 @@ def _turned(draft: Draft, stage: Stage) -> None:
 
 
 def _measured(draft: Draft, stage: Stage, reply: LocalizeReply) -> None:
-    """Takes the new place unless it jumps too far to be the same thing."""
+    """Takes the new place where it is near the old one. Of one that jumps a second has to say the same to count:
+    either it, or what was believed so far, is wrong.
+    """
     old = draft.candidate.map_xy
     new = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
-    if reply.distance_m is None:
-        pass
-    elif old is not None and new is not None and math.dist(old, new) > JUMP_M:
-        draft.say("depth", f"measured {math.dist(old, new):.1f} m beside its place: not counted")
+    if reply.distance_m is None or new is None:
+        _go_on(draft, stage)
+    elif old is not None and math.dist(old, new) > JUMP_M and not _said_before(draft, new):
+        draft.say("depth", f"measured {math.dist(old, new):.1f} m beside its place: not counted yet")
+        draft.set_approach(disputed=(*draft.approach.disputed, new))
+        if len(draft.approach.disputed) < DISPUTES_MAX:
+            draft.look(draft.rules.look_again_s)
+        else:
+            _go_on(draft, stage)
     else:
+        if old is not None and math.dist(old, new) > JUMP_M:
+            draft.set_candidate(map_xy=None, odom_xy=None)
+        draft.set_approach(disputed=())
         take_measurement(draft, reply)
         draft.say("depth", f"{reply.distance_m:.2f} m away", distance_m=round(reply.distance_m, 3), map_xy=new)
-    _go_on(draft, stage)
+        _go_on(draft, stage)
+
+
+def _said_before(draft: Draft, new: tuple[float, float]) -> bool:
+    return any(math.dist(new, other) <= JUMP_M for other in draft.approach.disputed)
 
 
 def _go_on(draft: Draft, stage: Stage) -> None:

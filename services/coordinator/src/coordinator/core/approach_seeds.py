@@ -13,6 +13,7 @@ from coordinator.core.draft import Draft
 from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, Localized, Tick
 from coordinator.core.sightings import follow, tracked
+from coordinator.core.trust import plausible
 
 BLOCKED_S = 3.0
 STILL_M_S = 0.02
@@ -33,7 +34,7 @@ def handle(draft: Draft, event: Event) -> None:
             _seen(draft, seen)
         case Steering() as steering, Localized(reply=reply):
             draft.be(replace(steering, call=0))
-            _measured(draft, reply)
+            _measured(draft, plausible(reply, draft.rules))
         case _:
             pass
 

@@ -7,12 +7,14 @@ from coordinator.core import actions as do
 from coordinator.core.activities import Looking, Measuring, Validating
 from coordinator.core.centering import back_to_search
 from coordinator.core.draft import Draft
-from coordinator.core.endings import found, votes_data
+from coordinator.core.endings import found, keep_picture, votes_data
 from coordinator.core.events import DetectionsSeen, Event, Localized
 from coordinator.core.events import Validated as ValidatedEvent
 from coordinator.core.geometry import base_to_frame
+from coordinator.core.measured import agreed, sigma_m
 from coordinator.core.rules import ApproachRule
 from coordinator.core.sightings import follow, is_rejected_place, lose, reject, tracked
+from coordinator.core.trust import is_confirmed, plausible
 
 BOX_FRESH_S = 1.5
 NEXT_BOX_S = 2.0
@@ -30,7 +32,7 @@ def begin(draft: Draft) -> None:
 def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Measuring(), Localized(reply=reply):
-            draft.set_candidate(samples=(*draft.candidate.samples, reply))
+            draft.set_candidate(samples=(*draft.candidate.samples, plausible(reply, draft.rules)))
             _measured(draft)
         case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s > after_s:
             sighting = tracked(draft.mission, draft.candidate, seen)
@@ -48,23 +50,23 @@ def on_look_timeout(draft: Draft) -> None:
 
 
 def _measured(draft: Draft) -> None:
-    """Near things are measured several times and the median counts; far ones once, their error is not noise alone."""
-    samples = draft.candidate.samples
-    near = samples[0].distance_m is None or samples[0].distance_m <= draft.rules.near_m
-    if near and len(samples) < draft.rules.depth_samples:
-        after_s = draft.candidate.sighting.stamp_s
-        draft.be(Looking(after_s=after_s, until_s=draft.now_s + NEXT_BOX_S))
-    else:
+    """Several times, and again while too few of the measurements agree. The plain rule measures far things once."""
+    rules, samples = draft.rules, draft.candidate.samples
+    first_m = samples[0].distance_m
+    if rules.approach_rule is ApproachRule.SEEDS and first_m is not None and first_m > rules.near_m:
         _decide(draft)
-
-
-def sigma_m(distance_m: float) -> float:
-    """Of the stereo depth: fits the two published points (1.2 cm at 1.0 m, 28.6 cm at 2.5 m)."""
-    return 0.012 * distance_m**3.461
+        return
+    _, support = agreed(samples)
+    enough = len(samples) >= rules.depth_samples and (support >= rules.depth_agree or first_m is None)
+    if enough or len(samples) >= rules.depth_samples_max:
+        _decide(draft)
+    else:
+        draft.be(Looking(after_s=draft.candidate.sighting.stamp_s, until_s=draft.now_s + NEXT_BOX_S))
 
 
 def take_measurement(draft: Draft, reply: LocalizeReply) -> None:
     """Keeps the place of the newest measurement that is not much worse than the best so far."""
+    reply = plausible(reply, draft.rules)
     if reply.distance_m is None:
         return
     sigma, odometry = sigma_m(reply.distance_m), draft.mission.robot.odometry
@@ -80,17 +82,14 @@ def take_measurement(draft: Draft, reply: LocalizeReply) -> None:
 def _decide(draft: Draft) -> None:
     """A10, with one addition in the localised rule: within reach it is validated too, where that has not been done."""
     rules = draft.rules
-    measured = sorted(
-        (s for s in draft.candidate.samples if s.distance_m is not None), key=lambda s: s.distance_m or 0.0
-    )
-    if not measured:
+    reply, support = agreed(draft.candidate.samples)
+    if reply is None:
         _unmeasured(draft)
         return
-    reply = measured[(len(measured) - 1) // 2]
     take_measurement(draft, reply)
     distance = reply.distance_m or 0.0
-    draft.say("depth", f"{distance:.2f} m away", distance_m=round(distance, 3), samples=len(measured),
-              map_xy=draft.candidate.map_xy)  # fmt: skip
+    draft.say("depth", f"{distance:.2f} m away", distance_m=round(distance, 3), samples=len(draft.candidate.samples),
+              agreed=support, map_xy=draft.candidate.map_xy)  # fmt: skip
     if is_rejected_place(draft.mission, draft.candidate.map_xy):
         lose(draft)
         draft.set_search(headings=draft.search.headings[1:])  # else the next look would find it here again
@@ -126,12 +125,15 @@ def _ask(draft: Draft) -> None:
 
 def _validated(draft: Draft, validation: Validation) -> None:
     rules, candidate = draft.rules, draft.candidate
-    draft.set_candidate(votes=validation.votes, confirmed=validation.confirmed)
+    confirmed = is_confirmed(validation, rules)
+    draft.set_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=draft.now_s)
+    keep_picture(draft)
     tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
-    word = "confirmed" if validation.confirmed else "refused"
-    draft.say("votes", f"{word}: {tally}", confirmed=validation.confirmed, votes=votes_data(validation.votes))
+    word = "confirmed" if confirmed else "refused"
+    draft.say("votes", f"{word}: {tally}", confirmed=confirmed, votes=votes_data(validation.votes),
+              picture=draft.candidate.picture)  # fmt: skip
     distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
-    if validation.confirmed:
+    if confirmed:
         if distance <= rules.reach_m:
             found(draft, candidate.distance_m, "within reach")
         elif distance <= rules.near_m:
@@ -139,7 +141,7 @@ def _validated(draft: Draft, validation: Validation) -> None:
         else:
             draft.go(MissionState.DRIVING_1M, f"{word} ({tally}): going closer first")
         return
-    narrow = is_narrow(validation.votes, rules.narrow_margin)
+    narrow = is_narrow(validation.votes, rules.narrow_margin) or _looked_right(draft)
     closer = narrow and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
     if closer and rules.approach_rule is ApproachRule.LOCALIZED:
         draft.set_candidate(closer_looks=candidate.closer_looks + 1)
@@ -148,6 +150,23 @@ def _validated(draft: Draft, validation: Validation) -> None:
     text = f"a {_label(draft)} {distance:.1f} m off ({tally})"
     reject(draft, text, narrow=narrow)
     back_to_search(draft, f"{word} ({tally})")
+
+
+def given_up_judging(draft: Draft, detail: str) -> bool:
+    """True when nobody could judge this candidate in several tries: it stays in doubt, and the search goes on."""
+    draft.set_candidate(unjudged=draft.candidate.unjudged + 1)
+    if draft.candidate.unjudged < draft.rules.judge_tries:
+        return False
+    keep_picture(draft)
+    reject(draft, f"a {_label(draft)} that could not be judged ({detail})", narrow=True)
+    back_to_search(draft, f"inference could not judge it in {draft.rules.judge_tries} tries")
+    return True
+
+
+def _looked_right(draft: Draft) -> bool:
+    """A sure detector saw the colour asked for: in poor light both models that were shown the crop can be wrong."""
+    sighting, colour = draft.candidate.sighting, draft.mission.colour
+    return colour is not None and sighting.colour == colour and sighting.confidence >= draft.rules.sure_confidence_min
 
 
 def is_narrow(votes: tuple[Vote, ...], margin: float) -> bool:

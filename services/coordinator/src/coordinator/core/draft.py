@@ -98,7 +98,8 @@ class Draft:
         """One more call failed in a row: the state is taken up again after a pause (the count ends it, see step)."""
         self.set(failures=self.mission.failures + 1)
         self.say("failure", f"{service}: {detail}; trying again", service=service, failures=self.mission.failures)
-        self.be(Waiting(self.now_s + self.rules.retry_wait_s))
+        grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
+        self.be(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
 
     # calls, each with the activity that awaits its answer
 

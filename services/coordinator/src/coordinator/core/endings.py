@@ -1,61 +1,100 @@
-"""The endings: found, not found, unsure, canceled, aborted; each says what it rests on."""
+"""The endings: found, not found, unsure, docked, canceled, aborted; each says what it rests on."""
 
+from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import MissionState, Outcome
 from contracts.vision import Vote
 from coordinator.core import actions as do
 from coordinator.core.activities import Nothing
 from coordinator.core.draft import Draft
+from coordinator.core.report import (
+    candidate_record,
+    last_seen_in_words,
+    looked_in_words,
+    maybes,
+    others_in_words,
+    report,
+)  # fmt: skip
 
 
 def found(draft: Draft, distance_m: float | None, note: str) -> None:
-    candidate = draft.candidate
-    what = draft.mission.target.description if draft.mission.target is not None else "target"
+    what = what_in_words(draft)
     away = "at an unknown distance" if distance_m is None else f"{distance_m:.2f} m away"
     reason = f"found the {what}, {away}" + (f" ({note})" if note else "")
     draft.set_candidate(distance_m=distance_m)
-    draft.set(outcome=Outcome.FOUND, reason=reason, ended_s=draft.now_s)
+    keep_picture(draft)
+    candidate = draft.candidate
+    record = candidate_record(draft.mission, candidate, reason, narrow=False, now_s=draft.now_s)
+    close(draft, Outcome.FOUND, reason, found=record.model_copy(update={"confirmed": True}))
     votes = votes_data(candidate.votes)
     draft.go(
         MissionState.DONE,
         reason,
         kind="found",
+        outcome=Outcome.FOUND.value,
         distance_m=distance_m,
         map_xy=candidate.map_xy,
         votes=votes,
         note=note,
+        picture=draft.candidate.picture,
     )
     draft.be(Nothing(until_s=draft.now_s + draft.rules.done_reset_s))
     draft.act(do.Celebrate())
 
 
-def end(draft: Draft, outcome: Outcome, reason: str) -> None:
+def end(draft: Draft, outcome: Outcome, reason: str, *, cause: str = "") -> None:
     """Every ending but success: stops, and the robot is idle at once."""
     draft.stop_motion()
-    draft.set(outcome=outcome, reason=reason, ended_s=draft.now_s, candidate=None, approach=None)
+    share = draft.search.share
+    close(draft, outcome, reason, cause)
+    draft.set(candidate=None, approach=None)
     draft.go(
         MissionState.IDLE,
         f"{outcome.value}: {reason}",
         kind="end",
         outcome=outcome.value,
-        looked_share=round(draft.search.share, 3),
+        looked_share=None if share is None else round(share, 3),
         rejected=rejected_data(draft),
     )
     draft.be(Nothing())
 
 
+def abort(draft: Draft, cause: str) -> None:
+    """It cannot go on; what was found out until then is told with the cause."""
+    end(draft, Outcome.ABORTED, cause, cause=cause)
+
+
+def close(
+    draft: Draft, outcome: Outcome, reason: str, cause: str = "", *, found: CandidateRecord | None = None
+) -> None:
+    """Writes the ending into the mission."""
+    written = report(draft.mission, outcome, reason, cause, found=found)
+    draft.set(outcome=outcome, reason=reason, ended_s=draft.now_s, report=written)
+
+
 def give_up(draft: Draft, why: str) -> None:
-    """The search is over without a find: unsure when something was refused narrowly, otherwise not found."""
-    search = draft.search
-    what = draft.mission.target.description if draft.mission.target is not None else "target"
-    looked = f"{search.share * 100:.0f} % of the free space looked at from {len(search.looked)} places"
-    if search.unreachable:
-        looked += f", {len(search.unreachable)} could not be reached"
-    maybe = [r.text for r in search.rejections if r.narrow] + [loss.text for loss in search.losses if loss.confirmed]
+    """The search is over without a find: unsure when something may have been it, otherwise not found."""
+    known = [looked_in_words(draft.mission), last_seen_in_words(draft.mission.last_seen, draft.now_s)]
+    maybe = maybes(draft.mission)
     if maybe:
-        end(draft, Outcome.UNSURE, f"{why}; it may have been {maybe[-1]}; {looked}")
+        told = "; ".join(part for part in (why, f"it may have been {maybe[-1]}", *known) if part)
+        end(draft, Outcome.UNSURE, told)
         return
-    seen = f"; refused {len(search.rejections)} others" if search.rejections else ""
-    end(draft, Outcome.NOT_FOUND, f"no {what}: {why}; {looked}{seen}")
+    refused = len(draft.search.rejections)
+    known += [f"refused {refused} others" if refused else "", others_in_words(draft.mission)]
+    end(draft, Outcome.NOT_FOUND, "; ".join(part for part in (f"no {what_in_words(draft)}: {why}", *known) if part))
+
+
+def keep_picture(draft: Draft) -> None:
+    """Of the candidate as it stands before the camera now; one is kept for each time it is judged."""
+    if draft.candidate.picture is None:
+        number = draft.mission.pictures
+        draft.set(pictures=number + 1)
+        draft.set_candidate(picture=number)
+        draft.act(do.KeepPicture(number, draft.candidate.sighting.box))
+
+
+def what_in_words(draft: Draft) -> str:
+    return draft.mission.target.description if draft.mission.target is not None else "target"
 
 
 def votes_data(votes: tuple[Vote, ...]) -> list[dict[str, object]]:

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 from contracts.geometry import Pose2D
+from contracts.mission import LastSeen
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detections, Target, Validation
-from coordinator.core.mission import Place
+from coordinator.core.mission import FIRST, Order, Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +18,18 @@ class MissionStarted:
     colour: str | None
     views: tuple[Place, ...]
     notes: str = ""
+    order: Order = FIRST
+    last_seen: LastSeen | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DockingStarted:
+    """To `approach`, the place before the dock, where it is known; then the base does the rest (requirement A15)."""
+
+    mission_id: str
+    why: str
+    approach: Pose2D | None = None
+    order: Order = FIRST
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +82,11 @@ class DetectionsSeen:
 
 @dataclass(frozen=True, slots=True)
 class Undocked:
+    call: int
+
+
+@dataclass(frozen=True, slots=True)
+class Docked:
     call: int
 
 
@@ -133,8 +151,12 @@ class CallFailed:
     detail: str
 
 
+Answer = (
+    Undocked | Docked | PathChosen | GoalEnded | MotionEnded | Localized | Validated | CoveragePlanned | CallFailed
+)  # fmt: skip
+"""To a call the core asked for, by its number."""
+
 Event = (
-    MissionStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelAsked | PauseAsked | ResumeAsked
-    | DetectionsSeen | Undocked | PathChosen | GoalEnded | MotionEnded | Localized | Validated | CoveragePlanned
-    | CoverageLooked | CallFailed
+    MissionStarted | DockingStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelAsked | PauseAsked
+    | ResumeAsked | DetectionsSeen | CoverageLooked | Answer
 )  # fmt: skip

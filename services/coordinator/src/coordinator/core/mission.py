@@ -3,7 +3,8 @@
 from dataclasses import dataclass, field
 
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState, Outcome
+from contracts.mission import Candidate as CandidateRecord
+from contracts.mission import LastSeen, MissionKind, MissionState, Outcome, Report, SeenInstead
 from contracts.robot import BoxQuery, LocalizeReply
 from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Nothing, Paused, Stage
@@ -23,6 +24,7 @@ class Robot:
     epoch_s: float | None = None
     received_s: float = 0.0
     offset_s: float = 0.0
+    localized_s: float = 0.0
 
     @property
     def yaw(self) -> float:
@@ -70,6 +72,9 @@ class Candidate:
     votes: tuple[Vote, ...] = ()
     confirmed: bool = False
     closer_looks: int = 0
+    unjudged: int = 0
+    picture: int | None = None
+    judged_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +87,7 @@ class Rejection:
     narrow: bool
     text: str
     votes: tuple[Vote, ...] = ()
+    record: CandidateRecord | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +98,7 @@ class Loss:
     bearing_rad: float
     confirmed: bool = False
     text: str = ""
+    record: CandidateRecord | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +108,7 @@ class Approach:
     alternatives: int = 0
     tried_rad: tuple[float, ...] = ()
     blocked: str = ""
+    disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
 
 
@@ -113,15 +121,30 @@ class Search:
     plans: int = 0
     looked: tuple[Pose2D, ...] = ()
     unreachable: tuple[Pose2D, ...] = ()
+    missed_in_row: int = 0
     headings: tuple[float, ...] = ()
     scan_from: Pose2D | None = None
-    share: float = 0.0
+    share: float | None = None
     blind_looks: int = 0
     place_failures: int = 0
     refusals: int = 0
     undocks: int = 0
     rejections: tuple[Rejection, ...] = ()
     losses: tuple[Loss, ...] = ()
+    others: tuple[SeenInstead, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """Which part of which request a mission is, and when it was asked for."""
+
+    request_id: str = ""
+    part: int = 1
+    parts: int = 1
+    asked_s: float | None = None
+
+
+FIRST = Order()
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +159,8 @@ class Mission:
     failures: int = 0
     entered_s: float = 0.0
     id: str = ""
+    kind: MissionKind = MissionKind.FIND
+    order: Order = FIRST
     command: str = ""
     target: Target | None = None
     colour: str | None = None
@@ -150,6 +175,11 @@ class Mission:
     metres_m: float = 0.0
     metres_from: Pose2D | None = None
     search: Search = Search()
+    last_seen: LastSeen | None = None
+    dock_approach: Pose2D | None = None
+    dock_tries: int = 0
+    pictures: int = 0
+    report: Report | None = None
     candidate: Candidate | None = None
     approach: Approach | None = None
 

@@ -3,22 +3,26 @@
 from dataclasses import replace
 from typing import assert_never
 
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MissionKind, MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Entering, Paused
 from coordinator.core.draft import Draft
 from coordinator.core.endings import end
-from coordinator.core.mission import Mission, Search
+from coordinator.core.mission import Mission, Order, Search
 from coordinator.core.search import new_scan
 
 
-def handle(draft: Draft, event: ev.MissionStarted | ev.CancelAsked | ev.PauseAsked | ev.ResumeAsked) -> None:
+def handle(
+    draft: Draft, event: ev.MissionStarted | ev.DockingStarted | ev.CancelAsked | ev.PauseAsked | ev.ResumeAsked
+) -> None:
     match event:
         case ev.MissionStarted():
             _start(draft, event)
+        case ev.DockingStarted():
+            _start_docking(draft, event)
         case ev.CancelAsked():
             if draft.mission.running:
-                end(draft, Outcome.CANCELED, "cancelled by a person")
+                end(draft, Outcome.CANCELED, "cancelled by a person", cause="a person asked for it")
         case ev.PauseAsked():
             _pause(draft)
         case ev.ResumeAsked():
@@ -32,16 +36,12 @@ def _start(draft: Draft, event: ev.MissionStarted) -> None:
     if mission.state is not MissionState.IDLE:
         return
     draft.mission = replace(
-        Mission(rules=mission.rules, robot=mission.robot, calls=mission.calls),
-        id=event.mission_id,
+        _fresh(draft, event.mission_id, event.order),
         command=event.command,
         target=event.target,
         colour=event.colour,
         parser=event.parser,
-        epoch=mission.robot.epoch,
-        started_s=draft.now_s,
-        deadline_s=draft.now_s + mission.rules.mission_timeout_s,
-        metres_from=mission.robot.odometry,
+        last_seen=event.last_seen,
         search=Search(views=event.views[: mission.rules.memory_views_max]),
     )
     draft.say("start", f"'{event.command}': looking for the {event.target.description} ({event.target.label})"
@@ -50,6 +50,31 @@ def _start(draft: Draft, event: ev.MissionStarted) -> None:
         draft.go(MissionState.MEMORY_NAV, f"such things were seen at {len(draft.search.views)} places: the best first")
     else:
         new_scan(draft, "no place is remembered: looking round here first")
+
+
+def _start_docking(draft: Draft, event: ev.DockingStarted) -> None:
+    if draft.mission.state is not MissionState.IDLE:
+        return
+    fresh = _fresh(draft, event.mission_id, event.order)
+    draft.mission = replace(fresh, kind=MissionKind.DOCK, command="dock", dock_approach=event.approach)
+    draft.say("start", f"to the dock: {event.why}")
+    draft.go(MissionState.MEMORY_NAV, "the dock is a remembered place: driving there")
+
+
+def _fresh(draft: Draft, mission_id: str, order: Order) -> Mission:
+    """A mission that begins now, with nothing of the one before but what is known of the robot."""
+    before = draft.mission
+    return Mission(
+        rules=before.rules,
+        robot=before.robot,
+        calls=before.calls,
+        id=mission_id,
+        order=order,
+        epoch=before.robot.epoch,
+        started_s=draft.now_s,
+        deadline_s=draft.now_s + before.rules.mission_timeout_s,
+        metres_from=before.robot.odometry,
+    )
 
 
 def _pause(draft: Draft) -> None:

@@ -7,6 +7,7 @@ from contracts.mission import MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Nothing
 from coordinator.core.draft import Draft
+from coordinator.core.endings import close
 from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Robot
 
@@ -34,7 +35,8 @@ def _stopped(draft: Draft, epoch: int, reason: str) -> None:
     draft.stop_motion()
     why = f"emergency stop: {reason or 'no reason given'}"
     if draft.mission.running:
-        draft.set(outcome=Outcome.ABORTED, reason=why, ended_s=draft.now_s, candidate=None, approach=None)
+        close(draft, Outcome.ABORTED, why, why)
+        draft.set(candidate=None, approach=None)
         draft.say("end", f"aborted: {why}", outcome=Outcome.ABORTED.value)
     draft.go(MissionState.EMERGENCY_STOP, why)
     draft.be(Nothing())
@@ -64,6 +66,7 @@ def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
             epoch_s=mission.robot.epoch_s,
             received_s=draft.now_s,
             offset_s=event.stamp_s - draft.now_s,
+            localized_s=draft.now_s if event.pose is not None else mission.robot.localized_s,
         )
     )
     _count_metres(draft)

@@ -40,10 +40,24 @@ class Rules(BaseModel):
     localize_timeout_s: float = Field(default=4.0, gt=0.0)
     validate_timeout_s: float = Field(default=30.0, gt=0.0)
     call_margin_s: float = Field(default=3.0, gt=0.0, description="a call is given up this long after its own limit")
-    retry_wait_s: float = Field(default=2.0, gt=0.0)
+    retry_wait_s: float = Field(default=2.0, gt=0.0, description="after a failed call; grows with each one in a row")
+    retry_wait_factor: float = Field(default=1.5, ge=1.0, le=4.0)
+    retry_wait_s_max: float = Field(default=10.0, gt=0.0)
     failures_max: int = Field(default=6, ge=1, description="calls failing in a row before the mission is aborted")
     robot_silent_s: float = Field(default=15.0, gt=0.0)
+    lost_pose_s: float = Field(default=45.0, gt=0.0, description="without a place in map before it gives up")
+    dock_timeout_s: float = Field(default=90.0, gt=0.0)
+    dock_tries: int = Field(default=2, ge=1, le=5)
     done_reset_s: float = Field(default=2.0, gt=0.0)
+
+    # what a service may not claim
+    frame_future_s_max: float = Field(
+        default=2.0, gt=0.0, description="a frame stamped later than this is not looked at"
+    )
+    frame_age_s_max: float = Field(default=5.0, gt=0.0)
+    depth_m_max: float = Field(default=8.0, gt=0.0, description="a distance beyond this was not measured")
+    arrived_m: float = Field(default=1.0, gt=0.0, description="farther than this from its goal it has not arrived")
+    yes_votes_min: int = Field(default=2, ge=1, le=3, description="a confirmation with fewer is none (requirement A11)")
 
     # A5, scanning
     memory_views_max: int = Field(default=12, ge=0, le=200)
@@ -60,7 +74,8 @@ class Rules(BaseModel):
 
     # A6
     look_range_m: float = Field(default=1.8, gt=0.0, description="what lies nearer than this has been looked at")
-    scan_points_max: int = Field(default=400, ge=1, le=2000)
+    scan_points_max: int = Field(default=4000, ge=1, le=20_000)
+    places_missed_max: int = Field(default=12, ge=1, description="in a row not to be reached: navigation has failed")
 
     # A8
     centering_gain_rad_s_px: float = Field(default=0.003, gt=0.0, description="per pixel of a 320 px wide frame")
@@ -82,6 +97,8 @@ class Rules(BaseModel):
     depth_period_s: float = Field(default=0.5, gt=0.0)
     drift_px: float = Field(default=50.0, gt=0.0, description="of a 320 px wide frame")
     depth_samples: int = Field(default=3, ge=1, le=9)
+    depth_agree: int = Field(default=3, ge=1, le=9, description="so many have to agree, or more are taken")
+    depth_samples_max: int = Field(default=7, ge=1, le=20)
     stand_off_m: float = Field(default=0.40, gt=0.0, description="the final drive aims at this, to end within reach")
     rounds_max: int = Field(default=8, ge=1, description="centerings of one candidate before it is given up")
 
@@ -100,8 +117,13 @@ class Rules(BaseModel):
     )
     alternatives_max: int = Field(default=1, ge=0, le=5)
 
+    judge_tries: int = Field(default=3, ge=1, description="validations of one candidate that may fail")
+
     # rejection
     rejected_radius_m: float = Field(default=0.5, gt=0.0)
     rejected_bearing_rad: float = Field(default=0.15, gt=0.0)
     narrow_margin: float = Field(default=0.06, ge=0.0, description="a score this close to its threshold was narrow")
+    sure_confidence_min: float = Field(
+        default=0.6, ge=0.0, le=1.0, description="a detector this sure of the right colour, outvoted: it may be it"
+    )
     closer_looks_max: int = Field(default=1, ge=0)

@@ -1,11 +1,11 @@
 """SCANNING: turn, stop, look; a sighting ends it (requirements A5, A8)."""
 
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking
 from coordinator.core.draft import Draft
-from coordinator.core.endings import end
+from coordinator.core.endings import abort
 from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
 from coordinator.core.geometry import wrap
 from coordinator.core.mission import Sighting
@@ -15,6 +15,7 @@ from coordinator.core.sightings import (
     may_be_rejected,
     new_candidate,
     sightings,
+    tally_others,
     worth_it,
 )  # fmt: skip
 
@@ -60,7 +61,7 @@ def handle(draft: Draft, event: Event) -> None:
 def _not_turned(draft: Draft, reason: str) -> None:
     """Nothing is in the way of a turn on the spot: it was cut off, and is done again after a pause."""
     if draft.mission.failures + 1 >= draft.rules.failures_max:
-        end(draft, Outcome.ABORTED, f"the robot would not turn: {reason}")
+        abort(draft, f"the robot would not turn: {reason}")
     else:
         draft.fail("robot_bridge", f"the turn ended early ({reason})")
 
@@ -69,11 +70,7 @@ def on_look_timeout(draft: Draft) -> None:
     """No picture came: the heading is given up; several in a row end the mission, for a blind robot finds nothing."""
     draft.set_search(blind_looks=draft.search.blind_looks + 1)
     if draft.search.blind_looks >= draft.rules.blind_looks_max:
-        end(
-            draft,
-            Outcome.ABORTED,
-            f"no picture came in {draft.search.blind_looks} looks: inference or the camera is away",
-        )
+        abort(draft, f"no picture came in {draft.search.blind_looks} looks: inference or the camera is away")
         return
     draft.say("failure", "no picture came while looking", blind_looks=draft.search.blind_looks)
     draft.look(draft.rules.look_timeout_s)
@@ -83,7 +80,8 @@ def _looked(draft: Draft, seen: Detections) -> None:
     draft.set_search(blind_looks=0)
     pose = seen.pose or draft.mission.robot.pose
     if pose is not None:
-        draft.act(do.RecordLook(pose))
+        draft.act(do.RecordLook(pose, seen))
+    tally_others(draft, seen)
     for sighting in sightings(draft.mission, seen):
         if worth_it(draft.mission, sighting):
             _sighted(draft, sighting)

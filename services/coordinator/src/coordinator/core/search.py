@@ -3,12 +3,12 @@
 import math
 
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking
 from coordinator.core.draft import Draft
-from coordinator.core.endings import end, give_up
+from coordinator.core.endings import abort, give_up
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
 from coordinator.core.geometry import around, distance_m, near_any
 from coordinator.core.rules import CoverageRule
@@ -147,7 +147,7 @@ def _refused(draft: Draft, what: str) -> None:
     search = draft.search
     draft.set_search(place_failures=search.place_failures + 1, refusals=search.refusals + 1)
     if draft.search.refusals >= draft.rules.failures_max:
-        end(draft, Outcome.ABORTED, f"navigation refused {draft.search.refusals} goals in a row: {what}")
+        abort(draft, f"navigation refused {draft.search.refusals} goals in a row: {what}")
     elif draft.search.place_failures > 1:
         _skip(draft, what)
     else:
@@ -165,6 +165,11 @@ def skip_after_failure(draft: Draft) -> bool:
 
 def _skip(draft: Draft, why: str) -> None:
     search = draft.search
+    missed = search.missed_in_row + 1
+    draft.set_search(missed_in_row=missed)
+    if missed >= draft.rules.places_missed_max:
+        abort(draft, f"navigation reached none of {missed} places in a row, the last one because: {why}")
+        return
     if draft.mission.state is MissionState.MEMORY_NAV:
         lost, views = search.views[0].pose, search.views[1:]
         draft.set_search(views=views, unreachable=(*search.unreachable, lost), place_failures=0)
@@ -176,7 +181,7 @@ def _skip(draft: Draft, why: str) -> None:
 
 
 def _arrive(draft: Draft) -> None:
-    draft.set_search(place_failures=0)
+    draft.set_search(place_failures=0, missed_in_row=0)
     if draft.mission.state is MissionState.MEMORY_NAV:
         place = draft.search.views[0]
         draft.set_search(views=draft.search.views[1:])
@@ -192,7 +197,8 @@ def _to_next_point(draft: Draft) -> None:
     points = tuple(p for p in search.points if not near_any(p, done, near_m))
     draft.set_search(points=points)
     if not points:
-        give_up(draft, "every place was looked at")
+        left = "no other place could be reached" if search.unreachable else "every place was looked at"
+        give_up(draft, left)
         return
     draft.say("navigation", f"to the next place of the search, {len(points)} to go", goal=points[0].model_dump())
     if _is_here(draft, points[0]):

@@ -8,6 +8,7 @@ from contracts.vision import Detection, Detections
 from coordinator.core.draft import Draft
 from coordinator.core.geometry import distance_m, pixel_bearing_rad, relative, wrap
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighting
+from coordinator.core.report import candidate_record, with_seen
 
 FRAME_PX = 320
 """The width the requirements' pixel numbers belong to; other widths are scaled to it."""
@@ -48,6 +49,13 @@ def _sighting(mission: Mission, seen: Detections, detection: Detection, yaw: flo
         bearing_rad=wrap(yaw + pixel_bearing_rad(u_px, seen.image_width_px, mission.rules.camera_hfov_rad)),
         error_px=(u_px - seen.image_width_px / 2) * FRAME_PX / seen.image_width_px,
     )
+
+
+def tally_others(draft: Draft, seen: Detections) -> None:
+    """What else this frame shows, for the ending that has to say what was seen instead."""
+    target = draft.mission.target
+    if target is not None:
+        draft.set_search(others=with_seen(draft.search.others, target.label, draft.mission.colour, seen))
 
 
 def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:
@@ -109,10 +117,9 @@ def is_rejected_place(mission: Mission, map_xy: tuple[float, float] | None) -> b
 
 def reject(draft: Draft, text: str, *, narrow: bool) -> None:
     """Remembers the candidate as not the target; the search goes on without it."""
-    candidate = draft.candidate
-    rejection = Rejection(
-        candidate.map_xy, draft.mission.robot.pose, candidate.sighting.bearing_rad, narrow, text, candidate.votes
-    )
+    candidate, pose = draft.candidate, draft.mission.robot.pose
+    record = candidate_record(draft.mission, candidate, text, narrow=narrow, now_s=draft.now_s)
+    rejection = Rejection(candidate.map_xy, pose, candidate.sighting.bearing_rad, narrow, text, candidate.votes, record)
     draft.set_search(rejections=(*draft.search.rejections, rejection)[-100:])
     draft.set(candidate=None, approach=None)
 
@@ -122,7 +129,11 @@ def lose(draft: Draft) -> None:
     candidate = draft.candidate
     where = "" if candidate.map_xy is None else f" at x {candidate.map_xy[0]:.1f} m, y {candidate.map_xy[1]:.1f} m"
     text = f"what was seen{where} and could not be seen again"
-    loss = Loss(draft.mission.robot.pose, candidate.sighting.bearing_rad, candidate.confirmed, text)
+    judged = candidate.confirmed or bool(candidate.votes)
+    record = candidate_record(draft.mission, candidate, text, narrow=candidate.confirmed, now_s=draft.now_s)
+    loss = Loss(
+        draft.mission.robot.pose, candidate.sighting.bearing_rad, candidate.confirmed, text, record if judged else None
+    )
     draft.set_search(losses=(*draft.search.losses, loss)[-100:])
     draft.set(candidate=None, approach=None)
 

@@ -4,13 +4,25 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import assert_never
 
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MissionKind, MissionState
 from coordinator.core import actions as do
-from coordinator.core import approach, approach_seeds, centering, depth_check, person, robot, scan, search, step_drive
+from coordinator.core import (
+    approach,
+    approach_seeds,
+    centering,
+    depth_check,
+    docking,
+    person,
+    robot,
+    scan,
+    search,
+    step_drive,
+)
 from coordinator.core import events as ev
 from coordinator.core.activities import (
     CheckingPlace,
     ChoosingPath,
+    Docking,
     Driving,
     Entering,
     Going,
@@ -26,9 +38,10 @@ from coordinator.core.activities import (
     Waiting,
 )  # fmt: skip
 from coordinator.core.draft import Draft
-from coordinator.core.endings import end, give_up
+from coordinator.core.endings import abort, give_up
 from coordinator.core.mission import Mission
 from coordinator.core.rules import ApproachRule
+from coordinator.core.trust import checked_arrival, is_of_now
 
 BEGINS_MAX = 40
 
@@ -52,28 +65,33 @@ def _apply(draft: Draft, event: ev.Event) -> None:
     match event:
         case ev.RobotUpdated() | ev.StopLatched() | ev.StopReset():
             robot.handle(draft, event)
-        case ev.MissionStarted() | ev.CancelAsked() | ev.PauseAsked() | ev.ResumeAsked():
+        case ev.MissionStarted() | ev.DockingStarted() | ev.CancelAsked() | ev.PauseAsked() | ev.ResumeAsked():
             person.handle(draft, event)
         case ev.CoverageLooked(share=share):
             if draft.mission.running:
                 draft.set_search(share=share)
         case ev.Tick():
             _tick(draft)
-        case ev.CallFailed():
-            if _awaited(draft, event.call):
-                _call_failed(draft, event.service, event.detail)
-        case ev.DetectionsSeen():
-            _handle(draft, event)
-        case (
-            ev.Undocked() | ev.PathChosen() | ev.GoalEnded() | ev.MotionEnded() | ev.Localized() | ev.Validated()
-            | ev.CoveragePlanned()
-        ):  # fmt: skip
-            if _awaited(draft, event.call):
-                if not (isinstance(event, ev.MotionEnded) and not event.completed):
-                    draft.set(failures=0)
+        case ev.DetectionsSeen(detections=seen):
+            if is_of_now(draft.mission, seen.stamp_s, draft.now_s):
                 _handle(draft, event)
         case _:
-            assert_never(event)
+            if _awaited(draft, event.call):
+                _answered(draft, event)
+
+
+def _answered(draft: Draft, event: ev.Answer) -> None:
+    match event:
+        case ev.CallFailed(service=service, detail=detail):
+            _call_failed(draft, service, detail)
+        case ev.GoalEnded():
+            draft.set(failures=0)
+            _handle(draft, checked_arrival(draft.mission, event))
+        case ev.MotionEnded(completed=False):
+            _handle(draft, event)
+        case _:
+            draft.set(failures=0)
+            _handle(draft, event)
 
 
 def _awaited(draft: Draft, call: int) -> bool:
@@ -90,6 +108,8 @@ def _approach_module(draft: Draft) -> ModuleType:
 
 def _begin(draft: Draft) -> None:
     match draft.mission.state:
+        case MissionState.MEMORY_NAV if draft.mission.kind is MissionKind.DOCK:
+            docking.begin(draft)
         case MissionState.MEMORY_NAV:
             search.begin_memory_nav(draft)
         case MissionState.MOVING_TO_SCAN:
@@ -112,6 +132,8 @@ def _begin(draft: Draft) -> None:
 
 def _handle(draft: Draft, event: ev.Event) -> None:
     match draft.mission.state:
+        case MissionState.MEMORY_NAV if draft.mission.kind is MissionKind.DOCK:
+            docking.handle(draft, event)
         case MissionState.MEMORY_NAV | MissionState.MOVING_TO_SCAN:
             search.handle(draft, event)
         case MissionState.SCANNING:
@@ -144,18 +166,28 @@ def _tick(draft: Draft) -> None:
         return
     if isinstance(mission.activity, Paused):
         if now >= mission.activity.until_s:
-            end(draft, Outcome.ABORTED, "it stayed paused too long")
+            abort(draft, f"it stayed paused for {mission.rules.pause_timeout_s:.0f} s")
         return
     if now >= mission.deadline_s:
-        give_up(draft, f"the time is up ({mission.rules.mission_timeout_s:.0f} s)")
+        _out_of_time(draft)
     elif now - max(mission.robot.received_s, mission.started_s) > mission.rules.robot_silent_s:
-        end(draft, Outcome.ABORTED, f"robot_bridge has said nothing for {mission.rules.robot_silent_s:.0f} s")
+        abort(draft, f"robot_bridge has said nothing for {mission.rules.robot_silent_s:.0f} s: it or Redis is away")
+    elif now - max(mission.robot.localized_s, mission.started_s) > mission.rules.lost_pose_s:
+        abort(draft, f"the robot has not known its place in the map for {mission.rules.lost_pose_s:.0f} s")
     elif now >= mission.activity.until_s:
         _overdue(draft)
     elif mission.state is MissionState.APPROACHING and now >= draft.approach.until_s:
         approach.on_overtime(draft)
     else:
         _handle(draft, ev.Tick())
+
+
+def _out_of_time(draft: Draft) -> None:
+    why = f"the time is up ({draft.rules.mission_timeout_s:.0f} s)"
+    if draft.mission.kind is MissionKind.DOCK:
+        abort(draft, why)
+    else:
+        give_up(draft, why)
 
 
 def _overdue(draft: Draft) -> None:
@@ -168,7 +200,7 @@ def _overdue(draft: Draft) -> None:
         case Steering():
             module = step_drive if draft.mission.state is MissionState.DRIVING_1M else approach_seeds
             module.on_steering_end(draft)
-        case Turning() | Driving() | Going() | Undocking() | ChoosingPath():
+        case Turning() | Driving() | Going() | Undocking() | Docking() | ChoosingPath():
             draft.stop_motion()
             _call_failed(draft, "robot_bridge", "no answer in time")
         case Measuring() | CheckingPlace():
@@ -195,14 +227,20 @@ def _look_timeouts() -> dict[MissionState, Callable[[Draft], None]]:
 def _call_failed(draft: Draft, service: str, detail: str) -> None:
     """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
     mission = draft.mission
+    if isinstance(mission.activity, Validating) and depth_check.given_up_judging(draft, detail):
+        return
     if mission.failures + 1 >= mission.rules.failures_max:
-        end(draft, Outcome.ABORTED, f"{service} failed {mission.failures + 1} times in a row: {detail}")
+        abort(draft, f"{service} failed {mission.failures + 1} times in a row: {detail}")
+        return
+    if mission.kind is MissionKind.DOCK and docking.on_failure(draft, detail):
         return
     if mission.state is MissionState.APPROACHING and isinstance(mission.activity, Measuring | Steering):
         draft.set(failures=mission.failures + 1)
         _approach_module(draft).on_failure(draft)
         return
-    if mission.state in {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN} and search.skip_after_failure(draft):
+    searching = mission.kind is MissionKind.FIND
+    driving = mission.state in {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN}
+    if searching and driving and search.skip_after_failure(draft):
         draft.set(failures=mission.failures + 1)
         return
     draft.fail(service, detail)

@@ -1,0 +1,144 @@
+"""How long the coordinator thinks: one step of the mission core, and one coverage plan, by the size of the map.
+
+`make bench-coordinator`. Steps are those of whole simulated missions; coverage is the viewpoint planner on a generated
+floor plan with nothing looked at yet. Writes out/bench/coordinator.json, and coordinator.png with the lawnmower beside.
+"""
+
+import argparse
+import json
+import logging
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import structlog
+
+from bench.campaign import played
+from bench.floors import floor_plan
+from bench.missions.faults import Faults
+from bench.missions.place import SimulatedPlace
+from bench.missions.scenario import HOMES, scenario, wanted_in
+from contracts.geometry import Pose2D
+from coordinator import runner
+from coordinator.core.rules import Rules
+from coordinator.coverage import lawnmower
+from coordinator.lookouts import Lookouts  # noqa: F401 - loaded before the clock runs
+from coordinator.viewpoints import viewpoints
+
+SIZES_M = ((10, 8), (20, 16), (30, 30), (50, 50), (70, 70), (100, 100))
+AIM_STEP_P99_MS, AIM_HOME_MS, AIM_HALL_MS = 1.0, 50.0, 2000.0
+
+
+def step_times_ms(missions: int) -> list[float]:
+    """Of every step of that many missions without faults."""
+    took: list[float] = []
+    real = runner.step
+
+    def timed(*arguments: Any) -> Any:
+        began = time.perf_counter_ns()
+        answer = real(*arguments)
+        took.append((time.perf_counter_ns() - began) / 1e6)
+        return answer
+
+    runner.step = timed
+    try:
+        for seed in range(missions):
+            place = SimulatedPlace(seed % HOMES, *wanted_in(seed % HOMES))
+            played(scenario(seed, faults=Faults()), place)
+            place.close()
+    finally:
+        runner.step = real
+    return took
+
+
+def best_ms(work: Callable[[], Any], repeats: int) -> float:
+    """The median of several runs, after one that does not count."""
+    work()
+    took: list[float] = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        work()
+        took.append((time.perf_counter() - began) * 1e3)
+    return float(np.median(took))
+
+
+def coverage_times_ms(sizes: tuple[tuple[int, int], ...], repeats: int) -> dict[str, tuple[float, float, int]]:
+    """By size: (viewpoints, lawnmower, number of viewpoints)."""
+    rules = Rules()
+    times: dict[str, tuple[float, float, int]] = {}
+    for width, depth in sizes:
+        grid = floor_plan(width, depth)
+        row, column = np.argwhere(grid.free)[int(grid.free.sum()) // 2]
+        x, y = grid.centre(int(row), int(column))
+
+        def plan() -> Any:
+            start = Pose2D(x=x, y=y, yaw=0.0)  # noqa: B023 - called within the turn
+            return viewpoints(
+                grid, start=start, reach_m=rules.look_range_m, points_max=rules.scan_points_max  # noqa: B023
+            )  # fmt: skip
+
+        times[f"{width}x{depth}"] = (
+            best_ms(plan, repeats),
+            best_ms(lambda: lawnmower(grid), repeats),  # noqa: B023
+            len(plan().points),
+        )
+    return times
+
+
+def plot(steps_ms: list[float], coverage: dict[str, tuple[float, float, int]], path: Path) -> None:
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2))
+    left.hist(np.clip(steps_ms, 1e-3, 10.0), bins=np.logspace(-3, 1, 60), color="#4477aa")
+    left.axvline(AIM_STEP_P99_MS, color="#cc3311", linestyle="--", label="aim for the 99th percentile")
+    left.set(xscale="log", yscale="log", xlabel="one step, ms", ylabel="steps", title="mission core")
+    cells = [np.prod([float(side) / 0.05 for side in name.split("x")]) for name in coverage]
+    right.plot(cells, [c[0] for c in coverage.values()], "o-", label="viewpoints")
+    right.plot(cells, [c[1] for c in coverage.values()], "s-", label="lawnmower")
+    right.plot([cells[0], cells[-1]], [AIM_HOME_MS, AIM_HALL_MS], "x", color="#cc3311", markersize=10, label="aims")
+    for x, (name, times) in zip(cells, coverage.items(), strict=True):
+        right.annotate(f"{name} m", (x, times[0]), textcoords="offset points", xytext=(4, 8), fontsize=8)
+    right.set(xscale="log", yscale="log", xlabel="cells of the map", ylabel="one plan, ms", title="coverage")
+    for axes in (left, right):
+        axes.legend(fontsize=8)
+        axes.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--missions", type=int, default=12, help="simulated missions whose steps are timed")
+    parser.add_argument("--repeats", type=int, default=7, help="plans for each size; the median counts")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"))
+    parser.add_argument("--quick", action="store_true", help="two missions and the two smallest maps")
+    options = parser.parse_args()
+    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
+    sizes = SIZES_M[:2] if options.quick else SIZES_M
+    coverage = coverage_times_ms(sizes, options.repeats)
+    steps_ms = step_times_ms(2 if options.quick else options.missions)
+    figures = {
+        "step_p50_ms": round(float(np.percentile(steps_ms, 50)), 4),
+        "step_p99_ms": round(float(np.percentile(steps_ms, 99)), 4),
+        "coverage_ms": {name: round(times[0], 2) for name, times in coverage.items()},
+    }
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "coordinator.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    plot(steps_ms, coverage, options.out / "coordinator.png")
+    sys.stdout.write(
+        f"step: p50 {figures['step_p50_ms']} ms, p99 {figures['step_p99_ms']} ms of {len(steps_ms)} steps\n"
+    )
+    for name, (view, lawn, points) in coverage.items():
+        sys.stdout.write(f"{name:>8} m: viewpoints {view:8.1f} ms ({points} points), lawnmower {lawn:7.1f} ms\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

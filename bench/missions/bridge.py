@@ -1,0 +1,374 @@
+"""robot_bridge and the robot, simulated: what it promises on its routes, over a robot that moves kinematically."""
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.missions.bus import SimulatedBus
+from bench.missions.faults import Faults
+from bench.missions.place import InPicture, SimulatedPlace
+from bench.missions.wheels import Going, Moving, Straight, Turning, Wheels
+from bench.missions.wire import Wire
+from contracts.geometry import Point3D, Pose2D, Twist2D
+from contracts.problem import Dependency
+from contracts.robot import (
+    Battery,
+    BoxQuery,
+    EmergencyStop,
+    Goal,
+    GoalStatus,
+    LocalizeReply,
+    Map,
+    MotionReply,
+    PathReply,
+    RobotState,
+    VelocityReply,
+)
+from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_STATE
+from contracts.vision import Detection
+from mesh.errors import UnavailableError, UpstreamError
+from sim.nav.codes import NavigationError
+from sim.world.robot import CAMERA_X_M, RGB_CAMERA
+from sim.world.sensors import compose
+
+TICK_S = 0.05
+DEPTH_MIN_M, DEPTH_MAX_M = 0.2, 3.0
+UNDOCK_S = 6.0
+OVER = frozenset(
+    {GoalStatus.SUCCEEDED, GoalStatus.CANCELED, GoalStatus.ABORTED, GoalStatus.REJECTED, GoalStatus.TIMED_OUT}
+)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A picture that was taken: what stands in which box, where the robot was, and where it believed to be."""
+
+    stamp_s: float
+    true_pose: Pose2D
+    believed: Pose2D
+    boxes: tuple[tuple[Detection, InPicture | None], ...]
+
+
+class SimulatedBridge:
+    """The port `Robot` of the coordinator. `asked` is told of every request that would move the robot."""
+
+    def __init__(self, place: SimulatedPlace, start: Pose2D, faults: Faults, bus: SimulatedBus, seed: int, *,
+                 docked: bool = False, battery: float = 90.0) -> None:  # fmt: skip
+        self.rng = np.random.default_rng([seed, 21])
+        self.place = place
+        self.wire = Wire("robot_bridge", faults, np.random.default_rng([seed, 22]))
+        self.wheels = Wheels(place, start, seed)
+        self.frames: deque[Frame] = deque(maxlen=60)
+        self.stop = EmergencyStop(latched=False, epoch=0)
+        self.docked = docked
+        self.battery = battery
+        self.asked: Callable[[str], None] = lambda _: None
+        self.celebrations = 0
+        self._faults = faults
+        self._bus = bus
+        self._sessions = 0
+        self._goals: dict[str, Goal] = {}
+        self._goal_id: str | None = None
+        self._goal_until_s = math.inf
+        self._was_down = False
+
+    # --- the process
+
+    async def run(self) -> None:
+        """20 Hz: moves, and says where it is at 10 Hz."""
+        count = 0
+        while True:
+            await asyncio.sleep(TICK_S)
+            now_s = asyncio.get_running_loop().time()
+            if self.wire.down:
+                self._fall()
+            else:
+                self._was_down = False
+                self.wheels.tick(TICK_S, now_s)
+                await self._watch_goal(now_s)
+                count += 1
+                if count % 2 == 0:
+                    await self._bus.publish(ROBOT_STATE, self.state(now_s))
+
+    def _fall(self) -> None:
+        """A crash: everything it did ends, and its goals are forgotten. The stop is on disk."""
+        if not self._was_down:
+            self._was_down = True
+            self.wheels.end("the bridge went away")
+            self._goals.clear()
+            self._goal_id = None
+
+    def state(self, now_s: float) -> RobotState:
+        return RobotState(
+            stamp_s=now_s,
+            pose=self.wheels.believed(),
+            odometry=self.wheels.odometry(),
+            twist=self.wheels.twist,
+            docked=self.docked,
+            battery=Battery(percentage=self.battery, charging=self.docked),
+            emergency_stop=self.stop,
+        )
+
+    async def latch(self, reason: str) -> None:
+        now_s = asyncio.get_running_loop().time()
+        self.stop = EmergencyStop(latched=True, epoch=self.stop.epoch + 1, reason=reason, since_s=now_s)
+        self.wheels.end("emergency stop")
+        await self._end_goal(GoalStatus.CANCELED)
+        await self._bus.publish(ROBOT_EMERGENCY_STOP, self.stop)
+
+    async def reset(self) -> None:
+        self.stop = EmergencyStop(latched=False, epoch=self.stop.epoch)
+        await self._bus.publish(ROBOT_EMERGENCY_STOP, self.stop)
+
+    # --- the port
+
+    @property
+    def session_held(self) -> bool:
+        return self._sessions > 0 and not self.wire.down
+
+    async def hold_session(self) -> None:
+        self._sessions += 1
+        try:
+            await asyncio.Event().wait()
+        finally:
+            self._sessions -= 1
+            if self._sessions == 0:
+                self.wheels.end("the session ended")
+                await self._end_goal(GoalStatus.CANCELED)
+
+    async def map(self) -> Map:
+        async def work() -> Map:
+            return self.place.map_message
+
+        return await self.wire.call(work)
+
+    async def path(self, goal: Pose2D) -> PathReply:
+        async def work() -> PathReply:
+            if self._faults.path_lie and self.rng.random() < self._faults.path_lie:
+                return PathReply(reachable=False, error_code=208, error_name="NO_VALID_PATH")
+            try:
+                way = self.place.way(self.wheels.believed(), goal)
+            except NavigationError as error:
+                return PathReply(reachable=False, error_code=int(error.code), error_name=error.code.name)
+            return PathReply(reachable=True, length_m=float(np.hypot(*np.diff(way, axis=0).T).sum()))
+
+        return await self.wire.call(work)
+
+    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
+        self.asked("navigate")
+
+        async def work() -> Goal:
+            self._may_move(epoch)
+            await self._end_goal(GoalStatus.CANCELED)
+            await asyncio.sleep(1.5)  # the costmaps are cleared first
+            self._may_move(epoch)
+            return await self._accept(pose, timeout_s)
+
+        return await self.wire.call(work, timeout_s=15.0)
+
+    async def goal(self, goal_id: str) -> Goal:
+        async def work() -> Goal:
+            return self._known(goal_id)
+
+        return await self.wire.call(work)
+
+    async def cancel_goal(self, goal_id: str) -> Goal:
+        async def work() -> Goal:
+            goal = self._known(goal_id)
+            if goal_id == self._goal_id:
+                self.wheels.end("cancelled")
+                await self._end_goal(GoalStatus.CANCELED)
+                goal = self._known(goal_id)
+            return goal
+
+        return await self.wire.call(work)
+
+    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> MotionReply:
+        self.asked("rotate")
+        return await self._motion(lambda: Turning(angle_rad, speed_rad_s), timeout_s, epoch)
+
+    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> MotionReply:
+        self.asked("drive")
+        return await self._motion(lambda: Straight(distance_m, speed_m_s), timeout_s, epoch)
+
+    async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
+        if twist.linear_x or twist.angular_z:
+            self.asked("velocity")
+
+        async def work() -> VelocityReply:
+            self._may_move(epoch)
+            self.wheels.lease(twist, asyncio.get_running_loop().time() + duration_s)
+            return VelocityReply(accepted=True, sent=twist)
+
+        return await self.wire.call(work, timeout_s=1.0)
+
+    async def end_motion(self) -> None:
+        async def work() -> None:
+            self.wheels.end("cancelled")
+            await self._end_goal(GoalStatus.CANCELED)
+
+        await self.wire.call(work)
+
+    async def localize(self, box: BoxQuery) -> LocalizeReply:
+        async def work() -> LocalizeReply:
+            return self._localized(box)
+
+        return await self.wire.call(work)
+
+    async def undock(self, *, timeout_s: float) -> MotionReply:
+        self.asked("undock")
+
+        async def work() -> MotionReply:
+            self._may_move(self.stop.epoch)
+            await asyncio.sleep(UNDOCK_S)
+            self._may_move(self.stop.epoch)
+            if self.docked:
+                self.wheels.put(self.place.off_dock)
+                self.docked = False
+            return MotionReply(completed=True, moved=0.45)
+
+        return await self.wire.call(work, timeout_s=timeout_s)
+
+    async def dock(self, *, timeout_s: float) -> MotionReply:
+        self.asked("dock")
+
+        async def work() -> MotionReply:
+            self._may_move(self.stop.epoch)
+            await asyncio.sleep(UNDOCK_S)
+            self._may_move(self.stop.epoch)
+            self.wheels.put(self.place.dock)
+            self.docked = True
+            return MotionReply(completed=True, moved=0.45)
+
+        return await self.wire.call(work, timeout_s=timeout_s)
+
+    async def frame(self) -> bytes:
+        """There are no pictures here, only what is in them."""
+        raise UnavailableError("robot_bridge", "no camera")
+
+    async def celebrate(self) -> None:
+        self.celebrations += 1
+
+    async def dependency(self) -> Dependency:
+        return Dependency(name="robot_bridge", ok=not self.wire.down)
+
+    # --- goals and motions
+
+    def _may_move(self, epoch: int) -> None:
+        if self.stop.latched or epoch != self.stop.epoch:
+            raise UpstreamError("robot_bridge", 409, "stopped, or of an older epoch")
+        if self._sessions == 0:
+            raise UpstreamError("robot_bridge", 409, "no session is held")
+
+    def _known(self, goal_id: str) -> Goal:
+        if goal_id not in self._goals:
+            raise UpstreamError("robot_bridge", 404, f"no goal {goal_id}")
+        return self._goals[goal_id]
+
+    async def _accept(self, pose: Pose2D, timeout_s: float) -> Goal:
+        now_s = asyncio.get_running_loop().time()
+        goal = Goal(id=f"goal-{now_s:.2f}", pose=pose, status=GoalStatus.EXECUTING, stamp_s=now_s)
+        if self.rng.random() < self._faults.goal_rejected:
+            goal = goal.model_copy(update={"status": GoalStatus.REJECTED, "error_msg": "Action server is inactive"})
+            self._goals[goal.id] = goal
+            return goal
+        self._goals[goal.id], self._goal_id, self._goal_until_s = goal, goal.id, now_s + timeout_s
+        try:
+            if self.rng.random() < self._faults.goal_aborted_2xx:
+                await self._end_goal(GoalStatus.ABORTED, int(self.rng.choice([202, 207, 208])), "the planner failed")
+                return self._goals[goal.id]
+            way = self.place.way(self.wheels.believed(), pose)
+        except NavigationError as error:
+            await self._end_goal(GoalStatus.ABORTED, int(error.code), error.detail)
+            return self._goals[goal.id]
+        patience = float(self.rng.uniform(0.05, 0.9)) if self.rng.random() < self._faults.goal_aborted_104 else None
+        soon = float(self.rng.uniform(0.3, 0.9)) if self.rng.random() < self._faults.goal_false_success else None
+        self.wheels.begin(Going(way, pose.yaw, gives_up_after=patience, claims_after=soon))
+        return goal
+
+    async def _watch_goal(self, now_s: float) -> None:
+        goal = self._goals.get(self._goal_id or "")
+        if goal is None or goal.status in OVER:
+            return
+        ending = self.wheels.goal_ending
+        if ending is not None:
+            status = GoalStatus.SUCCEEDED if ending == 0 else GoalStatus.ABORTED
+            await self._end_goal(status, ending, "" if ending == 0 else "the controller lost its patience")
+        elif now_s > self._goal_until_s:
+            self.wheels.end("timeout")
+            await self._end_goal(GoalStatus.TIMED_OUT)
+
+    async def _end_goal(self, status: GoalStatus, code: int = 0, message: str = "") -> None:
+        goal = self._goals.get(self._goal_id or "")
+        if goal is None or goal.status in OVER:
+            return
+        over = goal.model_copy(update={"status": status, "error_code": code, "error_msg": message})
+        self._goals[goal.id], self._goal_id = over, None
+        await self._bus.publish(ROBOT_NAVIGATION, over)
+
+    async def _motion(self, make: Callable[[], Moving], timeout_s: float, epoch: int) -> MotionReply:
+        async def work() -> MotionReply:
+            self._may_move(epoch)
+            motion = make()
+            if self.rng.random() < self._faults.motion_cut:
+                motion.cut_after = float(self.rng.uniform(0.1, 0.9))
+            self.wheels.begin(motion)
+            try:
+                async with asyncio.timeout(timeout_s):
+                    return await motion.reply
+            except TimeoutError:
+                self.wheels.end("timeout")
+                return MotionReply(completed=False, moved=motion.moved, reason="timeout")
+            finally:
+                if not motion.reply.done() or motion.reply.cancelled():
+                    self.wheels.end("the client went away")
+
+        return await self.wire.call(work, timeout_s=timeout_s + 2.0)
+
+    # --- depth
+
+    def _localized(self, box: BoxQuery) -> LocalizeReply:
+        if not self.frames:
+            return LocalizeReply(distance_m=None, bearing_rad=0.0, reason="no picture")
+        stamp_s = box.stamp_s if box.stamp_s is not None else self.frames[-1].stamp_s
+        frame = min(self.frames, key=lambda f: abs(f.stamp_s - stamp_s))
+        u = (box.bbox_xyxy[0] + box.bbox_xyxy[2]) / 2
+        v = (box.bbox_xyxy[1] + box.bbox_xyxy[3]) / 2
+        bearing = math.atan2(RGB_CAMERA.cx - u, RGB_CAMERA.fx)
+        seen = shown_in(frame, box.bbox_xyxy)
+        distance = seen.distance_m if seen is not None else self.place.depth_at(frame.true_pose, u, v)
+        if math.isfinite(distance):
+            distance += float(self.rng.normal(0.0, min(0.5, 0.012 * distance**3.461)))
+        if self._faults.depth_lie and self.rng.random() < self._faults.depth_lie:
+            distance *= float(self.rng.choice([0.5, 0.65, 1.5, 2.0]))
+        if not DEPTH_MIN_M <= distance <= DEPTH_MAX_M:
+            return LocalizeReply(distance_m=None, bearing_rad=bearing, reason="no depth in the box")
+        x, y = CAMERA_X_M + distance * math.cos(bearing), distance * math.sin(bearing)
+        there = compose(frame.believed, x, y, 0.0)
+        return LocalizeReply(
+            distance_m=distance,
+            bearing_rad=math.atan2(y, x),
+            base_point=Point3D(x=x, y=y, z=0.2),
+            map_point=Point3D(x=there.x, y=there.y, z=0.2),
+        )
+
+
+def shown_in(frame: Frame, bbox: tuple[float, float, float, float]) -> InPicture | None:
+    """What a box of a picture shows: the thing whose box overlaps it best, none when none does by half."""
+    overlap, found = max(
+        ((_overlap(bbox, detection.bbox_xyxy), k) for k, (detection, _) in enumerate(frame.boxes)), default=(0.0, -1)
+    )
+    return frame.boxes[found][1] if overlap >= 0.5 else None
+
+
+def _overlap(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> float:
+    width = min(a[2], b[2]) - max(a[0], b[0])
+    height = min(a[3], b[3]) - max(a[1], b[1])
+    if width <= 0.0 or height <= 0.0:
+        return 0.0
+    both = (a[2] - a[0]) * (a[3] - a[1]) + (b[2] - b[0]) * (b[3] - b[1])
+    return width * height / (both - width * height)

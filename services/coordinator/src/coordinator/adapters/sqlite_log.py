@@ -1,0 +1,254 @@
+"""The mission log in an SQLite file: written behind the back of the event loop, in batches, oldest first."""
+
+import asyncio
+import zlib
+from collections import OrderedDict, defaultdict
+from collections.abc import AsyncIterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import structlog
+from sqlalchemy import Executable, Row, delete, func, make_url, select
+from sqlalchemy.dialects.sqlite import insert
+
+from contracts.mission import Mission, MissionEvent
+from contracts.problem import Dependency
+from coordinator.adapters.database_file import engine, naming_the_database, prepare
+from coordinator.adapters.tables import events, facts, missions, pictures, recordings, requests
+from coordinator.adapters.tail import Tail
+from coordinator.interrupted import interrupted, line_of
+from coordinator.ports import KnownRequest
+from coordinator.settings import Settings
+from mesh.errors import NotFoundError, UnavailableError
+
+log = structlog.get_logger()
+
+TAIL = 2000
+RECENT = 100
+PENDING_MAX = 50_000
+SAVED_WITHIN_S = 10.0
+AGAIN_S = 1.0
+
+Write = tuple[Executable, list[dict[str, Any]]]
+
+
+class SqliteLog:
+    """The port `MissionLog`. `await open()` first, then keep `write_forever()` running."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._path = Path(str(make_url(settings.database_url).database))
+        self._settings = settings
+        self._engine = engine(self._path, busy_timeout_s=settings.busy_timeout_s)
+        self._tail = Tail(TAIL)
+        self._recent: OrderedDict[str, Mission] = OrderedDict()
+        self._pending: list[Write] = []
+        self._lines: defaultdict[str, list[str]] = defaultdict(list)
+        self._next_event_id = 0
+        self._news = asyncio.Event()
+        self._hurry = asyncio.Event()
+        self._turned = asyncio.Condition()
+        self._written = 0
+        self._asked = 0
+        self._trouble = "not opened yet"
+
+    async def open(self, now_s: float) -> None:
+        """Makes the file ready, and writes of what was queued or running when the last process ended that it was
+        interrupted. Raises `UnavailableError`.
+        """
+        await asyncio.to_thread(prepare, self._path, busy_timeout_s=self._settings.busy_timeout_s)
+        with naming_the_database():
+            async with self._engine.begin() as connection:
+                newest = (await connection.execute(select(func.max(events.c.id)))).scalar()
+                self._next_event_id = 0 if newest is None else newest + 1
+                left = (await connection.execute(select(missions.c.record).where(~missions.c.over))).all()
+        self._trouble = ""
+        for row in left:
+            mission = interrupted(Mission.model_validate_json(row.record), now_s)
+            self.put(mission)
+            self.append(line_of(mission, self._next_event_id, now_s))
+        self._forget_the_oldest()
+
+    async def aclose(self) -> None:
+        """Writes what is left, then closes."""
+        try:
+            await self._flush()
+        except UnavailableError as error:
+            log.warning("the end of the history could not be written", error=error.detail)
+        await self._engine.dispose()
+
+    # writing
+
+    @property
+    def next_event_id(self) -> int:
+        return self._next_event_id
+
+    def put(self, mission: Mission) -> None:
+        self._recent[mission.id] = mission
+        self._recent.move_to_end(mission.id)
+        while len(self._recent) > RECENT:
+            self._recent.popitem(last=False)
+        over = mission.outcome is not None
+        row = insert(missions)
+        changed = row.on_conflict_do_update(
+            index_elements=[missions.c.id], set_={"over": row.excluded.over, "record": row.excluded.record}
+        )
+        self._write(changed, id=mission.id, over=over, record=mission.model_dump_json())
+        if over:
+            self._forget_the_oldest()
+
+    def append(self, event: MissionEvent) -> None:
+        self._next_event_id = event.id + 1
+        self._tail.append(event)
+        self._write(insert(events), id=event.id, mission_id=event.mission_id, line=event.model_dump_json())
+
+    def record(self, mission_id: str, line: str) -> None:
+        self._lines[mission_id].append(line)
+        self._news.set()
+
+    def keep_picture(self, mission_id: str, number: int, jpeg: bytes) -> None:
+        self._write(
+            insert(pictures).on_conflict_do_nothing(), mission_id=mission_id, number=number, jpeg=jpeg,
+        )  # fmt: skip
+
+    def keep_request(self, key: str, request: KnownRequest) -> None:
+        ids = " ".join(request.mission_ids)
+        self._write(insert(requests).on_conflict_do_nothing(), key=key, digest=request.digest, mission_ids=ids)
+
+    def keep_fact(self, name: str, value: str) -> None:
+        row = insert(facts)
+        changed = row.on_conflict_do_update(index_elements=[facts.c.name], set_={"value": row.excluded.value})
+        self._write(changed, name=name, value=value)
+
+    async def saved(self) -> None:
+        self._asked += 1
+        wanted = self._asked
+        self._news.set()
+        self._hurry.set()
+        try:
+            async with asyncio.timeout(SAVED_WITHIN_S), self._turned:
+                await self._turned.wait_for(lambda: self._written >= wanted or self._trouble != "")
+        except TimeoutError as error:
+            raise UnavailableError("database", "it did not write in time") from error
+        if self._written < wanted:
+            raise UnavailableError("database", self._trouble)
+
+    async def write_forever(self) -> None:
+        while True:
+            await self._news.wait()
+            try:
+                async with asyncio.timeout(self._settings.flush_s):
+                    await self._hurry.wait()
+            except TimeoutError:
+                pass
+            self._news.clear()
+            self._hurry.clear()
+            asked = self._asked
+            try:
+                await self._flush()
+            except UnavailableError as error:
+                if error.detail != self._trouble:
+                    log.warning("the history cannot be written; trying again", error=error.detail)
+                self._trouble = error.detail
+            else:
+                self._written, self._trouble = asked, ""
+            async with self._turned:
+                self._turned.notify_all()
+            if self._trouble:
+                self._news.set()
+                await asyncio.sleep(AGAIN_S)
+
+    async def _flush(self) -> None:
+        """One transaction. What could not be written stays to be written."""
+        writes, self._pending = self._pending, []
+        lines, self._lines = self._lines, defaultdict(list)
+        chunks = [
+            {"mission_id": mission_id, "lines": zlib.compress("\n".join(some).encode())}
+            for mission_id, some in lines.items()
+        ]
+        batch: list[Write] = [*writes, (insert(recordings), chunks)] if chunks else writes
+        if not batch:
+            return
+        try:
+            with naming_the_database():
+                async with self._engine.begin() as connection:
+                    for statement, rows in batch:
+                        await connection.execute(statement, rows)
+        except UnavailableError:
+            self._pending = [*batch, *self._pending][-PENDING_MAX:]
+            raise
+
+    def _write(self, statement: Executable, **row: Any) -> None:
+        """Rows of one statement in a row go together."""
+        self._pending.append((statement, [row]))
+        if len(self._pending) > PENDING_MAX:
+            del self._pending[0]
+        self._news.set()
+
+    def _forget_the_oldest(self) -> None:
+        kept = self._settings
+        self._drop(missions, missions.c.number, kept.missions_kept)
+        self._drop(events, events.c.id, kept.events_kept)
+        for table in (recordings, pictures):
+            newest = select(missions.c.id).order_by(missions.c.number.desc()).limit(kept.recordings_kept)
+            self._pending.append((delete(table).where(table.c.mission_id.not_in(newest)), []))
+
+    def _drop(self, table: Any, number: Any, kept: int) -> None:
+        last = select(func.max(number)).scalar_subquery()
+        self._pending.append((delete(table).where(number <= last - kept), []))
+
+    # reading
+
+    async def get(self, mission_id: str) -> Mission | None:
+        if mission_id in self._recent:
+            return self._recent[mission_id]
+        rows = await self._read(select(missions.c.record).where(missions.c.id == mission_id))
+        return Mission.model_validate_json(rows[0].record) if rows else None
+
+    async def newest(self, limit: int, *, before: str | None = None) -> tuple[Mission, ...]:
+        query = select(missions.c.record).order_by(missions.c.number.desc()).limit(limit)
+        if before is not None:
+            rows = await self._read(select(missions.c.number).where(missions.c.id == before))
+            if not rows:
+                raise NotFoundError(f"no mission {before[:64]}")
+            query = query.where(missions.c.number < rows[0].number)
+        return tuple(Mission.model_validate_json(row.record) for row in await self._read(query))
+
+    async def events(self, mission_id: str, *, after: int, limit: int) -> tuple[MissionEvent, ...]:
+        query = select(events.c.line).where(events.c.mission_id == mission_id, events.c.id > after)
+        rows = await self._read(query.order_by(events.c.id).limit(limit))
+        return tuple(MissionEvent.model_validate_json(row.line) for row in rows)
+
+    def follow(self, *, after: int | None) -> AsyncIterator[MissionEvent]:
+        return self._tail.follow(self._next_event_id - 1 if after is None else after, self._older)
+
+    async def _older(self, after: int, limit: int) -> tuple[MissionEvent, ...]:
+        rows = await self._read(select(events.c.line).where(events.c.id > after).order_by(events.c.id).limit(limit))
+        return tuple(MissionEvent.model_validate_json(row.line) for row in rows)
+
+    async def recording(self, mission_id: str) -> tuple[str, ...]:
+        chosen = select(recordings.c.lines).where(recordings.c.mission_id == mission_id)
+        rows = await self._read(chosen.order_by(recordings.c.number))
+        return tuple(line for row in rows for line in zlib.decompress(row.lines).decode().splitlines())
+
+    async def picture(self, mission_id: str, number: int) -> bytes | None:
+        chosen = select(pictures.c.jpeg).where(pictures.c.mission_id == mission_id, pictures.c.number == number)
+        rows = await self._read(chosen)
+        return rows[0].jpeg if rows else None
+
+    async def request(self, key: str) -> KnownRequest | None:
+        rows = await self._read(select(requests).where(requests.c.key == key))
+        return KnownRequest(rows[0].digest, tuple(rows[0].mission_ids.split())) if rows else None
+
+    async def fact(self, name: str) -> str | None:
+        rows = await self._read(select(facts.c.value).where(facts.c.name == name))
+        return rows[0].value if rows else None
+
+    async def dependency(self) -> Dependency:
+        return Dependency(name="database", ok=self._trouble == "", detail=self._trouble[:200])
+
+    async def _read(self, query: Any) -> Sequence[Row[Any]]:
+        """What was written before is seen."""
+        await self.saved()
+        with naming_the_database():
+            async with self._engine.connect() as connection:
+                return (await connection.execute(query)).all()

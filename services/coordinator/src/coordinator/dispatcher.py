@@ -1,0 +1,186 @@
+"""What the robot does next: the mission whose turn it is, or the way to the dock; one at a time."""
+
+import asyncio
+import uuid
+from collections.abc import Sequence
+
+import structlog
+
+from contracts.geometry import Pose2D
+from contracts.memory import RecalledView, RecallRequest
+from contracts.mission import LastSeen, MissionState, Outcome, Report
+from coordinator.autodock import PowerRules, Watch, before_dock, due, why_too_low
+from coordinator.core import events as ev
+from coordinator.core.mission import Order, Place
+from coordinator.parse_validation import CheckedTask
+from coordinator.pending import Pending, Queue
+from coordinator.ports import Memory, MissionLog
+from coordinator.runner import Runner
+from coordinator.settings import Settings
+from mesh.clock import Clock
+from mesh.errors import MeshError
+
+log = structlog.get_logger()
+
+DOCK_FACT = "dock_approach"
+DOCK_MOVED_M = 0.2
+
+
+class Dispatcher:
+    def __init__(self, *, settings: Settings, runner: Runner, queue: Queue, memory: Memory, log_: MissionLog,
+                 clock: Clock) -> None:  # fmt: skip
+        self._settings = settings
+        self._runner = runner
+        self._queue = queue
+        self._memory = memory
+        self._log = log_
+        self._clock = clock
+        self._power = PowerRules(settings.battery_low_percent, settings.battery_period_s, settings.dock_again_s)
+        self._watch = Watch()
+        self._dock_approach = _pose(settings.dock_approach)
+        self._turn = asyncio.Lock()
+
+    async def run(self) -> None:
+        await self._recall_dock()
+        while True:
+            await self.advance()
+            self._learn_dock()
+            await self._clock.sleep(self._settings.tick_period_s)
+
+    async def advance(self) -> None:
+        """Begins what is due; returns at once while something runs or begins."""
+        if self._turn.locked():
+            return
+        async with self._turn:
+            state = self._runner.mission.state
+            if state is MissionState.EMERGENCY_STOP:
+                self._end_waiting("an emergency stop: nothing begins by itself afterwards")
+            elif state is MissionState.IDLE:
+                await self._next()
+
+    def why_no_power(self) -> str:
+        return why_too_low(self._runner.robot_state, self._power)
+
+    def cancel(self, mission_id: str) -> bool:
+        """True when it waited in the queue, and does no more."""
+        waiting = self._queue.remove(mission_id)
+        if waiting is not None:
+            self._close(waiting, Outcome.CANCELED, "cancelled by a person before it began")
+        return waiting is not None
+
+    async def _next(self) -> None:
+        low = self.why_no_power()
+        if low:
+            self._end_waiting(f"it was not begun: {low}")
+        self._watch, why = due(self._watch, self._runner.robot_state, self._clock.now_s(), self._power)
+        if why:
+            self._dock(uuid.uuid4().hex, why, Order(asked_s=self._clock.now_s()))
+            return
+        waiting = self._queue.pop()
+        if waiting is None:
+            return
+        if waiting.task is None:
+            self._dock(waiting.id, "a person asked for it", waiting.order)
+        else:
+            await self._begin(waiting, waiting.task)
+
+    def _dock(self, mission_id: str, why: str, order: Order) -> None:
+        self._runner.begin(ev.DockingStarted(mission_id, why, self._dock_approach, order))
+
+    async def _begin(self, waiting: Pending, task: CheckedTask) -> None:
+        recalled, note = await self._recall(task)
+        if self._runner.mission.state is not MissionState.IDLE:  # stopped meanwhile
+            self._close(waiting, Outcome.ABORTED, "an emergency stop before it began")
+            return
+        self._runner.begin(
+            ev.MissionStarted(
+                mission_id=waiting.id,
+                command=waiting.command,
+                target=task.target,
+                parser=waiting.parser,
+                colour=task.colour,
+                views=tuple(_place(one) for one in recalled),
+                notes="; ".join(part for part in (waiting.notes, note) if part),
+                order=waiting.order,
+                last_seen=_last_seen(recalled, task),
+            )
+        )
+
+    async def _recall(self, task: CheckedTask) -> tuple[Sequence[RecalledView], str]:
+        if self._settings.memory_views_max == 0:
+            return (), ""
+        request = RecallRequest(
+            label=task.target.label,
+            memory_object=task.memory_object,
+            description=task.target.description,
+            pose=self._runner.mission.robot.pose,
+            limit=self._settings.memory_views_max,
+        )
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                return (await self._memory.recall(request)).views, ""
+        except (MeshError, TimeoutError) as error:
+            log.warning("nothing was recalled", error=str(error))
+            return (), "nothing could be recalled"
+
+    def _end_waiting(self, why: str) -> None:
+        for waiting in self._queue.clear():
+            self._close(waiting, Outcome.ABORTED, why)
+
+    def _close(self, waiting: Pending, outcome: Outcome, why: str) -> None:
+        text = f"{outcome.value}: {why}"
+        record = waiting.record(0).model_copy(
+            update={
+                "queue_position": None,
+                "outcome": outcome,
+                "reason": text,
+                "ended_s": max(0.0, self._clock.now_s()),
+                "report": Report(text=text, cause=why[:500]),
+            }
+        )
+        self._runner.tell(record, "end", text, outcome=outcome.value)
+
+    # where the dock is
+
+    def _learn_dock(self) -> None:
+        state = self._runner.robot_state
+        if self._settings.dock_approach is not None or state is None or state.docked is not True or state.pose is None:
+            return
+        learned, known = before_dock(state.pose, self._settings.dock_approach_m), self._dock_approach
+        if known is None or abs(known.x - learned.x) + abs(known.y - learned.y) > DOCK_MOVED_M:
+            self._dock_approach = learned
+            self._log.keep_fact(DOCK_FACT, learned.model_dump_json())
+            log.info("learned where the dock is", x=learned.x, y=learned.y, yaw=learned.yaw)
+
+    async def _recall_dock(self) -> None:
+        if self._dock_approach is not None:
+            return
+        try:
+            known = await self._log.fact(DOCK_FACT)
+        except MeshError as error:
+            log.warning("where the dock is could not be read", error=error.detail)
+        else:
+            self._dock_approach = Pose2D.model_validate_json(known) if known is not None else None
+
+
+def _pose(numbers: tuple[float, float, float] | None) -> Pose2D | None:
+    return Pose2D(x=numbers[0], y=numbers[1], yaw=numbers[2]) if numbers is not None else None
+
+
+def _place(recalled: RecalledView) -> Place:
+    view = recalled.view
+    reason = recalled.reason or f"{view.label} seen at confidence {view.confidence:.2f}"
+    return Place(recalled.pose or view.pose, reason)
+
+
+def _last_seen(recalled: Sequence[RecalledView], task: CheckedTask) -> LastSeen | None:
+    """The newest recalled view of the thing itself, of its colour or of an unknown one."""
+    own = [
+        one.view
+        for one in recalled
+        if one.view.label == task.target.label and (task.colour is None or one.view.colour in {None, task.colour})
+    ]
+    newest = max(own, key=lambda view: view.stamp_s, default=None)
+    if newest is None:
+        return None
+    return LastSeen(label=newest.label, colour=newest.colour, pose=newest.pose, stamp_s=newest.stamp_s)

@@ -1,0 +1,16 @@
+"""Writes the page of the mission states: `python -m coordinator.write_states docs/mission-states.md`."""
+
+import argparse
+from pathlib import Path
+
+from coordinator.core.states import page
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Writes the table of mission states and its diagram.")
+    parser.add_argument("path", type=Path, help="the page, e.g. docs/mission-states.md")
+    parser.parse_args().path.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
