@@ -23,6 +23,10 @@ from bench.missions.verdict import Verdict, judge
 from coordinator.core.recording import read, replay
 
 MUST_BE_NONE = ("hangs", "crashes", "motion_while_stopped", "replays_that_differ", "dishonest")
+PLAIN = (
+    "missions", *MUST_BE_NONE, "false_finds", "deceived", "found_without_faults", "correct_of_found", "simulated_s",
+    "wall_s",
+)  # fmt: skip
 REPLAY_EVERY = 10
 """Of that many missions one is decided again from its recording."""
 
@@ -135,9 +139,7 @@ def table(figures: dict[str, Any]) -> str:
         ]
         lines.append("")
     lines.append(f"{'all':28}" + "".join(f"{figures['endings'][ending]:>12}" for ending in endings))
-    plain = ("missions", "hangs", "crashes", "motion_while_stopped", "replays_that_differ", "dishonest", "false_finds", "deceived",
-             "found_without_faults", "correct_of_found", "simulated_s", "wall_s")  # fmt: skip
-    lines += [f"{name.replace('_', ' ')}: {figures[name]}" for name in plain]
+    lines += [f"{name.replace('_', ' ')}: {figures[name]}" for name in PLAIN]
     return "\n".join(lines)
 
 

@@ -74,7 +74,7 @@ def test_what_was_lost_twice_in_a_direction_is_not_followed_a_third_time() -> No
 
 @pytest.mark.parametrize(
     ("distance_m", "samples", "state"),
-    [(0.44, 3, S.DONE), (1.2, 3, S.APPROACHING), (2.0, 1, S.DRIVING_1M)],
+    [(0.44, 3, S.DONE), (1.2, 3, S.APPROACHING), (2.0, 3, S.DRIVING_1M)],
 )
 def test_after_a_yes_the_distance_decides(distance_m: float, samples: int, state: MissionState) -> None:
     script = Script().begin().centred().measured(distance_m, samples).voted(Verdict.YES)
@@ -93,13 +93,22 @@ def test_the_plain_rule_counts_reach_as_done_without_asking() -> None:
     assert not script.asked(do.Validate)
 
 
-def test_near_things_are_measured_three_times_and_the_median_counts() -> None:
+def test_three_measurements_have_to_agree_and_their_middle_counts() -> None:
     script = Script().begin().centred()
-    script.localized(1.2, 1.26).see(box()).localized(2.9, 2.96).see(box())
+    for distance_m in (1.2, 0.6, 1.25):
+        script.localized(distance_m, distance_m + 0.06).see(box())
     assert not script.asked(do.Validate)
     script.localized(1.3, 1.36)
     assert script.mission.candidate is not None
-    assert script.mission.candidate.distance_m == pytest.approx(1.3)
+    assert script.mission.candidate.distance_m == pytest.approx(1.25)
+
+
+def test_of_measurements_that_never_agree_the_farther_are_believed() -> None:
+    script = Script().begin().centred()
+    for distance_m in (0.5, 1.0, 1.5, 0.5, 1.0, 1.5, 2.2):
+        script.localized(distance_m, distance_m + 0.06).see(box())
+    assert script.mission.candidate is not None
+    assert script.mission.candidate.distance_m == pytest.approx(1.5)
 
 
 def test_a_clear_no_is_remembered_and_the_same_thing_is_not_judged_again() -> None:
@@ -117,7 +126,7 @@ def test_another_one_behind_the_refused_one_is_judged() -> None:
 
 
 def test_a_narrow_no_from_afar_earns_one_closer_look() -> None:
-    script = Script().begin().centred().measured(2.0).voted(Verdict.NO, score=0.38)
+    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.NO, score=0.38)
     assert script.mission.state is S.DRIVING_1M
 
 
@@ -156,9 +165,18 @@ def test_a_last_look_corrects_the_place() -> None:
     assert script.last(do.Drive).distance_m == pytest.approx(0.26, abs=0.01)
 
 
-def test_a_measurement_that_jumps_is_not_believed() -> None:
+def test_a_single_measurement_that_jumps_is_not_believed() -> None:
     script = approaching().path().arrived().see(box()).localized(2.5, 3.2)
-    assert script.last(do.Drive).distance_m == pytest.approx(0.16, abs=0.01)
+    assert not script.asked(do.Drive)
+    script.see(box()).localized(0.56, 1.26)
+    assert script.last(do.Drive).distance_m == pytest.approx(0.16, abs=0.02)
+
+
+def test_what_two_measurements_say_replaces_the_place_believed_so_far() -> None:
+    script = approaching().path().arrived().see(box()).localized(1.6, 2.3).see(box()).localized(1.6, 2.3)
+    assert script.mission.candidate is not None
+    assert script.mission.candidate.map_xy == pytest.approx((2.3, 0.0))
+    assert script.last(do.Drive).distance_m == pytest.approx(1.2, abs=0.1)
 
 
 def test_a_blocked_drive_is_a_find_with_its_distance_and_the_reason() -> None:
@@ -187,7 +205,7 @@ def test_an_aborted_step_is_tried_once_more() -> None:
 
 
 def test_confirmed_and_then_out_of_sight_it_finishes_on_the_map() -> None:
-    script = Script().begin().centred().measured(2.0).voted(Verdict.YES).path().arrived().wait(4.5)
+    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.YES).path().arrived().wait(4.5)
     assert script.mission.state is S.APPROACHING
 
 

@@ -172,7 +172,7 @@ class SqliteLog:
             with naming_the_database():
                 async with self._engine.begin() as connection:
                     for statement, rows in batch:
-                        await connection.execute(statement, rows)
+                        await connection.execute(statement, rows or None)
         except UnavailableError:
             self._pending = [*batch, *self._pending][-PENDING_MAX:]
             raise

@@ -50,10 +50,13 @@ def on_look_timeout(draft: Draft) -> None:
 
 
 def _measured(draft: Draft) -> None:
-    """Several times, and again while too few of the measurements agree. The plain rule measures far things once."""
+    """Several times, and again while too few agree; what is too far to judge only once, as by the plain rule all that
+    is far.
+    """
     rules, samples = draft.rules, draft.candidate.samples
     first_m = samples[0].distance_m
-    if rules.approach_rule is ApproachRule.SEEDS and first_m is not None and first_m > rules.near_m:
+    once_beyond_m = rules.near_m if rules.approach_rule is ApproachRule.SEEDS else rules.far_m
+    if len(samples) == 1 and first_m is not None and first_m > once_beyond_m:
         _decide(draft)
         return
     _, support = agreed(samples)

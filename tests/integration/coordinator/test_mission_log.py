@@ -1,0 +1,217 @@
+"""The history of missions: one suite over the log in memory and the one in SQLite, and what only a file can do."""
+
+import asyncio
+import sqlite3
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from contracts.mission import Mission, MissionEvent, MissionState, Outcome
+from coordinator.adapters.memory_log import MemoryLog
+from coordinator.adapters.sqlite_log import SqliteLog
+from coordinator.ports import KnownRequest, MissionLog
+from coordinator.settings import Settings
+from mesh.errors import NotFoundError, UnavailableError
+
+NOW_S = 1000.0
+Opened = Callable[[], AbstractAsyncContextManager[MissionLog]]
+
+
+@asynccontextmanager
+async def sqlite_log(path: Path, **settings: object) -> AsyncIterator[SqliteLog]:
+    log = SqliteLog(
+        Settings.model_validate({"database_url": f"sqlite+aiosqlite:///{path}", "flush_s": 0.01, **settings})
+    )
+    await log.open(NOW_S)
+    writing = asyncio.create_task(log.write_forever())
+    try:
+        yield log
+    finally:
+        writing.cancel()
+        await asyncio.gather(writing, return_exceptions=True)
+        await log.aclose()
+
+
+@asynccontextmanager
+async def memory_log() -> AsyncIterator[MemoryLog]:
+    yield MemoryLog()
+
+
+@pytest.fixture(params=["memory", "sqlite"])
+def opened(request: pytest.FixtureRequest, tmp_path: Path) -> Opened:
+    return memory_log if request.param == "memory" else lambda: sqlite_log(tmp_path / "missions.db")
+
+
+def mission(name: str, outcome: Outcome | None = None, **changes: object) -> Mission:
+    return Mission.model_validate(
+        {"id": name, "command": "find it", "state": MissionState.IDLE, "outcome": outcome, "started_s": 1.0, **changes}
+    )
+
+
+def event(number: int, name: str = "a") -> MissionEvent:
+    return MissionEvent(
+        id=number, mission_id=name, stamp_s=1.0, state=MissionState.IDLE, kind="state", text=f"line {number}"
+    )
+
+
+async def take(log: MissionLog, after: int | None, count: int) -> list[int]:
+    following = log.follow(after=after)
+    return [(await anext(following)).id for _ in range(count)]
+
+
+async def test_what_was_put_is_read_back_and_replaced_by_its_id(opened: Opened) -> None:
+    async with opened() as log:
+        log.put(mission("a"))
+        log.put(mission("a", Outcome.FOUND))
+        found = await log.get("a")
+        assert found is not None
+        assert found.outcome is Outcome.FOUND
+        assert await log.get("b") is None
+        assert [one.id for one in await log.newest(10)] == ["a"]
+
+
+async def test_missions_come_newest_first_and_a_change_does_not_reorder_them(opened: Opened) -> None:
+    async with opened() as log:
+        for name in "abcd":
+            log.put(mission(name))
+        log.put(mission("a", Outcome.FOUND))
+        assert [one.id for one in await log.newest(2)] == ["d", "c"]
+        assert [one.id for one in await log.newest(2, before="c")] == ["b", "a"]
+        with pytest.raises(NotFoundError):
+            await log.newest(2, before="nobody")
+
+
+async def test_events_come_by_mission_after_an_id_and_at_most_so_many(opened: Opened) -> None:
+    async with opened() as log:
+        for number in range(6):
+            log.append(event(number, "ab"[number % 2]))
+        assert [one.id for one in await log.events("b", after=-1, limit=10)] == [1, 3, 5]
+        assert [one.id for one in await log.events("b", after=1, limit=1)] == [3]
+        assert log.next_event_id == 6
+
+
+async def test_a_follower_gets_what_it_missed_and_then_what_comes(opened: Opened) -> None:
+    async with opened() as log:
+        for number in range(3):
+            log.append(event(number))
+        following = asyncio.create_task(take(log, 0, 3))
+        only_new = asyncio.create_task(take(log, None, 1))
+        await asyncio.sleep(0)
+        log.append(event(3))
+        assert await asyncio.wait_for(following, 30.0) == [1, 2, 3]
+        assert await asyncio.wait_for(only_new, 30.0) == [3]
+
+
+async def test_recordings_pictures_requests_and_facts_are_kept(opened: Opened) -> None:
+    async with opened() as log:
+        log.put(mission("a"))
+        for k in range(3):
+            log.record("a", f'{{"line": {k}}}')
+        log.keep_picture("a", 0, b"jpeg")
+        log.keep_request("key", KnownRequest("digest", ("a", "b")))
+        log.keep_fact("dock", "old")
+        log.keep_fact("dock", "here")
+        assert await log.recording("a") == ('{"line": 0}', '{"line": 1}', '{"line": 2}')
+        assert await log.recording("b") == ()
+        assert (await log.picture("a", 0), await log.picture("a", 1)) == (b"jpeg", None)
+        assert await log.request("key") == KnownRequest("digest", ("a", "b"))
+        assert await log.request("other") is None
+        assert (await log.fact("dock"), await log.fact("door")) == ("here", None)
+        assert (await log.dependency()).ok
+
+
+async def test_after_a_restart_what_ran_or_waited_is_interrupted_and_what_was_over_is_not(tmp_path: Path) -> None:
+    async with sqlite_log(tmp_path / "missions.db") as log:
+        log.put(mission("over", Outcome.FOUND))
+        log.put(mission("ran", state=MissionState.SCANNING, paused=True))
+        log.put(mission("waited", queue_position=0))
+        log.append(event(0, "ran"))
+        log.append(event(1, "ran"))
+        await log.saved()
+    async with sqlite_log(tmp_path / "missions.db") as log:
+        found = {one.id: one for one in await log.newest(10)}
+        assert [found[name].outcome for name in ("over", "ran", "waited")] == [
+            Outcome.FOUND, Outcome.INTERRUPTED, Outcome.INTERRUPTED,
+        ]  # fmt: skip
+        assert (found["ran"].paused, found["waited"].queue_position) == (False, None)
+        assert found["ran"].report is not None
+        assert "while it was SCANNING" in found["ran"].report.cause
+        last = (await log.events("ran", after=1, limit=10))[-1]
+        assert (last.id, last.data["outcome"]) == (2, "interrupted")
+        assert log.next_event_id == 4
+        assert await asyncio.wait_for(take(log, -1, 4), 30.0) == [0, 1, 2, 3]
+
+
+async def test_a_second_restart_changes_nothing_more(tmp_path: Path) -> None:
+    async with sqlite_log(tmp_path / "missions.db") as log:
+        log.put(mission("ran"))
+    for _ in range(2):
+        async with sqlite_log(tmp_path / "missions.db") as log:
+            assert len(await log.events("ran", after=-1, limit=10)) == 1
+
+
+async def test_a_follower_reads_from_the_file_what_has_left_the_memory(tmp_path: Path) -> None:
+    async with sqlite_log(tmp_path / "missions.db") as log:
+        for number in range(5000):
+            log.append(event(number))
+        assert await asyncio.wait_for(take(log, 9, 4990), 30.0) == list(range(10, 5000))
+
+
+async def test_the_oldest_are_forgotten(tmp_path: Path) -> None:
+    async with sqlite_log(tmp_path / "missions.db", missions_kept=3, recordings_kept=1, events_kept=100) as log:
+        for k, name in enumerate("abcde"):
+            log.put(mission(name))
+            log.record(name, "{}")
+            for number in range(40):
+                log.append(event(k * 40 + number, name))
+            await log.saved()
+            log.put(mission(name, Outcome.FOUND))
+        assert [one.id for one in await log.newest(10)] == ["e", "d", "c"]
+        assert (await log.recording("c"), await log.recording("e")) == ((), ("{}",))
+        assert await log.events("a", after=-1, limit=10) == ()
+
+
+async def test_a_corrupt_file_is_set_aside_and_a_new_history_begins(tmp_path: Path) -> None:
+    path = tmp_path / "missions.db"
+    path.write_bytes(b"this is no database, not at all. " * 100)
+    async with sqlite_log(path) as log:
+        assert await log.newest(10) == ()
+    assert (tmp_path / "missions.db.corrupt-1").exists()
+
+
+async def test_another_programs_file_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "missions.db"
+    other = sqlite3.connect(path)
+    other.execute("CREATE TABLE recipes (name TEXT)")
+    other.commit()
+    other.close()
+    log = SqliteLog(Settings.model_validate({"database_url": f"sqlite+aiosqlite:///{path}"}))
+    with pytest.raises(UnavailableError, match="another program"):
+        await log.open(NOW_S)
+    await log.aclose()
+
+
+async def test_while_the_file_is_locked_nothing_is_lost_and_its_trouble_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "missions.db"
+    async with sqlite_log(path, busy_timeout_s=0.05) as log:
+        log.put(mission("a"))
+        await log.saved()
+        other = sqlite3.connect(path, isolation_level=None)
+        other.execute("BEGIN IMMEDIATE")
+        log.put(mission("a", Outcome.FOUND))
+        log.append(event(0))
+        with pytest.raises(UnavailableError):
+            await log.saved()
+        assert not (await log.dependency()).ok
+        recent = await log.get("a")
+        assert recent is not None
+        assert recent.outcome is Outcome.FOUND
+        other.execute("ROLLBACK")
+        other.close()
+        async with asyncio.timeout(30.0):
+            while not (await log.dependency()).ok:  # noqa: ASYNC110 - it has no event of its own
+                await asyncio.sleep(0.05)
+        assert len(await log.events("a", after=-1, limit=10)) == 1
+        assert [one.outcome for one in await log.newest(10)] == [Outcome.FOUND]
