@@ -25,7 +25,7 @@ MODELS_LIVE_IN = ("inference.adapters", "inference.small_clip", "inference.torch
 PHYSICS = frozenset({"mujoco"})
 PHYSICS_LIVES_IN = ("sim.world", "sim.training")
 
-DATABASES = frozenset({"sqlalchemy", "aiosqlite", "sqlite3", "alembic", "asyncpg"})
+DATABASES = frozenset({"sqlalchemy", "aiosqlite", "sqlite3", "alembic", "asyncpg", "psycopg"})
 DATABASES_LIVE_IN = ("coordinator.adapters", "memory.adapters")
 
 TRAINING_MAY_BORROW = ("inference.small_clip", "inference.torchvision_cpu")

@@ -10,7 +10,7 @@ from support.source import Module, all_modules
 PURE = {
     "coordinator": ("core", "coverage", "grid", "parse_validation", "seen", "view", "viewpoints"),
     "inference": ("boxes", "breaker", "colours", "lexicon", "parser", "votes"),
-    "memory": ("recall", "views"),
+    "memory": ("belief", "exchange", "frames", "kinds", "ledger", "looks", "picture", "recall", "things", "views"),
     "robot_bridge": ("arbiter", "celebration", "depth", "gaps", "motion", "navigation", "obstacles", "ring", "safety"),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
 }

@@ -1,65 +1,168 @@
-"""A store of views in a dict, with the behaviour of `memory.adapters.sqlite.SqliteStore`; one suite runs over both."""
+"""A store in dicts, with the behaviour of `memory.adapters.store.SqlStore`; one suite runs over both."""
 
+import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
+from dataclasses import replace
 from itertools import count
+from typing import TypeVar
 
-from contracts.memory import LabelCount, Observation, View
-from memory.views import Place, Sighting, merge, merged
+from contracts.memory import Area, ForgetRequest, LabelCount, Observation
+from memory.belief import LOST_BELOW, after_miss
+from memory.frames import Frame, Tally
+from memory.ledger import Ledger
+from memory.ports import Candidates, Counts, Hoard, KeptView
+from memory.things import Thing
+from memory.views import Place, Sighting, contradicted, merged, sighting_at
 from mesh.errors import UnavailableError
+
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 class FakeStore:
-    """`away` makes every call fail as a locked file does; `writes` holds each batch that was written."""
+    """`away` makes every call fail as a locked file does; `writes` holds the observations of each write."""
 
-    def __init__(self, *, views_max: int = 1_000_000) -> None:
+    def __init__(self, *, views_max: int = 1_000_000, things_max: int = 5_000) -> None:
         self.away = ""
         self.closed = False
         self.writes: list[tuple[Observation, ...]] = []
+        self.frames: list[Frame] = []
         self._views_max = views_max
-        self._kept: dict[Place, tuple[int, Sighting]] = {}
-        self._ids: Iterator[int] = count(1)
+        self._things_max = things_max
+        self._things: dict[int, Thing] = {}
+        self._views: dict[Place, tuple[int, Sighting, float]] = {}
+        self._thing_ids = count(1)
+        self._view_ids = count(1)
 
-    async def add(self, observations: Sequence[Observation]) -> None:
+    async def remember(self, frames: Sequence[Frame]) -> Tally:
         self._there()
-        self.writes.append(tuple(observations))
-        for place, new in merge(observations).items():
-            if place in self._kept:
-                number, old = self._kept[place]
-                self._kept[place] = (number, merged(old, new))
-            else:
-                self._kept[place] = (next(self._ids), new)
-        if len(self._kept) > self._views_max:
-            newest_first = sorted(self._kept.items(), key=lambda item: (-item[1][1].last_seen_s, -item[1][0]))
-            self._kept = dict(newest_first[: int(self._views_max * 0.95)])
+        self.writes.append(tuple(one for frame in frames for one in frame.seen))
+        self.frames += frames
+        ledger = Ledger.of(self._things.values())
+        tallies = [ledger.apply(frame) for frame in frames]
+        numbers = self._keep([ledger.things[number] for number in sorted(ledger.changed, key=abs)])
+        for sighting in ledger.sightings.values():
+            self._sight(sighting, numbers, lambda old, new: old + new)
+        for frame in frames:
+            if frame.is_look:
+                self._disbelieve(frame)
+        self._things = dict(_newest(self._things, self._things_max, lambda thing: thing.last_seen_s))
+        self._drop_orphans()
+        self._views = dict(_newest(self._views, self._views_max, lambda kept: kept[1].last_seen_s))
+        return Tally(sum(one.confirmed for one in tallies), sum(one.missed for one in tallies))
 
-    async def views(self, label: str | None, limit: int) -> list[View]:
+    async def views(self, label: str | None, limit: int) -> list[KeptView]:
         self._there()
-        wanted = [_view(number, kept) for number, kept in self._kept.values() if label in {None, kept.place.label}]
-        return sorted(wanted, key=lambda view: (-view.confidence, view.id))[:limit]
+        return self._best(lambda place: label in {None, place.label})[:limit]
+
+    async def things(self, label: str | None, area: Area | None, limit: int) -> list[Thing]:
+        self._there()
+        wanted = [one for one in self._things.values() if label in {None, one.label} and _inside(one.x, one.y, area)]
+        return sorted(wanted, key=lambda one: (-one.last_seen_s, one.id))[:limit]
+
+    async def thing(self, number: int) -> Thing | None:
+        self._there()
+        return self._things.get(number)
 
     async def labels(self, limit: int) -> list[LabelCount]:
         self._there()
         by_label: dict[str, list[Sighting]] = defaultdict(list)
-        for _, kept in self._kept.values():
-            by_label[kept.place.label].append(kept)
+        for place, (_, kept, _) in self._views.items():
+            by_label[place.label].append(kept)
         counts = [
             LabelCount(
                 label=label,
                 views=len(all_of),
                 best_confidence=max(one.confidence for one in all_of),
                 last_seen_s=max(one.last_seen_s for one in all_of),
+                objects=sum(1 for one in self._things.values() if one.label == label),
             )
             for label, all_of in by_label.items()
         ]
         return sorted(counts, key=lambda one: (-one.views, one.label.encode()))[:limit]
 
-    async def forget(self, label: str) -> int:
+    async def candidates(self, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
         self._there()
-        gone = [place for place in self._kept if place.label == label]
-        for place in gone:
-            del self._kept[place]
-        return len(gone)
+        things = {one.id: one for one in self._things.values() if one.label == label}
+        views = self._best(lambda place: place.label == label and place.thing_id is None)[:views_max]
+        for number in things:
+            views += self._best(lambda place, number=number: place.thing_id == number)[:views_a_thing]
+        return Candidates(things, tuple(views))
+
+    async def forget(self, what: ForgetRequest) -> int:
+        self._there()
+        gone = [one.id for one in self._things.values() if _met(one.label, one.x, one.y, one.last_seen_s, what)]
+        number = sum([await self.forget_thing(one) for one in gone])
+        places = [
+            place
+            for place, (_, kept, _) in self._views.items()
+            if _met(place.label, kept.pose.x, kept.pose.y, kept.last_seen_s, what)
+        ]
+        for place in places:
+            del self._views[place]
+        return number + len(places)
+
+    async def forget_thing(self, number: int) -> int:
+        self._there()
+        before = len(self._views) + len(self._things)
+        self._things.pop(number, None)
+        self._drop_orphans()
+        return before - len(self._views) - len(self._things)
+
+    async def tidy(self, *, lost_before_s: float, seen_before_s: float) -> int:
+        self._there()
+        gone = [
+            one.id
+            for one in self._things.values()
+            if one.last_seen_s < seen_before_s
+            or (one.belief < LOST_BELOW and (one.last_seen_s < lost_before_s or _ghost(one)))
+        ]
+        number = sum([await self.forget_thing(one) for one in gone])
+        old = [place for place, (_, kept, _) in self._views.items() if kept.last_seen_s < seen_before_s]
+        for place in old:
+            del self._views[place]
+        return number + len(old)
+
+    async def counts(self) -> Counts:
+        self._there()
+        kept = [sighting for _, sighting, _ in self._views.values()]
+        stamps = [one.last_seen_s for one in kept]
+        return Counts(
+            labels=len({one.place.label for one in kept}),
+            views=len(kept),
+            sightings=sum(one.count for one in kept),
+            things=tuple(self._things.values()),
+            oldest_s=min(stamps, default=None),
+            newest_s=max(stamps, default=None),
+            database="dict",
+            size_bytes=None,
+        )
+
+    async def pages(self) -> AsyncGenerator[Hoard]:
+        self._there()
+        yield Hoard(things=tuple(sorted(self._things.values(), key=lambda one: one.id)))
+        yield Hoard(views=tuple(sorted(self._best(lambda place: True), key=lambda one: one.id)))
+
+    async def bring_in(self, hoard: Hoard) -> None:
+        self._there()
+        there = {_fingerprint(one): one.id for one in self._things.values()}
+        numbers = {one.id: there[_fingerprint(one)] for one in hoard.things if _fingerprint(one) in there}
+        new = [one for one in hoard.things if one.id not in numbers]
+        numbers |= {one.id: next(self._thing_ids) for one in new}
+        for one in new:
+            self._things[numbers[one.id]] = _renumbered(one, numbers)
+        for view in hoard.views:
+            sighting = sighting_at(
+                view.label,
+                "" if view.thing_id is not None else view.colour,
+                view.pose,
+                confidence=view.confidence,
+                last_seen_s=view.last_seen_s,
+                count=view.count,
+                thing_id=view.thing_id,
+            )
+            self._sight(sighting, numbers, max)
 
     async def check(self) -> None:
         self._there()
@@ -67,17 +170,105 @@ class FakeStore:
     async def aclose(self) -> None:
         self.closed = True
 
+    def _keep(self, changed: list[Thing]) -> dict[int, int]:
+        numbers = {one.id: next(self._thing_ids) for one in changed if one.id < 0}
+        for one in changed:
+            self._things[numbers.get(one.id, one.id)] = _renumbered(one, numbers)
+        return numbers
+
+    def _sight(self, new: Sighting, numbers: dict[int, int], counted: Callable[[int, int], int]) -> None:
+        number = new.place.thing_id
+        place = replace(new.place, thing_id=None if number is None else numbers.get(number, number))
+        new = replace(new, place=place)
+        if place in self._views:
+            view_id, old, believed_s = self._views[place]
+            both = replace(merged(old, new), count=counted(old.count, new.count))
+            self._views[place] = (view_id, both, max(believed_s, new.last_seen_s))
+        else:
+            self._views[place] = (next(self._view_ids), new, new.last_seen_s)
+
+    def _disbelieve(self, frame: Frame) -> None:
+        for place, (view_id, kept, believed_s) in list(self._views.items()):
+            if place.thing_id is None and contradicted(place.label, kept.pose, believed_s, frame):
+                belief, _ = after_miss(kept.belief, 0.6)
+                if belief < 0.05:
+                    del self._views[place]
+                else:
+                    self._views[place] = (view_id, replace(kept, belief=belief), frame.stamp_s)
+
+    def _best(self, wanted: Callable[[Place], bool]) -> list[KeptView]:
+        found = [self._view(place, *kept) for place, kept in self._views.items() if wanted(place)]
+        return sorted(found, key=lambda one: (-one.confidence, one.id))
+
+    def _view(self, place: Place, number: int, kept: Sighting, believed_s: float) -> KeptView:
+        thing = self._things.get(place.thing_id) if place.thing_id is not None else None
+        return KeptView(
+            id=number,
+            label=place.label,
+            colour=(thing.colour or "") if thing is not None else place.colour,
+            x=kept.pose.x,
+            y=kept.pose.y,
+            yaw=kept.pose.yaw,
+            confidence=kept.confidence,
+            last_seen_s=kept.last_seen_s,
+            count=kept.count,
+            belief=kept.belief,
+            believed_s=believed_s,
+            thing_id=place.thing_id,
+        )
+
+    def _drop_orphans(self) -> None:
+        self._views = {place: kept for place, kept in self._views.items() if place.thing_id in {None, *self._things}}
+        for number, one in self._things.items():
+            here = {number: number for number in self._things}
+            self._things[number] = replace(
+                one, moved_from=here.get(one.moved_from or 0), moved_to=here.get(one.moved_to or 0)
+            )
+
     def _there(self) -> None:
         if self.away:
             raise UnavailableError("database", self.away)
 
 
-def _view(number: int, kept: Sighting) -> View:
-    return View(
-        id=number,
-        label=kept.place.label,
-        confidence=kept.confidence,
-        pose=kept.pose,
-        stamp_s=kept.last_seen_s,
-        colour=kept.place.colour or None,
+def _renumbered(thing: Thing, numbers: dict[int, int]) -> Thing:
+    def given(number: int | None) -> int | None:
+        return None if number is None else numbers.get(number, number)
+
+    return replace(
+        thing,
+        id=numbers.get(thing.id, thing.id),
+        moved_from=given(thing.moved_from),
+        moved_to=given(thing.moved_to),
+        colours={word: round(votes, 3) for word, votes in thing.colours.items()},
     )
+
+
+def _newest(kept: dict[K, V], most: int, age: Callable[[V], float]) -> list[tuple[K, V]]:
+    """Everything, or where that is too much the 95 % of `most` that were last seen."""
+    items = list(kept.items())
+    if len(items) <= most:
+        return items
+    order = sorted(range(len(items)), key=lambda index: (age(items[index][1]), index))
+    keep = set(order[len(items) - int(most * 0.95) :])
+    return [item for index, item in enumerate(items) if index in keep]
+
+
+def _met(label: str, x: float, y: float, last_seen_s: float, what: ForgetRequest) -> bool:
+    return (
+        what.label in {None, label}
+        and _inside(x, y, what.area)
+        and last_seen_s >= (what.seen_after_s if what.seen_after_s is not None else -math.inf)
+        and last_seen_s < (what.seen_before_s if what.seen_before_s is not None else math.inf)
+    )
+
+
+def _inside(x: float, y: float, area: Area | None) -> bool:
+    return area is None or (area.x_min <= x <= area.x_max and area.y_min <= y <= area.y_max)
+
+
+def _ghost(thing: Thing) -> bool:
+    return thing.times_seen <= 2 and thing.moved_to is None
+
+
+def _fingerprint(thing: Thing) -> tuple[str, float, float, float]:
+    return thing.label, thing.first_seen_s, round(thing.x, 2), round(thing.y, 2)

@@ -1,11 +1,16 @@
-"""Observations and views for tests, by hand and by hypothesis."""
+"""Observations, looks and views for tests, by hand and by hypothesis."""
 
 import math
 
 from hypothesis import strategies as st
 
-from contracts.geometry import Pose2D
-from contracts.memory import Observation, View
+from contracts.geometry import Point3D, Pose2D
+from contracts.memory import Look, Observation, SeenBox
+from memory.belief import FIRST, after_sighting
+from memory.ports import KeptView
+
+HFOV_RAD = 0.942
+SIDE_PX = 250
 
 
 def seen(
@@ -17,13 +22,51 @@ def seen(
     confidence: float = 0.5,
     stamp_s: float = 1.0,
     colour: str | None = None,
+    at: tuple[float, float] | tuple[float, float, float] | None = None,
 ) -> Observation:
+    """`at` is where the thing itself is."""
     pose = Pose2D(x=x, y=y, yaw=yaw)
-    return Observation(label=label, confidence=confidence, pose=pose, stamp_s=stamp_s, colour=colour)
+    position = Point3D(x=at[0], y=at[1], z=at[2] if len(at) == 3 else 0.3) if at is not None else None
+    return Observation(label=label, confidence=confidence, pose=pose, stamp_s=stamp_s, colour=colour, position=position)
 
 
-def view(number: int, observation: Observation) -> View:
-    return View(id=number, **observation.model_dump())
+def look(
+    x: float = 0.0,
+    y: float = 0.0,
+    yaw: float = 0.0,
+    *boxes: SeenBox,
+    stamp_s: float = 2.0,
+    far_m: float | None = 5.0,
+    labels: tuple[str, ...] | None = None,
+) -> Look:
+    """With nothing nearer than `far_m` in the picture; none: without any depth."""
+    return Look(
+        pose=Pose2D(x=x, y=y, yaw=yaw),
+        stamp_s=stamp_s,
+        image_width_px=SIDE_PX,
+        image_height_px=SIDE_PX,
+        hfov_rad=HFOV_RAD,
+        seen=boxes,
+        labels=labels,
+        ranges_m=None if far_m is None else (far_m,) * 16,
+    )
+
+
+def view(number: int, observation: Observation, thing_id: int | None = None) -> KeptView:
+    return KeptView(
+        id=number,
+        label=observation.label,
+        colour=observation.colour or "",
+        x=observation.pose.x,
+        y=observation.pose.y,
+        yaw=observation.pose.yaw,
+        confidence=observation.confidence,
+        last_seen_s=observation.stamp_s,
+        count=1,
+        belief=after_sighting(FIRST, observation.confidence),
+        believed_s=observation.stamp_s,
+        thing_id=thing_id,
+    )
 
 
 labels = st.sampled_from(["bottle", "cup", "teddy bear", "'; DROP TABLE views; --", "käse", "%", "a/b"])
@@ -33,6 +76,7 @@ poses = st.builds(
     y=st.floats(-2.0, 2.0),
     yaw=st.floats(-2.0 * math.pi, 2.0 * math.pi),
 )
+positions = st.builds(Point3D, x=st.floats(-2.0, 2.0), y=st.floats(-2.0, 2.0), z=st.floats(0.0, 1.0))
 observations = st.builds(
     Observation,
     label=labels,
@@ -40,4 +84,5 @@ observations = st.builds(
     pose=poses,
     stamp_s=st.floats(0.0, 1e6),
     colour=st.sampled_from([None, "red", "blue"]),
+    position=st.one_of(st.none(), positions),
 )

@@ -198,7 +198,7 @@ class Stack:
             }
             variables |= {f"{prefix}_{other.upper()}_URL": self.ports.url(other) for other in SERVICES if other != name}
         if name == "memory":
-            variables["MEMORY_DATABASE_URL"] = f"sqlite+aiosqlite:///{self.folder}/memory.db"
+            variables["MEMORY_DATABASE_URL"] = f"sqlite:///{self.folder}/memory.db"
         if name == "coordinator":
             variables["COORDINATOR_DATABASE_URL"] = f"sqlite+aiosqlite:///{self.folder}/coordinator.db"
         if name == "robot_bridge":

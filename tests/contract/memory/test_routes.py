@@ -17,6 +17,7 @@ from contracts.memory import (
     ObservationsReply,
     RecallReply,
     RecallRequest,
+    RecallRule,
     View,
 )
 from contracts.problem import Problem, Readiness
@@ -31,7 +32,7 @@ from support.memory_store import FakeStore
 from support.observations import seen
 from support.waiting import until
 
-SETTINGS = Settings(flush_period_s=0.01, buffer_max=3)
+SETTINGS = Settings(flush_period_s=0.01, buffer_max=3, robot_bridge_url="")
 
 
 @asynccontextmanager
@@ -80,7 +81,7 @@ async def test_what_was_told_is_listed_counted_and_recalled(client: ServiceClien
     assert [one.label for one in await client.get_list("/labels", LabelCount)] == ["bottle", "cup"]
     assert [one.colour for one in await client.get_list("/views", View, label="bottle")] == ["red"]
     assert len(await client.get_list("/views", View, limit=1)) == 1
-    request = RecallRequest(label="cup", memory_object="bottle", description="blue cup")
+    request = RecallRequest(label="cup", memory_object="bottle", description="blue cup", rule=RecallRule.CONFIDENCE)
     answer = await client.post("/recall", request, RecallReply)
     assert [(one.view.label, one.source) for one in answer.views] == [("bottle", "memory_object"), ("cup", "label")]
 
@@ -118,7 +119,7 @@ async def test_while_the_database_is_away_the_newest_detections_wait_and_are_wri
 
 
 async def test_what_waits_is_written_when_the_service_ends(store: FakeStore, bus: MemoryBus) -> None:
-    async with served(create_app(Settings(flush_period_s=60.0), bus=bus, store=store)):
+    async with served(create_app(Settings(flush_period_s=60.0, robot_bridge_url=""), bus=bus, store=store)):
         await until(lambda: bus.listened_to(VISION_DETECTIONS))
         await bus.publish(VISION_DETECTIONS, frame("bottle"))
         await until(lambda: bus.idle(VISION_DETECTIONS))
@@ -128,7 +129,7 @@ async def test_what_waits_is_written_when_the_service_ends(store: FakeStore, bus
 
 
 async def test_a_forgotten_label_does_not_come_back_from_what_waited(store: FakeStore, bus: MemoryBus) -> None:
-    async with served(create_app(Settings(flush_period_s=60.0), bus=bus, store=store)) as client:
+    async with served(create_app(Settings(flush_period_s=60.0, robot_bridge_url=""), bus=bus, store=store)) as client:
         await until(lambda: bus.listened_to(VISION_DETECTIONS))
         await bus.publish(VISION_DETECTIONS, frame("bottle"))
         await until(lambda: bus.idle(VISION_DETECTIONS))

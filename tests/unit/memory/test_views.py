@@ -1,16 +1,24 @@
 """Which sightings are the same view, what is kept of them, and what is never kept."""
 
 import math
+from collections.abc import Iterable
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from contracts.geometry import Pose2D
 from contracts.memory import Observation
 from contracts.vision import Detection, Detections
-from memory.views import Exclusion, merge, observations_of, place_of
+from memory.frames import Exclusion, worth_keeping
+from memory.views import Place, Sighting, merged, place_of, sighting_of
 from support.observations import observations, seen
+
+
+def merge(given_: Iterable[Observation]) -> dict[Place, Sighting]:
+    found: dict[Place, Sighting] = {}
+    for new in map(sighting_of, given_):
+        found[new.place] = merged(found[new.place], new) if new.place in found else new
+    return found
 
 
 @pytest.mark.parametrize(
@@ -74,25 +82,22 @@ def test_an_excluded_label_cannot_be_spelled_round(label: str) -> None:
     assert label in Exclusion.of(["person"])
 
 
-def frame(*detections: Detection, pose: Pose2D | None = Pose2D(x=1.0, y=2.0, yaw=0.0)) -> Detections:  # noqa: B008
-    return Detections(stamp_s=3.0, image_width_px=250, image_height_px=250, pose=pose, detections=detections)
+def frame(*detections: Detection) -> Detections:
+    return Detections(stamp_s=3.0, image_width_px=250, image_height_px=250, detections=detections)
 
 
 def box(label: str, confidence: float = 0.8, colour: str | None = None) -> Detection:
     return Detection(label=label, confidence=confidence, bbox_xyxy=(0.0, 0.0, 9.0, 9.0), colour=colour)
 
 
-def test_a_frame_gives_one_observation_a_thing_but_none_of_people_or_of_guesses() -> None:
-    told = observations_of(
+def test_of_a_frame_people_and_guesses_are_left_out() -> None:
+    told = worth_keeping(
         frame(box("bottle", colour="red"), box("person"), box("cup", 0.1)), Exclusion.of(["person"]), 0.3
     )
-    assert told == [seen("bottle", 1.0, 2.0, confidence=0.8, stamp_s=3.0, colour="red")]
+    assert told == [box("bottle", colour="red")]
 
 
-def test_a_frame_without_a_pose_says_nothing_of_places() -> None:
-    assert observations_of(frame(box("bottle"), pose=None), Exclusion.of([]), 0.3) == []
-
-
-def test_a_colour_that_is_no_word_is_not_known() -> None:
-    (told,) = observations_of(frame(box("bottle", colour="re\x00d")), Exclusion.of([]), 0.3)
-    assert told.colour is None
+def test_a_thing_boxed_twice_counts_once_with_its_surer_box_but_two_things_count_twice() -> None:
+    twice = Detection(label="bottle", confidence=0.6, bbox_xyxy=(0.0, 0.0, 9.0, 8.0))
+    beside = Detection(label="bottle", confidence=0.5, bbox_xyxy=(6.0, 0.0, 15.0, 9.0))
+    assert worth_keeping(frame(twice, box("bottle"), beside), Exclusion.of([]), 0.3) == [box("bottle"), beside]

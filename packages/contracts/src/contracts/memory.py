@@ -62,7 +62,7 @@ class Look(Message):
     ranges_m: tuple[Annotated[float, Field(gt=0.0, le=100.0)] | None, ...] | None = Field(
         default=None,
         max_length=1024,
-        description="how far one sees, in equal columns from the picture's left to its right, m from the camera; "
+        description="how far one sees, in equal columns from left to right, m along the optical axis; "
         "none: memory asks robot_bridge's depth at that stamp, and the map",
     )
 

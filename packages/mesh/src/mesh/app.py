@@ -1,7 +1,7 @@
 """What every service's FastAPI app has in common: problems, health, readiness, metrics, body limits."""
 
 import contextlib
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any
 
 import prometheus_client
@@ -29,12 +29,14 @@ def make_app(
     lifespan: Callable[[FastAPI], Any],
     dependencies: Readies,
     body_bytes_max: int = 1_000_000,
+    body_bytes_max_at: Mapping[str, int] | None = None,
     minding_their_body: frozenset[str] = frozenset(),
     description: str = "",
 ) -> FastAPI:
     """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`.
 
-    The paths `minding_their_body` are called whatever the body is; they bound what they read of it themselves.
+    `body_bytes_max_at` names paths with a limit of their own. The paths `minding_their_body` are called whatever the
+    body is; they bound what they read of it themselves.
     """
     app = FastAPIOffline(
         redoc_url=None,
@@ -44,7 +46,9 @@ def make_app(
         lifespan=lifespan,
         responses=PROBLEM_RESPONSES,
     )
-    app.add_middleware(BodyLimit, bytes_max=body_bytes_max, but_not=minding_their_body)
+    app.add_middleware(
+        BodyLimit, bytes_max=body_bytes_max, bytes_max_at=body_bytes_max_at or {}, but_not=minding_their_body
+    )
     app.add_exception_handler(MeshError, _mesh_problem)
     app.add_exception_handler(RequestValidationError, _validation_problem)
     app.add_exception_handler(HTTPException, _http_problem)
@@ -103,19 +107,28 @@ async def _unexpected_problem(request: Request, error: Exception) -> JSONRespons
 class BodyLimit:
     """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
 
-    def __init__(self, app: ASGIApp, *, bytes_max: int, but_not: frozenset[str] = frozenset()) -> None:
+    def __init__(
+        self,
+        app: ASGIApp,
+        *,
+        bytes_max: int,
+        bytes_max_at: Mapping[str, int] | None = None,
+        but_not: frozenset[str] = frozenset(),
+    ) -> None:
         """The paths `but_not` look after their bodies themselves."""
         self.app = app
         self.bytes_max = bytes_max
+        self.bytes_max_at = bytes_max_at or {}
         self.but_not = but_not
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http" or scope["path"] in self.but_not:
             await self.app(scope, receive, send)
             return
+        bytes_max = self.bytes_max_at.get(scope["path"], self.bytes_max)
         declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
-        if not declared.isdigit() or int(declared) > self.bytes_max:
-            await self._refuse(scope, receive, send)
+        if not declared.isdigit() or int(declared) > bytes_max:
+            await self._refuse(bytes_max, scope, receive, send)
             return
         seen = 0
 
@@ -123,20 +136,20 @@ class BodyLimit:
             nonlocal seen
             message = await receive()
             seen += len(message.get("body", b""))
-            if seen > self.bytes_max:
-                raise TooLargeError(f"the limit is {self.bytes_max} bytes")
+            if seen > bytes_max:
+                raise TooLargeError(f"the limit is {bytes_max} bytes")
             return message
 
         async def unless_refused(message: Message) -> None:
-            if seen <= self.bytes_max:
+            if seen <= bytes_max:
                 await send(message)
 
         with contextlib.suppress(TooLargeError):
             await self.app(scope, counted, unless_refused)
-        if seen > self.bytes_max:
-            await self._refuse(scope, receive, send)
+        if seen > bytes_max:
+            await self._refuse(bytes_max, scope, receive, send)
 
-    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
-        refusal = problem(413, TooLargeError.title, f"the limit is {self.bytes_max} bytes", scope["path"])
+    async def _refuse(self, bytes_max: int, scope: Scope, receive: Receive, send: Send) -> None:
+        refusal = problem(413, TooLargeError.title, f"the limit is {bytes_max} bytes", scope["path"])
         refusal.headers["Connection"] = "close"
         await refusal(scope, receive, send)

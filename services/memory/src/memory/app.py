@@ -7,8 +7,9 @@ from typing import TypedDict
 from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
-from memory.adapters.sqlite import SqliteStore
-from memory.ports import Store
+from memory.adapters.robot_bridge import RobotBridge
+from memory.adapters.store import SqlStore
+from memory.ports import Senses, Store
 from memory.remembering import Memory
 from memory.routes import get_memory, router
 from memory.settings import Settings
@@ -27,6 +28,7 @@ def create_app(
     *,
     bus: Bus | None = None,
     store: Store | None = None,
+    senses: Senses | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
@@ -35,14 +37,20 @@ def create_app(
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
         async with AsyncExitStack() as stack:
-            real_store = store if store is not None else SqliteStore.from_settings(settings)
+            real_store = store if store is not None else SqlStore.from_settings(settings)
             stack.push_async_callback(real_store.aclose)
             real_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
-            memory = Memory(settings, real_store, real_bus, clock or SystemClock())
-            stack.push_async_callback(memory.try_flush)
+            real_clock = clock if clock is not None else SystemClock()
+            real_senses = senses if senses is not None else _senses(settings, real_clock)
+            if real_senses is not None:
+                stack.push_async_callback(real_senses.aclose)
+            memory = Memory(settings, real_store, real_bus, real_clock, real_senses)
+            stack.push_async_callback(memory.close)
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
             tasks.start("listen", memory.listen())
+            tasks.start("look", memory.look_forever())
             tasks.start("flush", memory.flush_forever())
+            tasks.start("tidy", memory.tidy_forever())
             yield {"memory": memory}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
@@ -52,7 +60,14 @@ def create_app(
         "memory",
         lifespan=lifespan,
         dependencies=dependencies,
-        description="Remembers from where things were seen, and tells where to look first.",
+        body_bytes_max_at={"/import": settings.import_bytes_max},
+        description="Remembers where things were seen, notices what is gone, and tells where to look first.",
     )
     app.include_router(router)
     return app
+
+
+def _senses(settings: Settings, clock: Clock) -> Senses | None:
+    if not settings.robot_bridge_url:
+        return None
+    return RobotBridge(settings.robot_bridge_url, clock, timeout_s=settings.senses_timeout_s)

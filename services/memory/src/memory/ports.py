@@ -1,32 +1,151 @@
-"""What the service needs of the world: a place that keeps views."""
+"""What the service needs of the world: a place that keeps things and views, and robot_bridge's senses."""
 
-from collections.abc import Sequence
+from collections.abc import AsyncGenerator, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
-from contracts.memory import LabelCount, Observation, View
+from contracts.geometry import Point3D, Pose2D
+from contracts.memory import Area, ForgetRequest, LabelCount, View
+from contracts.robot import BoxQuery
+from memory.frames import Frame, Tally
+from memory.looks import Ground
+from memory.things import Thing
+
+
+@dataclass(frozen=True, slots=True)
+class KeptView:
+    """A view as it is kept. `colour` is the thing's where there is one, empty where it is not known; `belief` is as of
+    `believed_s`, and means something only where there is no thing."""
+
+    id: int
+    label: str
+    colour: str
+    x: float
+    y: float
+    yaw: float
+    confidence: float
+    last_seen_s: float
+    count: int
+    belief: float
+    believed_s: float
+    thing_id: int | None
+
+    @property
+    def pose(self) -> Pose2D:
+        return Pose2D(x=self.x, y=self.y, yaw=self.yaw)
+
+    def told(self) -> View:
+        """As others are told of it."""
+        return View(
+            id=self.id,
+            label=self.label,
+            confidence=self.confidence,
+            pose=self.pose,
+            stamp_s=self.last_seen_s,
+            colour=self.colour or None,
+            object_id=self.thing_id,
+            count=self.count,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Candidates:
+    """What recall chooses from: a label's things by id, and views of them and without them, best first."""
+
+    things: dict[int, Thing] = field(default_factory=dict[int, Thing])
+    views: tuple[KeptView, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """Of the whole store."""
+
+    labels: int
+    views: int
+    sightings: int
+    things: tuple[Thing, ...]
+    oldest_s: float | None
+    newest_s: float | None
+    database: str
+    size_bytes: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Hoard:
+    """What an import brings: views name things by the ids they had where they come from."""
+
+    things: tuple[Thing, ...] = ()
+    views: tuple[KeptView, ...] = ()
 
 
 class Store(Protocol):
-    """Keeps views as `memory.views` merges them. Every method raises `mesh.errors.UnavailableError` when it cannot."""
+    """Keeps things and views as `memory.ledger` and `memory.views` say. Every method raises
+    `mesh.errors.UnavailableError` when it cannot, and then has changed nothing."""
 
-    async def add(self, observations: Sequence[Observation]) -> None:
+    async def remember(self, frames: Sequence[Frame]) -> Tally:
         """All or nothing, and durable on return."""
         ...
 
-    async def views(self, label: str | None, limit: int) -> list[View]:
+    async def views(self, label: str | None, limit: int) -> list[KeptView]:
         """The label's views, or all: confidence descending, of equals the one first seen first."""
         ...
+
+    async def things(self, label: str | None, area: Area | None, limit: int) -> list[Thing]:
+        """Last seen first."""
+        ...
+
+    async def thing(self, number: int) -> Thing | None: ...
 
     async def labels(self, limit: int) -> list[LabelCount]:
         """Most views first, of equals by name."""
         ...
 
-    async def forget(self, label: str) -> int:
-        """How many views there were."""
+    async def candidates(self, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
+        """Of each thing so many of its best views; the best views without a thing."""
+        ...
+
+    async def forget(self, what: ForgetRequest) -> int:
+        """How many things and views there were. Afterwards they are not in the files either."""
+        ...
+
+    async def forget_thing(self, number: int) -> int:
+        """The thing and its views; 0 where there is none."""
+        ...
+
+    async def tidy(self, *, lost_before_s: float, seen_before_s: float) -> int:
+        """Forgets what was lost long ago, what was hardly ever there, and what was last seen too long ago."""
+        ...
+
+    async def counts(self) -> Counts: ...
+
+    def pages(self) -> AsyncGenerator[Hoard]:
+        """Everything, a bounded part at a time: the things first."""
+        ...
+
+    async def bring_in(self, hoard: Hoard) -> None:
+        """All or nothing. What is there already is not doubled."""
         ...
 
     async def check(self) -> None:
         """Answers within half a second whether it can be written now."""
+        ...
+
+    async def aclose(self) -> None: ...
+
+
+class Senses(Protocol):
+    """robot_bridge. Every method answers none where it cannot be had now, and within a second."""
+
+    async def locate(self, box: BoxQuery) -> Point3D | None:
+        """What the box shows, in map."""
+        ...
+
+    async def depth_m(self, box: BoxQuery) -> float | None:
+        """How far it is to the nearest thing in the box."""
+        ...
+
+    async def ground(self) -> Ground | None:
+        """The newest map; asked for at most once a minute."""
         ...
 
     async def aclose(self) -> None: ...

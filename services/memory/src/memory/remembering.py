@@ -1,58 +1,115 @@
-"""What the service does: takes observations in, keeps out what is excluded, writes in batches, recalls."""
+"""What the service does: takes frames in, keeps out what is excluded, writes in batches, recalls, forgets."""
 
+import asyncio
+from collections import Counter as Counted
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import AsyncGenerator, Sequence
 
 import structlog
 from prometheus_client import Counter
 
 from contracts.memory import (
     DeletedReply,
+    ExportForm,
+    ForgetRequest,
+    ImportReply,
     LabelCount,
-    Observation,
+    LookBatch,
+    LooksReply,
+    MemoryStatistics,
+    ObjectState,
     ObservationBatch,
     ObservationsReply,
     RecallReply,
     RecallRequest,
+    RememberedObject,
     View,
 )
 from contracts.problem import Dependency
 from contracts.topics import VISION_DETECTIONS
 from contracts.vision import Detections
-from memory import recall
-from memory.ports import Store
+from memory import exchange, recall
+from memory.frames import Exclusion, Frame, frames_of, not_after
+from memory.intake import Intake
+from memory.picture import map_svg
+from memory.ports import Candidates, Senses, Store
+from memory.recall import Weights
 from memory.settings import Settings
-from memory.views import Exclusion, observations_of
+from memory.things import remembered
 from mesh.bus import Bus
 from mesh.clock import Clock
-from mesh.errors import NotFoundError, UnavailableError
+from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
 
 log = structlog.get_logger()
 
 STORED = Counter("memory_observations_stored_total", "observations written", ["via"])
-LOST = Counter("memory_observations_lost_total", "detections dropped because the buffer was full")
+LOST = Counter("memory_frames_lost_total", "frames dropped because the buffer was full")
+
+PENDING_MAX = 20
+"""Frames that wait to be looked at; perception makes two to five a second."""
+DAY_S = 86_400.0
 
 
 class Memory:
-    """One per process. Detections wait in a bounded buffer for the next flush; what is posted is written at once."""
+    """One per process. Frames wait in a bounded buffer for the next flush; what is posted is written at once."""
 
-    def __init__(self, settings: Settings, store: Store, bus: Bus, clock: Clock) -> None:
+    def __init__(self, settings: Settings, store: Store, bus: Bus, clock: Clock, senses: Senses | None) -> None:
         self._settings = settings
         self._store = store
         self._bus = bus
         self._clock = clock
+        self._senses = senses
         self._excluded = Exclusion.of(settings.excluded_labels)
-        self._buffer: deque[Observation] = deque(maxlen=settings.buffer_max)
+        self._intake = Intake(settings, store, senses)
+        self._blind = Intake(settings, store, None)
+        self._pending: deque[Detections] = deque(maxlen=PENDING_MAX)
+        self._came = asyncio.Event()
+        self._looking = asyncio.Lock()
+        self._buffer: deque[Frame] = deque(maxlen=settings.buffer_max)
+        self._weights = Weights(**{name: getattr(settings, f"weight_{name}") for name in Weights.__dataclass_fields__})
 
     async def listen(self) -> None:
         """Takes in `vision.detections` until cancelled."""
         await self._bus.listen(VISION_DETECTIONS, self._take)
+
+    async def look_forever(self) -> None:
+        """Finds out where the things of each frame are, and what is missing from it."""
+        while True:
+            await self._came.wait()
+            self._came.clear()
+            await self._look_at_pending(self._intake)
 
     async def flush_forever(self) -> None:
         """Writes the buffer once a period; what cannot be written now stays for the next time."""
         while True:
             await self._clock.sleep(self._settings.flush_period_s)
             await self.try_flush()
+
+    async def tidy_forever(self) -> None:
+        """Now and then forgets what is over: ghosts, what is too old, and labels that have since been excluded."""
+        while True:
+            try:
+                await self.tidy()
+            except UnavailableError as error:
+                log.warning("could not tidy up; trying again", error=error.detail)
+            await self._clock.sleep(self._settings.tidy_period_s)
+
+    async def tidy(self) -> int:
+        """Ages count back from the newest sighting: a clock that jumps ahead must not wipe out everything."""
+        forgotten, newest_s = 0, 0.0
+        for known in await self._store.labels(10_000):
+            newest_s = max(newest_s, known.last_seen_s)
+            if known.label in self._excluded:
+                forgotten += await self._store.forget(ForgetRequest(label=known.label))
+        return forgotten + await self._store.tidy(
+            lost_before_s=newest_s - self._settings.lost_retention_days * DAY_S,
+            seen_before_s=newest_s - self._settings.retention_days * DAY_S,
+        )
+
+    async def close(self) -> None:
+        """What waits is written, without asking anybody any more."""
+        await self._look_at_pending(self._blind)
+        await self.try_flush()
 
     async def try_flush(self) -> None:
         try:
@@ -68,45 +125,124 @@ class Memory:
         self._buffer.clear()
         written = False
         try:
-            await self._store.add(batch)
+            await self._store.remember(batch)
             written = True
         finally:  # cancelled counts too: the last flush of a closing service writes it then
             if not written:
                 self._put_back(batch)
-        STORED.labels("detections").inc(len(batch))
+        STORED.labels("detections").inc(sum(len(frame.seen) for frame in batch))
 
     async def observe(self, batch: ObservationBatch) -> ObservationsReply:
         """Durable when it returns."""
         wanted = [one for one in batch.observations if one.label not in self._excluded]
         if wanted:
-            await self._store.add(wanted)
+            now_s = self._clock.now_s()
+            await self._store.remember([not_after(frame, now_s) for frame in frames_of(wanted)])
             STORED.labels("http").inc(len(wanted))
         return ObservationsReply(stored=len(wanted), ignored=len(batch.observations) - len(wanted))
+
+    async def look(self, batch: LookBatch) -> LooksReply:
+        """Durable when it returns. A look confirms nothing: what was seen comes as observations."""
+        judged = [await self._intake.judge(look) for look in batch.looks]
+        now_s = self._clock.now_s()
+        await self._store.remember([not_after(frame, now_s) for frame, _ in judged])
+        return LooksReply(
+            confirmed=sum(tally.confirmed for _, tally in judged),
+            missed=sum(tally.missed for _, tally in judged),
+            untold=sum(tally.untold for _, tally in judged),
+        )
 
     async def labels(self, limit: int) -> list[LabelCount]:
         return await self._store.labels(limit)
 
     async def views(self, label: str | None, limit: int) -> list[View]:
-        return await self._store.views(label, limit)
+        return [kept.told() for kept in await self._store.views(label, limit)]
+
+    async def objects(
+        self, label: str | None, state: ObjectState | None, colour: str | None, limit: int
+    ) -> list[RememberedObject]:
+        """Most believed first."""
+        now_s = self._clock.now_s()
+        found = [remembered(one, now_s) for one in await self._store.things(label, None, self._settings.objects_max)]
+        wanted = [one for one in found if state in {None, one.state} and colour in {None, one.colour}]
+        return sorted(wanted, key=lambda one: (-one.belief, -one.last_seen_s, one.id))[:limit]
+
+    async def object(self, number: int) -> RememberedObject:
+        thing = await self._store.thing(number)
+        if thing is None:
+            raise NotFoundError(f"no object {number} is remembered")
+        return remembered(thing, self._clock.now_s())
 
     async def recall(self, request: RecallRequest) -> RecallReply:
         """Requirement A5; see `memory.recall`."""
-        limit = self._settings.candidates_max
-        of_label = await self._store.views(request.label, limit)
+        rule = request.rule if request.rule is not None else self._settings.recall_rule
         first = request.memory_object
-        of_memory_object = await self._store.views(first, limit) if first not in {None, request.label} else []
-        return RecallReply(views=recall.rank(request, of_memory_object, of_label))
+        of_label = await self._candidates(request.label)
+        of_first = await self._candidates(first) if first is not None and first != request.label else Candidates()
+        views = recall.rank(request, of_first, of_label, rule=rule, weights=self._weights, now_s=self._clock.now_s())
+        return RecallReply(views=views, rule=rule)
 
-    async def forget(self, label: str) -> DeletedReply:
+    async def _candidates(self, label: str) -> Candidates:
+        return await self._store.candidates(
+            label, views_a_thing=self._settings.views_an_object, views_max=self._settings.candidates_max
+        )
+
+    async def forget(self, what: ForgetRequest) -> DeletedReply:
         """What still waits in the buffer goes too. Raises `NotFoundError` when there was nothing."""
-        await self.flush()
-        deleted = await self._store.forget(label)
-        if deleted == 0:
-            raise NotFoundError("no view of such a thing is remembered")
-        return DeletedReply(deleted=deleted)
+        await self._settle()
+        return _deleted(await self._store.forget(what))
+
+    async def forget_object(self, number: int) -> DeletedReply:
+        await self._settle()
+        return _deleted(await self._store.forget_thing(number))
+
+    async def export(self, form: ExportForm) -> AsyncGenerator[str]:
+        """Line by line. Raises `UnavailableError` before the first line where the database is away."""
+        if form is ExportForm.FULL:
+            yield exchange.header_line()
+            async for page in self._store.pages():
+                yield "".join(exchange.lines_of(page))
+            return
+        between = "{\n"
+        for known in await self._store.labels(10_000):
+            views = await self._store.views(known.label, self._settings.views_max)
+            yield between + exchange.seeds_of(known.label, views)
+            between = ",\n"
+        yield "{}\n" if between == "{\n" else "\n}\n"
+
+    async def bring_in(self, form: ExportForm, data: bytes) -> ImportReply:
+        """All or nothing; durable when it returns. Raises `UnprocessableError` for what is not in that form."""
+        read = exchange.read_full if form is ExportForm.FULL else exchange.read_seeds
+        try:
+            brought = await asyncio.to_thread(read, data, self._excluded)
+        except exchange.MalformedError as error:
+            raise UnprocessableError(str(error)) from error
+        await self._store.bring_in(brought.hoard)
+        return ImportReply(objects=len(brought.hoard.things), views=len(brought.hoard.views), ignored=brought.ignored)
+
+    async def map_svg(self, label: str | None, views_max: int) -> str:
+        now_s = self._clock.now_s()
+        things = [remembered(one, now_s) for one in await self._store.things(label, None, 1000)]
+        views = await self._store.views(label, views_max)
+        ground = await self._senses.ground() if self._senses is not None else None
+        return await asyncio.to_thread(map_svg, things, views, ground, now_s)
+
+    async def statistics(self) -> MemoryStatistics:
+        counts = await self._store.counts()
+        now_s = self._clock.now_s()
+        return MemoryStatistics(
+            labels=counts.labels,
+            views=counts.views,
+            sightings=counts.sightings,
+            objects=dict(Counted(thing.state_at(now_s) for thing in counts.things)),
+            oldest_s=counts.oldest_s,
+            newest_s=counts.newest_s,
+            database=counts.database,
+            size_bytes=counts.size_bytes,
+        )
 
     async def dependencies(self) -> Sequence[Dependency]:
-        """Ready means: the database can be written, and Redis is there."""
+        """Ready means: the database can be written, and Redis is there. Without robot_bridge it remembers views."""
         trouble = ""
         try:
             await self._store.check()
@@ -119,13 +255,36 @@ class Memory:
         ]
 
     async def _take(self, message: Detections) -> None:
-        new = observations_of(message, self._excluded, self._settings.confidence_min)
-        LOST.inc(max(0, len(self._buffer) + len(new) - self._settings.buffer_max))
-        self._buffer.extend(new)
+        if len(self._pending) == PENDING_MAX:
+            LOST.inc()
+        self._pending.append(message)
+        self._came.set()
 
-    def _put_back(self, batch: list[Observation]) -> None:
+    async def _look_at_pending(self, intake: Intake) -> None:
+        """A frame leaves the line only once it is in the buffer: an ending service finds it in one of the two."""
+        async with self._looking:
+            while self._pending:
+                message = self._pending[0]
+                frame = await intake.frame_of(message)
+                if self._pending and self._pending[0] is message:
+                    self._pending.popleft()
+                if frame is not None:
+                    LOST.inc(len(self._buffer) == self._buffer.maxlen)
+                    self._buffer.append(not_after(frame, self._clock.now_s()))
+
+    async def _settle(self) -> None:
+        await self._look_at_pending(self._blind)
+        await self.flush()
+
+    def _put_back(self, batch: list[Frame]) -> None:
         """In front of what came meanwhile; the newest win."""
         everything = [*batch, *self._buffer]
         LOST.inc(max(0, len(everything) - self._settings.buffer_max))
         self._buffer.clear()
         self._buffer.extend(everything)
+
+
+def _deleted(count: int) -> DeletedReply:
+    if count == 0:
+        raise NotFoundError("nothing of that kind is remembered")
+    return DeletedReply(deleted=count)

@@ -1,22 +1,36 @@
 """The HTTP face: thin; every decision is made behind it."""
 
+from collections.abc import AsyncGenerator
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Query, Request
+from fastapi.responses import Response, StreamingResponse
 
 from contracts.base import Label
 from contracts.memory import (
+    Colour,
     DeletedReply,
+    ExportForm,
+    ForgetRequest,
+    ImportReply,
     LabelCount,
+    LookBatch,
+    LooksReply,
+    MemoryStatistics,
+    ObjectState,
     ObservationBatch,
     ObservationsReply,
     RecallReply,
     RecallRequest,
+    RememberedObject,
     View,
 )
 from memory.remembering import Memory
 
 router = APIRouter()
+
+MEDIA = {ExportForm.FULL: "application/x-ndjson", ExportForm.SEEDS: "application/json"}
+FILE = {ExportForm.FULL: "memory.jsonl", ExportForm.SEEDS: "memory.json"}
 
 
 def get_memory(request: Request) -> Memory:
@@ -24,12 +38,19 @@ def get_memory(request: Request) -> Memory:
 
 
 MemoryDep = Annotated[Memory, Depends(get_memory)]
+Number = Annotated[int, Path(ge=1, le=2**31 - 1)]
 
 
 @router.post("/observations", tags=["writing"])
 async def observe(body: ObservationBatch, memory: MemoryDep) -> ObservationsReply:
     """Remembers; durable when answered. Excluded labels are counted as ignored and written nowhere."""
     return await memory.observe(body)
+
+
+@router.post("/looks", tags=["writing"])
+async def look(body: LookBatch, memory: MemoryDep) -> LooksReply:
+    """What should have been seen and was not loses belief; what was hidden or out of view keeps it."""
+    return await memory.look(body)
 
 
 @router.get("/labels", tags=["reading"])
@@ -48,13 +69,101 @@ async def views(
     return await memory.views(label, limit)
 
 
+@router.get("/objects", tags=["reading"])
+async def objects(
+    memory: MemoryDep,
+    label: Annotated[Label | None, Query()] = None,
+    state: Annotated[ObjectState | None, Query()] = None,
+    colour: Annotated[Colour | None, Query()] = None,
+    limit: Annotated[int, Query(ge=1, le=5000)] = 200,
+) -> list[RememberedObject]:
+    """Things with a place of their own, most believed first."""
+    return await memory.objects(label, state, colour, limit)
+
+
+@router.get("/objects/{number}", tags=["reading"])
+async def one_object(number: Number, memory: MemoryDep) -> RememberedObject:
+    """One thing; 404 when there is none."""
+    return await memory.object(number)
+
+
 @router.post("/recall", tags=["reading"])
 async def recall(body: RecallRequest, memory: MemoryDep) -> RecallReply:
-    """Where to look for it, best first, each with the reason in words."""
+    """Where to look for it, best first, each with the parts of its score and the reason in words."""
     return await memory.recall(body)
 
 
+@router.delete("/objects/{number}", tags=["writing"])
+async def forget_object(number: Number, memory: MemoryDep) -> DeletedReply:
+    """Forgets a thing and every view of it; 404 when there is none."""
+    return await memory.forget_object(number)
+
+
 @router.delete("/labels/{label:path}", tags=["writing"])
-async def forget(label: Annotated[Label, Path()], memory: MemoryDep) -> DeletedReply:
-    """Forgets every view of a label; 404 when there is none."""
-    return await memory.forget(label)
+async def forget_label(label: Annotated[Label, Path()], memory: MemoryDep) -> DeletedReply:
+    """Forgets everything of a label; 404 when there is nothing."""
+    return await memory.forget(ForgetRequest(label=label))
+
+
+@router.post("/forget", tags=["writing"])
+async def forget(body: ForgetRequest, memory: MemoryDep) -> DeletedReply:
+    """Forgets by label, area and time; 404 when nothing meets all that is asked."""
+    return await memory.forget(body)
+
+
+@router.get(
+    "/export",
+    tags=["exchange"],
+    response_class=StreamingResponse,
+    responses={200: {"content": {"application/x-ndjson": {}, "application/json": {}}}},
+)
+async def export(memory: MemoryDep, form: Annotated[ExportForm, Query()] = ExportForm.FULL) -> StreamingResponse:
+    """Everything remembered, as a file."""
+    lines = memory.export(form)
+    first = await anext(lines)  # a database that is away is a 503, not a broken file
+    headers = {"content-disposition": f'attachment; filename="{FILE[form]}"'}
+    return StreamingResponse(_from(first, lines), media_type=MEDIA[form], headers=headers)
+
+
+@router.post(
+    "/import",
+    tags=["exchange"],
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+async def bring_in(
+    request: Request, memory: MemoryDep, form: Annotated[ExportForm, Query()] = ExportForm.FULL
+) -> ImportReply:
+    """Takes an export back, all of it or nothing; doing it twice changes nothing."""
+    return await memory.bring_in(form, await request.body())
+
+
+@router.get(
+    "/map.svg",
+    tags=["reading"],
+    response_class=Response,
+    responses={200: {"content": {"image/svg+xml": {}}}},
+)
+async def picture(
+    memory: MemoryDep,
+    label: Annotated[Label | None, Query()] = None,
+    views: Annotated[int, Query(ge=0, le=5000)] = 500,
+) -> Response:
+    """Objects by belief and age, and the best views, on the map."""
+    return Response(await memory.map_svg(label, views), media_type="image/svg+xml")
+
+
+@router.get("/statistics", tags=["reading"])
+async def statistics(memory: MemoryDep) -> MemoryStatistics:
+    """How much is remembered, and how large it is."""
+    return await memory.statistics()
+
+
+async def _from(first: str, rest: AsyncGenerator[str]) -> AsyncGenerator[str]:
+    yield first
+    async for part in rest:
+        yield part

@@ -1,9 +1,14 @@
 """Settings of the memory service, from the environment (prefix MEMORY_)."""
 
+from urllib.parse import urlsplit
+
 from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-SQLITE = "sqlite+aiosqlite:///"
+from contracts.memory import RecallRule
+
+SQLITE = "sqlite:///"
+POSTGRESQL = "postgresql://"
 
 
 class Settings(BaseSettings):
@@ -14,19 +19,46 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8003, ge=1, le=65535)
     redis_url: str = "redis://127.0.0.1:6379/0"
-    database_url: str = f"{SQLITE}memory.db"
+    robot_bridge_url: str = Field(default="http://127.0.0.1:8004", description="for depth and map; empty: do without")
+    database_url: str = Field(default=f"{SQLITE}memory.db", description="sqlite:///FILE or postgresql://...")
 
     excluded_labels: tuple[str, ...] = Field(default=("person",), description="never written, not even to a log")
     confidence_min: float = Field(default=0.30, ge=0.0, le=1.0, description="of detections; what is posted is kept")
     flush_period_s: float = Field(default=1.0, gt=0.0, le=60.0)
-    buffer_max: int = Field(default=10_000, ge=1, le=1_000_000, description="detections that wait for the next flush")
+    buffer_max: int = Field(default=5_000, ge=1, le=1_000_000, description="frames that wait for the next flush")
     views_max: int = Field(default=1_000_000, ge=100, description="when full, the views longest not seen are forgotten")
-    candidates_max: int = Field(default=2_000, ge=1, le=50_000, description="views a label that recall chooses from")
+    objects_max: int = Field(default=5_000, ge=10, le=100_000, description="the same of objects")
+    retention_days: float = Field(default=400.0, gt=0.0, description="what was last seen so long ago is forgotten")
+    lost_retention_days: float = Field(default=30.0, gt=0.0, description="the same of objects that are lost")
+    tidy_period_s: float = Field(default=3600.0, gt=0.0, description="between two rounds of forgetting")
     busy_timeout_s: float = Field(default=2.0, gt=0.0, le=30.0, description="how long a write waits for a locked file")
+    import_bytes_max: int = Field(default=64_000_000, ge=1_000, le=1_000_000_000)
+
+    camera_hfov_rad: float = Field(default=0.942, gt=0.1, lt=3.0, description="54 degrees")
+    camera_height_m: float = Field(default=0.244, ge=0.0, le=3.0, description="above the floor, looking level")
+    camera_forward_m: float = Field(default=0.06, ge=-1.0, le=1.0, description="before base_link")
+    look_range_m: float = Field(default=2.3, gt=0.3, le=10.0, description="a cup not seen within it was missing")
+    senses_timeout_s: float = Field(default=0.5, gt=0.0, le=5.0, description="for depth and map of one frame")
+
+    recall_rule: RecallRule = RecallRule.BELIEF
+    candidates_max: int = Field(default=1_000, ge=1, le=50_000, description="views a label that recall chooses from")
+    views_an_object: int = Field(default=8, ge=1, le=100, description="of which recall chooses where to look from")
+    weight_belief: float = Field(default=1.0, ge=0.0, le=5.0)
+    weight_agreement: float = Field(default=1.0, ge=0.0, le=5.0)
+    weight_relation: float = Field(default=1.0, ge=0.0, le=5.0)
+    weight_confidence: float = Field(default=0.5, ge=0.0, le=5.0)
+    weight_recency: float = Field(default=0.25, ge=0.0, le=5.0)
+    weight_travel: float = Field(default=0.25, ge=0.0, le=5.0)
+    weight_again: float = Field(default=1.0, ge=0.0, le=5.0)
 
     @field_validator("database_url")
     @classmethod
-    def _is_a_file(cls, url: str) -> str:
+    def _is_known(cls, url: str) -> str:
+        if url.startswith(POSTGRESQL):
+            server = urlsplit(url)
+            if not server.hostname or not server.path.strip("/"):
+                raise ValueError("must name a server and a database, as in postgresql://atom@localhost/atom")
+            return url
         if not url.startswith(SQLITE) or url == SQLITE or "?" in url or ":memory:" in url:
-            raise ValueError(f"must name a file, as in {SQLITE}memory.db")
+            raise ValueError(f"must name a file, as in {SQLITE}memory.db, or a server: {POSTGRESQL}...")
         return url

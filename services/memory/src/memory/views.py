@@ -1,103 +1,99 @@
-"""Sightings that say the same count once: same label and colour, same 0.25 m cell, same 30 degree sector (pure)."""
+"""Sightings that say the same count once: same thing (or label and colour), 0.25 m cell, 30 degree sector (pure)."""
 
 import math
-import unicodedata
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from contracts.geometry import Pose2D
 from contracts.memory import Observation
-from contracts.vision import Detections
+from memory.belief import FIRST, after_sighting
+from memory.frames import Frame
 
 CELL_M = 0.25
 SECTORS = 12
 SECTOR_RAD = 2.0 * math.pi / SECTORS
+LOOKED_M = 0.4
+LOOKED_RAD = math.radians(20.0)
+"""A look from this near a view's place, in a direction this near to its own, shows what the view showed."""
+LOOKED_AGAIN_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """What makes two sightings the same view. `colour` is empty where it is not known."""
+    """What makes two sightings the same view. `thing_id` is none where the thing's own place was not measured; only
+    then is `colour` part of it (empty: not known), for else it is the thing's."""
 
     label: str
     colour: str
     cell_x: int
     cell_y: int
     sector: int
+    thing_id: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """What is kept of all sightings of one place: how many, the last, and the best with the pose it had."""
+    """What is kept of all sightings of one place: how many, the last, and the best with the pose it had.
+
+    `belief` is used where there is no thing whose belief it would be.
+    """
 
     place: Place
     pose: Pose2D
     confidence: float
     last_seen_s: float
     count: int = 1
+    belief: float = FIRST
 
 
-def place_of(observation: Observation) -> Place:
+def place_of(observation: Observation, thing_id: int | None = None) -> Place:
     pose = observation.pose
     return Place(
         label=observation.label,
-        colour=observation.colour or "",
+        colour="" if thing_id is not None else observation.colour or "",
         cell_x=math.floor(pose.x / CELL_M),
         cell_y=math.floor(pose.y / CELL_M),
         sector=math.floor((pose.yaw % (2.0 * math.pi)) / SECTOR_RAD) % SECTORS,
+        thing_id=thing_id,
     )
 
 
-def sighting_of(observation: Observation) -> Sighting:
-    return Sighting(place_of(observation), observation.pose, observation.confidence, observation.stamp_s)
+def sighting_of(observation: Observation, thing_id: int | None = None) -> Sighting:
+    return Sighting(
+        place_of(observation, thing_id),
+        observation.pose,
+        observation.confidence,
+        observation.stamp_s,
+        belief=after_sighting(FIRST, observation.confidence),
+    )
 
 
 def merged(old: Sighting, new: Sighting) -> Sighting:
     """Both are of one place. On equal confidence the older pose stays, so that a parked robot rewrites nothing."""
     best = new if new.confidence > old.confidence else old
-    last_seen_s = max(old.last_seen_s, new.last_seen_s)
-    return Sighting(old.place, best.pose, best.confidence, last_seen_s, old.count + new.count)
+    return replace(
+        old,
+        pose=best.pose,
+        confidence=best.confidence,
+        last_seen_s=max(old.last_seen_s, new.last_seen_s),
+        count=old.count + new.count,
+        belief=max(old.belief, new.belief),
+    )
 
 
-def merge(observations: Iterable[Observation]) -> dict[Place, Sighting]:
-    """One sighting a place, in the order the places first came."""
-    found: dict[Place, Sighting] = {}
-    for observation in observations:
-        new = sighting_of(observation)
-        old = found.get(new.place)
-        found[new.place] = new if old is None else merged(old, new)
-    return found
+def sighting_at(
+    label: str, colour: str, pose: Pose2D, *, confidence: float, last_seen_s: float, count: int, thing_id: int | None
+) -> Sighting:
+    """A view that comes from elsewhere, put in its place."""
+    observation = Observation(label=label, colour=colour or None, pose=pose, confidence=confidence, stamp_s=last_seen_s)
+    return replace(sighting_of(observation, thing_id), count=count)
 
 
-@dataclass(frozen=True, slots=True)
-class Exclusion:
-    """Labels that are never kept; case, surrounding space and look-alike letter forms do not get round it."""
-
-    labels: frozenset[str]
-
-    @classmethod
-    def of(cls, labels: Iterable[str]) -> "Exclusion":
-        return cls(frozenset(_plain(label) for label in labels))
-
-    def __contains__(self, label: str) -> bool:
-        return _plain(label) in self.labels
-
-
-def _plain(label: str) -> str:
-    return unicodedata.normalize("NFKC", label).strip().casefold()
-
-
-def observations_of(message: Detections, excluded: Exclusion, confidence_min: float) -> list[Observation]:
-    """What of one frame is worth remembering; nothing where the robot did not know where it was."""
-    if message.pose is None:
-        return []
-    return [
-        Observation(
-            label=detection.label,
-            confidence=detection.confidence,
-            pose=message.pose,
-            stamp_s=message.stamp_s,
-            colour=detection.colour if (detection.colour or "").isprintable() else None,
-        )
-        for detection in message.detections
-        if detection.confidence >= confidence_min and detection.label not in excluded
-    ]
+def contradicted(label: str, pose: Pose2D, believed_s: float, frame: Frame) -> bool:
+    """Whether the frame looked from about there in about that direction for such a thing, and saw none."""
+    return (
+        label not in frame.seen_labels
+        and (frame.looked_for is None or label in frame.looked_for)
+        and frame.stamp_s > believed_s + LOOKED_AGAIN_S
+        and math.hypot(pose.x - frame.pose.x, pose.y - frame.pose.y) <= LOOKED_M
+        and abs(math.remainder(pose.yaw - frame.pose.yaw, 2.0 * math.pi)) <= LOOKED_RAD
+    )

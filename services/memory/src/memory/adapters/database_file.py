@@ -1,64 +1,137 @@
-"""The file under the store: made ours when new, set aside when corrupt, left alone when it is somebody else's.
+"""The SQLite file under the store: made ours when new, set aside when corrupt, left alone when it is somebody else's.
 
-Everything here blocks; the store calls it in a thread. Every failure is an `UnavailableError` that names the database.
+Everything here blocks. Every failure is an `UnavailableError` that names the database.
 """
 
 import sqlite3
-from collections.abc import Callable, Generator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import structlog
-from sqlalchemy.exc import DBAPIError
-from sqlalchemy.exc import TimeoutError as PoolTimeoutError
+from sqlalchemy import URL, Engine, create_engine, event
 
-from memory.adapters.tables import SCHEMA_VERSION, definitions
+from memory.adapters.database import naming_the_database
+from memory.adapters.migrations import upgrade
 from mesh.errors import UnavailableError
 
 log = structlog.get_logger()
 
 CORRUPT = frozenset({sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB})
 SIDE_FILES = ("-wal", "-shm", "-journal")
+CHECK_S = 0.3
+PRAGMAS = (
+    "PRAGMA foreign_keys = ON",
+    # In WAL mode NORMAL survives a killed process but not a lost battery: its last commits may be gone. What was
+    # answered must be there, and at one write a second the extra fsync costs nothing.
+    "PRAGMA synchronous = FULL",
+    # What was forgotten must not lie in the file's free pages.
+    "PRAGMA secure_delete = ON",
+)
 
 
-@contextmanager
-def naming_the_database() -> Generator[None]:
-    """Translates whatever the file system or SQLite says into `UnavailableError`."""
-    try:
-        yield
-    except DBAPIError as error:
-        raise UnavailableError("database", str(error.orig)) from error
-    except PoolTimeoutError as error:
-        raise UnavailableError("database", "busy: too many wait for it") from error
-    except (sqlite3.Error, OSError) as error:
-        raise UnavailableError("database", str(error)) from error
+class SqliteFile:
+    """A `memory.adapters.database.Database`."""
 
+    name = "sqlite"
 
-def prepare(path: Path, *, busy_timeout_s: float) -> None:
-    """Afterwards the file is there, sound, in WAL mode and has our tables."""
-    with naming_the_database():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        trouble = _trouble(path, busy_timeout_s)
-        if trouble:
-            aside = set_aside(path)
-            log.error(
-                "the memory was corrupt: set aside, starting with an empty one", reason=trouble, kept_as=aside.name
-            )
-        with closing(sqlite3.connect(path, timeout=busy_timeout_s, isolation_level=None)) as connection:
-            _make_ours(connection)
+    def __init__(self, path: Path, *, busy_timeout_s: float) -> None:
+        self._path = path
+        self._busy_timeout_s = busy_timeout_s
 
+    def prepare(self, *, patience_s: float) -> None:
+        """Afterwards the file is there, sound, in WAL mode and has our tables."""
+        with naming_the_database():
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            trouble = self._trouble(patience_s)
+            if trouble:
+                aside = set_aside(self._path)
+                log.error(
+                    "the memory was corrupt: set aside, starting with an empty one", reason=trouble, kept_as=aside.name
+                )
+            self._make_ours(patience_s)
 
-def check_writable(path: Path, *, busy_timeout_s: float) -> None:
-    """Takes the write lock, touches a row, and lets go without a trace."""
-    if not path.exists():
-        raise UnavailableError("database", "the file is gone")
-    with (
-        naming_the_database(),
-        closing(sqlite3.connect(path, timeout=busy_timeout_s, isolation_level=None)) as connection,
-    ):
-        connection.execute("BEGIN IMMEDIATE")
-        connection.execute("UPDATE schema_version SET version = version")
-        connection.execute("ROLLBACK")
+    def writer(self) -> Engine:
+        return self._engine("BEGIN IMMEDIATE", PRAGMAS, connections=1, patience_s=self._busy_timeout_s)
+
+    def reader(self, connections: int) -> Engine:
+        read_only = (*PRAGMAS, "PRAGMA query_only = ON")
+        return self._engine("BEGIN", read_only, connections=connections, patience_s=self._busy_timeout_s)
+
+    def check_writable(self) -> None:
+        """Takes the write lock, touches a row, and lets go without a trace."""
+        if not self._path.exists():
+            raise UnavailableError("database", "the file is gone")
+        with (
+            naming_the_database(),
+            closing(sqlite3.connect(self._path, timeout=CHECK_S, isolation_level=None)) as connection,
+        ):
+            connection.execute("BEGIN IMMEDIATE")
+            connection.execute("UPDATE alembic_version SET version_num = version_num")
+            connection.execute("ROLLBACK")
+
+    def after_forgetting(self, writer: Engine) -> None:
+        """Empties the log, which still holds what was there before; a reader may delay that to the next time."""
+        with naming_the_database():
+            connection = writer.raw_connection()
+            try:
+                connection.cursor().execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            finally:
+                connection.close()
+
+    def size_bytes(self, reader: Engine) -> int | None:
+        return sum(file.stat().st_size for file in self._files() if file.exists())
+
+    def _files(self) -> list[Path]:
+        return [self._path.with_name(self._path.name + end) for end in ("", *SIDE_FILES)]
+
+    def _trouble(self, patience_s: float) -> str:
+        """What is wrong with the file; empty when it is sound or not there. `sqlite3.Error` when it is locked."""
+        if not self._path.exists():
+            return ""
+        try:
+            with closing(sqlite3.connect(self._path, timeout=patience_s)) as connection:
+                verdict = str(connection.execute("PRAGMA quick_check(1)").fetchone()[0])
+        except sqlite3.DatabaseError as error:
+            if error.sqlite_errorcode & 0xFF not in CORRUPT:
+                raise
+            return str(error)
+        return "" if verdict == "ok" else verdict
+
+    def _make_ours(self, patience_s: float) -> None:
+        """The log mode only after the tables: a file that is not ours is not touched."""
+        engine = self._engine("BEGIN IMMEDIATE", (), connections=1, patience_s=patience_s)
+        try:
+            with engine.begin() as connection:
+                upgrade(connection)
+            with closing(sqlite3.connect(self._path, timeout=patience_s, isolation_level=None)) as connection:
+                connection.execute("PRAGMA journal_mode = WAL")
+        finally:
+            engine.dispose()
+
+    def _engine(self, begin: str, pragmas: tuple[str, ...], *, connections: int, patience_s: float) -> Engine:
+        engine = create_engine(
+            URL.create("sqlite", database=str(self._path)),
+            hide_parameters=True,  # an error's text, and so a log, never holds what was to be written
+            pool_size=connections,
+            max_overflow=0,
+            pool_timeout=self._busy_timeout_s,
+            connect_args={"timeout": patience_s, "check_same_thread": False},
+        )
+
+        def set_up(connection: Any, record: object) -> None:
+            connection.isolation_level = None  # BEGIN is ours to say: Python's sqlite3 would say it too late
+            cursor = connection.cursor()
+            for pragma in pragmas:
+                cursor.execute(pragma)
+            cursor.close()
+
+        def on_begin(connection: Any) -> None:
+            connection.exec_driver_sql(begin)
+
+        event.listen(engine, "connect", set_up)
+        event.listen(engine, "begin", on_begin)
+        return engine
 
 
 def set_aside(path: Path) -> Path:
@@ -76,49 +149,3 @@ def set_aside(path: Path) -> Path:
 
 def _named(path: Path, number: int, end: str) -> Path:
     return path.with_name(f"{path.name}.corrupt-{number}{end}")
-
-
-def _trouble(path: Path, busy_timeout_s: float) -> str:
-    """What is wrong with the file; empty when it is sound or not there. Raises `sqlite3.Error` when it is locked."""
-    if not path.exists():
-        return ""
-    try:
-        with closing(sqlite3.connect(path, timeout=busy_timeout_s)) as connection:
-            verdict = str(connection.execute("PRAGMA quick_check(1)").fetchone()[0])
-    except sqlite3.DatabaseError as error:
-        if error.sqlite_errorcode & 0xFF not in CORRUPT:
-            raise
-        return str(error)
-    return "" if verdict == "ok" else verdict
-
-
-def _make_ours(connection: sqlite3.Connection) -> None:
-    tables = {str(row[0]) for row in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    if not tables:
-        connection.execute("PRAGMA journal_mode = WAL")
-        _in_one_transaction(connection, _define)
-        return
-    if "schema_version" not in tables:
-        raise UnavailableError("database", "the file holds another program's tables; it was left alone")
-    found = connection.execute("SELECT max(version) FROM schema_version").fetchone()[0]
-    if found != SCHEMA_VERSION:
-        told = f"the file has schema version {found}, this program knows {SCHEMA_VERSION}; it was left alone"
-        raise UnavailableError("database", told)
-    connection.execute("PRAGMA journal_mode = WAL")
-
-
-def _define(connection: sqlite3.Connection) -> None:
-    if connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'schema_version'").fetchone()[0]:
-        return  # another process was quicker
-    for statement in definitions():
-        connection.execute(statement)
-
-
-def _in_one_transaction(connection: sqlite3.Connection, work: Callable[[sqlite3.Connection], None]) -> None:
-    connection.execute("BEGIN IMMEDIATE")
-    try:
-        work(connection)
-    except sqlite3.Error:
-        connection.execute("ROLLBACK")
-        raise
-    connection.execute("COMMIT")

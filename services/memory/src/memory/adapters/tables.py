@@ -1,38 +1,85 @@
-"""The database's tables, and the version that says which code understands them."""
+"""The database's tables as they are now; `migrations` brings older ones here."""
 
-from sqlalchemy import Column, Float, Index, Integer, MetaData, Table, Text, UniqueConstraint
-from sqlalchemy.dialects import sqlite
-from sqlalchemy.schema import CreateIndex, CreateTable
+from typing import Any
 
-SCHEMA_VERSION = 1
+from sqlalchemy import (
+    Column,
+    ColumnElement,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    Table,
+    Text,
+    literal_column,
+)
+from sqlalchemy.dialects import postgresql
 
 metadata = MetaData()
 
-schema_version = Table("schema_version", metadata, Column("version", Integer, nullable=False))
+Real = Float().with_variant(postgresql.DOUBLE_PRECISION(), "postgresql")
+
+things = Table(
+    "things",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("label", Text, nullable=False),
+    Column("x", Real, nullable=False),
+    Column("y", Real, nullable=False),
+    Column("z", Real, nullable=False),
+    Column("variance_m2", Real, nullable=False),
+    Column("belief", Real, nullable=False),
+    Column("believed_s", Real, nullable=False),
+    Column("confidence", Real, nullable=False),
+    Column("first_seen_s", Real, nullable=False),
+    Column("last_seen_s", Real, nullable=False),
+    Column("times_seen", Integer, nullable=False),
+    Column("colours", Text, nullable=False),  # JSON: faded votes by colour word
+    Column("times_missed", Integer, nullable=False),
+    Column("last_missed_s", Real),
+    Column("miss_x", Real, nullable=False),
+    Column("miss_y", Real, nullable=False),
+    Column("miss_loss", Real, nullable=False),
+    Column("moved_from", Integer, ForeignKey("things.id", ondelete="SET NULL")),
+    Column("moved_to", Integer, ForeignKey("things.id", ondelete="SET NULL")),
+    Column("embedding_model", Text, nullable=False),
+    Column("embedding", LargeBinary, nullable=False),  # float16, little-endian
+    sqlite_autoincrement=True,  # an id is never given twice: a page may still show the old one
+)
+Index("things_of_label", things.c.label)
+Index("things_at", things.c.x, things.c.y)
 
 views = Table(
     "views",
     metadata,
     Column("id", Integer, primary_key=True),
     Column("label", Text, nullable=False),
-    Column("colour", Text, nullable=False),  # empty: not known (SQL takes two NULLs for different)
+    Column("colour", Text, nullable=False),  # empty: not known, or the thing's
     Column("cell_x", Integer, nullable=False),
     Column("cell_y", Integer, nullable=False),
     Column("sector", Integer, nullable=False),
-    Column("x", Float, nullable=False),
-    Column("y", Float, nullable=False),
-    Column("yaw", Float, nullable=False),
-    Column("confidence", Float, nullable=False),
-    Column("last_seen_s", Float, nullable=False),
-    Column("count", Integer, nullable=False),
-    UniqueConstraint("label", "colour", "cell_x", "cell_y", "sector"),
+    Column("thing_id", Integer, ForeignKey("things.id", ondelete="CASCADE")),
+    Column("x", Real, nullable=False),
+    Column("y", Real, nullable=False),
+    Column("yaw", Real, nullable=False),
+    Column("confidence", Real, nullable=False),
+    Column("last_seen_s", Real, nullable=False),
+    Column("sightings", Integer, nullable=False),
+    Column("belief", Real, nullable=False),
+    Column("believed_s", Real, nullable=False),
 )
+NO_THING: ColumnElement[int] = literal_column("coalesce(thing_id, 0)")
+"""SQL takes two NULLs for different; a key must not."""
+PLACE: tuple[ColumnElement[Any], ...] = (
+    views.c.cell_x,
+    views.c.cell_y,
+    views.c.sector,
+    views.c.label,
+    views.c.colour,
+    NO_THING,
+)
+Index("views_place", *PLACE, unique=True)
 Index("views_best_first", views.c.label, views.c.confidence.desc())
-
-
-def definitions() -> list[str]:
-    """The statements that make an empty database ours."""
-    made = [CreateTable(table) for table in metadata.sorted_tables]
-    made += [CreateIndex(index) for table in metadata.sorted_tables for index in sorted(table.indexes, key=str)]
-    statements = [str(one.compile(dialect=sqlite.dialect())) for one in made]
-    return [*statements, f"INSERT INTO schema_version (version) VALUES ({SCHEMA_VERSION})"]
+Index("views_of_thing", views.c.thing_id, views.c.confidence.desc())

@@ -1,0 +1,44 @@
+"""The schema's history; `upgrade` brings a database from any of its versions to the newest."""
+
+from alembic import command
+from alembic.config import Config
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, inspect, text
+
+from mesh.errors import UnavailableError
+
+FIRST = "0001"
+BEFORE_ALEMBIC = "schema_version"
+"""The table that told the version of databases made before there were migrations."""
+
+
+def upgrade(connection: Connection) -> None:
+    """Inside the caller's transaction, so that all of it happens or none.
+
+    Raises `UnavailableError` where the tables are not ours, or newer than this program.
+    """
+    config = Config()
+    config.set_main_option("script_location", "memory.adapters:migrations")
+    config.set_main_option("path_separator", "os")
+    scripts = ScriptDirectory.from_config(config)
+    context = MigrationContext.configure(connection)
+    tables = set(inspect(connection).get_table_names())
+    if tables and "alembic_version" not in tables:
+        _check_it_is_ours(connection, tables)
+        context.stamp(scripts, FIRST)
+    found = context.get_current_revision()
+    if found == scripts.get_current_head():
+        return
+    if found is not None and found not in {script.revision for script in scripts.walk_revisions()}:
+        raise UnavailableError("database", f"it has the schema {found} of a newer program; it was left alone")
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")
+
+
+def _check_it_is_ours(connection: Connection, tables: set[str]) -> None:
+    if BEFORE_ALEMBIC not in tables:
+        raise UnavailableError("database", "it holds another program's tables; it was left alone")
+    version = connection.execute(text("SELECT max(version) FROM schema_version")).scalar()
+    if version != 1:
+        raise UnavailableError("database", f"it has schema version {version}, which is not known; it was left alone")

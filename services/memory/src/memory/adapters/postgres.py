@@ -1,0 +1,75 @@
+"""A PostgreSQL database under the store, for more than one machine."""
+
+from typing import Any
+
+from sqlalchemy import URL, Engine, create_engine, event, text
+
+from memory.adapters.database import naming_the_database
+from memory.adapters.migrations import upgrade
+
+WRITERS_LOCK = 0x41544F4D
+"""Of PostgreSQL's advisory locks, the one that all writers of ATOM's memory take: one at a time."""
+CHECK_MS = 300
+
+
+class Postgres:
+    """A `memory.adapters.database.Database`."""
+
+    name = "postgresql"
+
+    def __init__(self, url: URL, *, busy_timeout_s: float) -> None:
+        self._url = url.set(drivername="postgresql+psycopg")
+        self._busy_timeout_s = busy_timeout_s
+
+    def prepare(self, *, patience_s: float) -> None:
+        with naming_the_database():
+            engine = self._engine(connections=1, lock_ms=int(patience_s * 1000), locks=True)
+            try:
+                with engine.begin() as connection:
+                    upgrade(connection)
+            finally:
+                engine.dispose()
+
+    def writer(self) -> Engine:
+        return self._engine(connections=1, lock_ms=int(self._busy_timeout_s * 1000), locks=True)
+
+    def reader(self, connections: int) -> Engine:
+        return self._engine(connections=connections, lock_ms=int(self._busy_timeout_s * 1000), locks=False)
+
+    def check_writable(self) -> None:
+        with naming_the_database():
+            engine = self._engine(connections=1, lock_ms=CHECK_MS, locks=True)
+            try:
+                with engine.connect() as connection:
+                    connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
+                    connection.rollback()
+            finally:
+                engine.dispose()
+
+    def after_forgetting(self, writer: Engine) -> None:
+        """Deleted rows stay in the server's files until its autovacuum; that is the server's to do."""
+
+    def size_bytes(self, reader: Engine) -> int | None:
+        with naming_the_database(), reader.connect() as connection:
+            return connection.execute(
+                text("SELECT pg_total_relation_size('views') + pg_total_relation_size('things')")
+            ).scalar_one()
+
+    def _engine(self, *, connections: int, lock_ms: int, locks: bool) -> Engine:
+        """Every transaction of a locking engine is the only one of its kind."""
+        engine = create_engine(
+            self._url,
+            hide_parameters=True,
+            pool_size=connections,
+            max_overflow=0,
+            pool_timeout=self._busy_timeout_s,
+            pool_pre_ping=True,
+            connect_args={"connect_timeout": 2, "options": f"-c lock_timeout={lock_ms}"},
+        )
+        if locks:
+
+            def on_begin(connection: Any) -> None:
+                connection.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": WRITERS_LOCK})
+
+            event.listen(engine, "begin", on_begin)
+        return engine

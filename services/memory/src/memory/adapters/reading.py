@@ -1,0 +1,142 @@
+"""What is read, each function inside one read transaction."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, Row, func, literal_column, select
+
+from contracts.memory import Area, LabelCount
+from memory.adapters.rows import thing_of, view_of
+from memory.adapters.tables import things, views
+from memory.ports import Candidates, Counts, Hoard, KeptView
+from memory.things import Thing
+
+PAGE = 2000
+THINGS_A_LABEL = 100
+"""Recall looks at no more things of one label than this, the most believed."""
+
+
+def best_views(connection: Connection, label: str | None, limit: int) -> list[KeptView]:
+    query = select(views).order_by(views.c.confidence.desc(), views.c.id).limit(limit)
+    if label is not None:
+        query = query.where(views.c.label == label)
+    return _coloured(connection, connection.execute(query).all())
+
+
+def some_things(connection: Connection, label: str | None, area: Area | None, limit: int) -> list[Thing]:
+    query = select(things).order_by(things.c.last_seen_s.desc(), things.c.id).limit(limit)
+    if label is not None:
+        query = query.where(things.c.label == label)
+    if area is not None:
+        query = query.where(things.c.x.between(area.x_min, area.x_max), things.c.y.between(area.y_min, area.y_max))
+    return [thing_of(row) for row in connection.execute(query)]
+
+
+def one_thing(connection: Connection, number: int) -> Thing | None:
+    row = connection.execute(select(things).where(things.c.id == number)).one_or_none()
+    return thing_of(row) if row is not None else None
+
+
+def labels(connection: Connection, limit: int) -> list[LabelCount]:
+    count = func.count().label("views")
+    query = (
+        select(
+            views.c.label,
+            count,
+            func.max(views.c.confidence).label("best_confidence"),
+            func.max(views.c.last_seen_s).label("last_seen_s"),
+        )
+        .group_by(views.c.label)
+        .order_by(count.desc(), _by_bytes(connection))
+        .limit(limit)
+    )
+    counted = select(things.c.label, func.count().label("things")).group_by(things.c.label)
+    of_label = {row.label: row.things for row in connection.execute(counted)}
+    return [
+        LabelCount(
+            label=row.label,
+            views=row.views,
+            best_confidence=row.best_confidence,
+            last_seen_s=row.last_seen_s,
+            objects=of_label.get(row.label, 0),
+        )
+        for row in connection.execute(query)
+    ]
+
+
+def candidates(connection: Connection, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
+    """A few rows a thing by an index each, not all rows of the label: a year leaves thousands."""
+    query = (
+        select(things)
+        .where(things.c.label == label)
+        .order_by(things.c.belief.desc(), things.c.last_seen_s.desc(), things.c.id)
+        .limit(THINGS_A_LABEL)
+    )
+    found = {row.id: thing_of(row) for row in connection.execute(query)}
+    order = (views.c.confidence.desc(), views.c.id)
+    without = select(views).where(views.c.label == label, views.c.thing_id.is_(None)).order_by(*order).limit(views_max)
+    rows = list(connection.execute(without))
+    if found:
+        best = views.alias("best")
+        of_thing = select(best.c.id).where(best.c.thing_id == things.c.id).correlate(things)
+        of_thing = of_thing.order_by(best.c.confidence.desc(), best.c.id).limit(views_a_thing)
+        shown = select(views).select_from(things.join(views, views.c.id.in_(of_thing)))
+        rows += connection.execute(shown.where(things.c.id.in_(list(found)))).all()
+    kept = [view_of(row) for row in rows]
+    return Candidates(found, tuple(_with_colour(view, found) for view in kept))
+
+
+def counts(connection: Connection, database: str) -> Counts:
+    row = connection.execute(
+        select(
+            func.count(func.distinct(views.c.label)),
+            func.count(),
+            func.coalesce(func.sum(views.c.sightings), 0),
+            func.min(views.c.last_seen_s),
+            func.max(views.c.last_seen_s),
+        )
+    ).one()
+    found = tuple(thing_of(one) for one in connection.execute(select(things)))
+    return Counts(
+        labels=row[0],
+        views=row[1],
+        sightings=int(row[2]),
+        things=found,
+        oldest_s=row[3],
+        newest_s=row[4],
+        database=database,
+        size_bytes=None,
+    )
+
+
+def page(connection: Connection, kind: str, after: int) -> tuple[Hoard, int | None]:
+    """The next rows after an id, and the id to go on after; none at the end."""
+    table = things if kind == "things" else views
+    rows = connection.execute(select(table).where(table.c.id > after).order_by(table.c.id).limit(PAGE)).all()
+    going_on = rows[-1].id if len(rows) == PAGE else None
+    if kind == "things":
+        return Hoard(things=tuple(thing_of(row) for row in rows)), going_on
+    return Hoard(views=tuple(_coloured(connection, rows))), going_on
+
+
+def _coloured(connection: Connection, rows: Sequence[Row[Any]]) -> list[KeptView]:
+    """With the colours of the things they show."""
+    numbers = sorted({row.thing_id for row in rows if row.thing_id is not None})
+    known: dict[int, Thing] = {}
+    for start in range(0, len(numbers), 500):
+        query = select(things).where(things.c.id.in_(numbers[start : start + 500]))
+        known.update({row.id: thing_of(row) for row in connection.execute(query)})
+    return [_with_colour(view_of(row), known) for row in rows]
+
+
+def _with_colour(view: KeptView, known: dict[int, Thing]) -> KeptView:
+    if view.thing_id is None or view.thing_id not in known:
+        return view
+    return replace(view, colour=known[view.thing_id].colour or "")
+
+
+def _by_bytes(connection: Connection) -> ColumnElement[str]:
+    """Names in the same order everywhere, whatever language the database speaks."""
+    order: ColumnElement[str] = literal_column('views.label COLLATE "C"')
+    return order if connection.dialect.name == "postgresql" else views.c.label

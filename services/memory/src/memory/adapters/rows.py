@@ -1,0 +1,102 @@
+"""Rows of the tables to things and views, and back."""
+
+import json
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Row
+
+from memory.ports import KeptView
+from memory.things import Thing
+from memory.views import Sighting
+
+Values = dict[str, Any]
+
+
+def thing_of(row: Row[Any]) -> Thing:
+    return Thing(
+        id=row.id,
+        label=row.label,
+        x=row.x,
+        y=row.y,
+        z=row.z,
+        variance_m2=row.variance_m2,
+        belief=row.belief,
+        believed_s=row.believed_s,
+        confidence=row.confidence,
+        first_seen_s=row.first_seen_s,
+        last_seen_s=row.last_seen_s,
+        times_seen=row.times_seen,
+        colours=json.loads(row.colours),
+        times_missed=row.times_missed,
+        last_missed_s=row.last_missed_s,
+        miss_x=row.miss_x,
+        miss_y=row.miss_y,
+        miss_loss=row.miss_loss,
+        moved_from=row.moved_from,
+        moved_to=row.moved_to,
+        embedding_model=row.embedding_model,
+        embedding=tuple(np.frombuffer(row.embedding, "<f2").astype(float).tolist()),
+    )
+
+
+def row_of(thing: Thing) -> Values:
+    """Without its id and its links, which are the store's to give."""
+    return {
+        "label": thing.label,
+        "x": thing.x,
+        "y": thing.y,
+        "z": thing.z,
+        "variance_m2": thing.variance_m2,
+        "belief": thing.belief,
+        "believed_s": thing.believed_s,
+        "confidence": thing.confidence,
+        "first_seen_s": thing.first_seen_s,
+        "last_seen_s": thing.last_seen_s,
+        "times_seen": thing.times_seen,
+        "colours": json.dumps({word: round(votes, 3) for word, votes in thing.colours.items()}),
+        "times_missed": thing.times_missed,
+        "last_missed_s": thing.last_missed_s,
+        "miss_x": thing.miss_x,
+        "miss_y": thing.miss_y,
+        "miss_loss": thing.miss_loss,
+        "embedding_model": thing.embedding_model,
+        "embedding": np.asarray(thing.embedding, "<f2").tobytes(),
+    }
+
+
+def view_of(row: Row[Any]) -> KeptView:
+    return KeptView(
+        id=row.id,
+        label=row.label,
+        colour=row.colour,
+        x=row.x,
+        y=row.y,
+        yaw=row.yaw,
+        confidence=row.confidence,
+        last_seen_s=row.last_seen_s,
+        count=row.sightings,
+        belief=row.belief,
+        believed_s=row.believed_s,
+        thing_id=row.thing_id,
+    )
+
+
+def row_of_sighting(sighting: Sighting, thing_id: int | None) -> Values:
+    place, pose = sighting.place, sighting.pose
+    return {
+        "label": place.label,
+        "colour": place.colour,
+        "cell_x": place.cell_x,
+        "cell_y": place.cell_y,
+        "sector": place.sector,
+        "thing_id": thing_id,
+        "x": pose.x,
+        "y": pose.y,
+        "yaw": pose.yaw,
+        "confidence": sighting.confidence,
+        "last_seen_s": sighting.last_seen_s,
+        "sightings": sighting.count,
+        "belief": sighting.belief,
+        "believed_s": sighting.last_seen_s,
+    }
