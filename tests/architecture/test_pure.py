@@ -9,16 +9,31 @@ from support.source import Module, all_modules
 
 PURE = {
     "coordinator": ("core", "coverage", "grid", "parse_validation", "seen", "view", "viewpoints"),
-    "inference": ("boxes", "breaker", "colours", "lexicon", "parser", "votes"),
+    "inference": (
+        "boxes",
+        "breaker",
+        "colours",
+        "describing",
+        "lexicon",
+        "mentions",
+        "needs",
+        "parser",
+        "spelling",
+        "splitting",
+        "tokens",
+        "votes",
+    ),
     "memory": ("belief", "exchange", "frames", "kinds", "ledger", "looks", "picture", "recall", "things", "views"),
     "robot_bridge": ("arbiter", "celebration", "depth", "gaps", "motion", "navigation", "obstacles", "ring", "safety"),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
+    "ui": ("lines", "news", "overlay", "situation", "suggestions", "teleoperation", "view"),
 }
 """The one table. A name stands for the module or for everything in the package."""
 
 LIBRARIES = frozenset({
     "numpy", "scipy",
     "pydantic",  # the contracts are made of it
+    "rapidfuzz",  # distances between words
     "pytransform3d", "simple_pid", "skimage",  # arithmetic on arrays, and a PID that is told how much time has passed
 })  # fmt: skip
 

@@ -148,3 +148,21 @@ async def test_a_malformed_question_is_refused(opened: Opened, body: dict[str, o
     async with opened(House(language_model=FakeLanguageModel(says={"answer": "yes"}))) as house:
         answer = await house.client.post("/reason", json=body)
     assert (answer.status_code, answer.headers["content-type"]) == (422, "application/problem+json")
+
+
+async def test_each_part_of_a_command_is_read_in_its_turn(opened: Opened) -> None:
+    async with opened() as house:
+        told = await parsed(house, "find my keys, then the red bottle and the blue one", "bottle")
+    assert [(one.said, one.yolo_class, one.description) for one in told.targets] == [
+        ("find my keys", "none", ""),
+        ("then the red bottle", "bottle", "red bottle"),
+        ("and the blue one", "bottle", "blue bottle"),
+    ]
+    assert (told.yolo_class, told.memory_object, told.description) == ("bottle", "bottle", "red bottle")
+
+
+async def test_a_model_is_asked_for_each_part_and_the_rules_stand_in_for_what_it_leaves(opened: Opened) -> None:
+    model = FakeLanguageModel(says=CLAIM)
+    async with opened(House(language_model=model), **ENOUGH) as house:
+        told = await parsed(house, "find my coffee mug, then the red bottle")
+    assert (model.asked, [one.parser for one in told.targets]) == (2, ["fake:llm", "fake:llm"])

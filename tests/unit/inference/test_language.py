@@ -12,10 +12,11 @@ from inference.claims import checked
 from inference.colours import SPELLINGS
 from inference.grounding import invented
 from inference.language_settings import ReaderKind, is_local
-from inference.lexicon import lexicon, singular_forms
-from inference.parser import tokenize
+from inference.lexicon import lexicon
 from inference.prompts import TaskAnswer
 from inference.settings import Settings
+from inference.spelling import singular_forms
+from inference.tokens import words_of
 
 
 def test_one_caller_tries_what_was_down_and_the_others_wait_for_what_it_learns() -> None:
@@ -58,7 +59,7 @@ def test_of_a_claim_only_labels_and_said_words_are_left(label: str, place: str, 
     assert kept.yolo_class in {*COCO_LABELS, "none"}
     assert kept.memory_object in {None, "bed", "couch"}
     said = {
-        form for token in tokenize(command) for form in (token, SPELLINGS.get(token, token), *singular_forms(token))
+        form for token in words_of(command) for form in (token, SPELLINGS.get(token, token), *singular_forms(token))
     }
     names = {w for one in lexicon().names.values() if one.label == label for w in one.words} | set(label.split())
     attributes = lexicon().attributes | lexicon().colours

@@ -3,9 +3,11 @@
 from contracts.coco import COCO_LABELS
 from contracts.vision import ParsedTarget, ParseTaskRequest
 from inference.colours import SPELLINGS
-from inference.lexicon import lexicon, singular_forms
-from inference.parser import DESCRIPTION_WORDS_MAX, tokenize
+from inference.describing import DESCRIPTION_WORDS_MAX
+from inference.lexicon import lexicon
 from inference.prompts import TaskAnswer
+from inference.spelling import singular_forms
+from inference.tokens import words_of
 
 
 def checked(answer: TaskAnswer, request: ParseTaskRequest, *, said: str, by: str) -> ParsedTarget:
@@ -28,12 +30,12 @@ def _description(claimed: str, command: str, label: str) -> str:
     words = lexicon()
     plain = words.attributes | words.colours
     said: set[str] = set()
-    for token in tokenize(command):
+    for token in words_of(command):
         said.update((token, SPELLINGS.get(token, token), *singular_forms(token)))
     names = {word for name in words.names.values() if name.label == label for word in name.words}
     kept = [
         word
-        for word in tokenize(claimed)
+        for word in words_of(claimed)
         if (word in said and word not in words.fillers)
         or word in label.split()
         or (word in names and word not in plain)

@@ -5,7 +5,8 @@ from collections.abc import Iterable
 
 from inference.colours import SPELLINGS
 from inference.lexicon import lexicon
-from inference.parser import find_mentions, tokenize
+from inference.mentions import find_mentions
+from inference.tokens import tokens_of
 
 NUMBERS = {
     "zero": "0", "two": "2", "three": "3", "four": "4", "five": "5", "six": "6", "seven": "7", "eight": "8",
@@ -29,12 +30,13 @@ def invented(answer: str, given: Iterable[str]) -> tuple[str, ...]:
 def _claims(text: str) -> list[str]:
     """Labels of things (or the words for things without one), colours, places, numbers."""
     words = lexicon()
-    tokens = tokenize(text)
+    tokens = tokens_of(text)
     things = [
         one.label if one.label != "none" else one.said for one in find_mentions(tokens, words) if not one.corrected
     ]
-    plain = [SPELLINGS.get(token, token) for token in tokens if token in words.colours or token in PLACES]
-    spoken = [NUMBERS[token] for token in tokens if token in NUMBERS]
+    said = [token.word for token in tokens]
+    plain = [SPELLINGS.get(word, word) for word in said if word in words.colours or word in PLACES]
+    spoken = [NUMBERS[word] for word in said if word in NUMBERS]
     return [*things, *plain, *spoken, *(_number(one) for one in re.findall(r"\d+(?:[.,]\d+)*", text))]
 
 

@@ -1,18 +1,17 @@
 """The parser's word table (`data/words.toml`), read once and indexed for matching."""
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
 from contracts.coco import COCO_LABELS, COLOURS
 from inference.colours import SPELLINGS
+from inference.spelling import correction, singular_forms
 
-IRREGULAR = {
-    "knives": "knife", "loaves": "loaf", "shelves": "shelf", "glasses": "glass", "benches": "bench", "couches": "couch",
-    "mice": "mouse", "geese": "goose", "people": "person", "buses": "bus", "skis": "skis", "scissors": "scissors",
-    "sandwiches": "sandwich", "dishes": "dish", "toothbrushes": "toothbrush", "watches": "watch", "puppies": "puppy",
-}  # fmt: skip
+Pattern = tuple[str, ...]
+"""Words; "*" stands for up to three of any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,13 +20,21 @@ class Name:
 
     words: tuple[str, ...]
     label: str
+    foreign: bool = False
+
+    @property
+    def shown(self) -> str:
+        """What the image-text model is asked for: it reads English."""
+        return self.label if self.foreign else " ".join(self.words)
 
 
 @dataclass(frozen=True)
 class Lexicon:
     names: dict[tuple[str, ...], Name]
-    needs: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
-    """(words, labels that answer it), longest first."""
+    needs: tuple[tuple[Pattern, tuple[str, ...]], ...]
+    """(pattern, labels that answer it), longest first."""
+    activities: tuple[tuple[Pattern, tuple[str, ...]], ...]
+    """The same for those that beat a thing named in them."""
     near: dict[str, tuple[str, ...]]
     vocabulary: frozenset[str]
     """Every single word that is part of a name."""
@@ -35,8 +42,13 @@ class Lexicon:
     """The words a typo may be taken for."""
     attributes: frozenset[str]
     colours: frozenset[str]
+    spelled: dict[str, str]
+    """Colours as they are also written."""
     places: frozenset[str]
     negations: frozenset[str]
+    denied: frozenset[str]
+    requests: frozenset[str]
+    searched: frozenset[str]
     fillers: frozenset[str]
     afterwords: frozenset[str]
     """May stand between a thing and its colour: 'the bottle that is red', 'a cup, the blue one'."""
@@ -44,38 +56,79 @@ class Lexicon:
     longest: int
     """Words in the longest name."""
 
+    def is_attribute(self, word: str) -> bool:
+        return word in self.attributes or word in self.colours
+
+    def is_plain(self, word: str) -> bool:
+        """Says nothing about which thing is meant."""
+        return word in self.fillers or word in self.places or word in self.negations or word in self.requests
+
+    def forms(self, word: str) -> tuple[str, ...]:
+        """How `word` may be read: literally where it is part of a name, else as a singular, else corrected."""
+        singulars = tuple(form for form in singular_forms(word) if form in self.vocabulary)
+        if word in self.vocabulary:
+            return (word, *singulars)
+        if singulars:
+            return singulars
+        if word in self.never_corrected or any(form in self.never_corrected for form in singular_forms(word)):
+            return (word,)
+        read = (word, *singular_forms(word))
+        return (word, *(fixed for form in read if (fixed := correction(form, self.correctable)) is not None))
+
+    def attribute(self, word: str) -> str:
+        """The word itself, or the colour it is a slip of ('yelow')."""
+        known = (word, *singular_forms(word))
+        if self.is_attribute(word) or any(one in self.vocabulary or one in self.never_corrected for one in known):
+            return word
+        if word in self.spelled:
+            return self.spelled[word]
+        return correction(word, tuple(sorted(self.colours))) or word
+
 
 @cache
 def lexicon() -> Lexicon:
     table = tomllib.loads(files("inference").joinpath("data/words.toml").read_text(encoding="utf-8"))
+    real_words = files("inference").joinpath("data/real_words.txt").read_text(encoding="utf-8").split()
+    words = table["words"]
+    names = _names(table)
+    english = {word for said, name in names.items() if name.label != "none" and not name.foreign for word in said}
+    colours = frozenset((*COLOURS, *SPELLINGS))
+    groups = {key: frozenset(words[key]) for key in GROUPS}
+    needs, activities = (_patterns(table[key]) for key in ("needs", "activities"))
+    said_of_needs = {word for pattern, _ in (*needs, *activities) for word in pattern}
+    return Lexicon(
+        names=names,
+        needs=needs,
+        activities=activities,
+        near={label: tuple(labels) for label, labels in table["near"].items()},
+        vocabulary=frozenset(word for said in names for word in said),
+        correctable=tuple(sorted(word for word in english if len(word) >= 3)),
+        colours=colours,
+        spelled=dict(table["spelled"]),
+        never_corrected=frozenset(word for group in groups.values() for word in group)
+        | colours
+        | said_of_needs
+        | frozenset(real_words),
+        longest=max(len(said) for said in names),
+        **groups,
+    )
+
+
+GROUPS = ("attributes", "places", "negations", "denied", "requests", "searched", "fillers", "afterwords")
+
+
+def _names(table: Mapping[str, Mapping[str, list[str]]]) -> dict[tuple[str, ...], Name]:
     names: dict[tuple[str, ...], Name] = {}
     for label in COCO_LABELS:
         for said in (label, *table["names"].get(label, ())):
             _add(names, said, label)
-    seen_words = {word for words in names for word in words}
     for said in table["words"]["unseen"]:
         names.setdefault(tuple(said.split()), Name(tuple(said.split()), "none"))
-    words = table["words"]
-    colours = frozenset((*COLOURS, *SPELLINGS))
-    plain = frozenset(words["fillers"]) | frozenset(words["places"]) | frozenset(words["negations"])
-    needs = sorted(((tuple(k.split()), tuple(v)) for k, v in table["needs"].items()), key=lambda n: -len(n[0]))
-    need_words = {word for said, _ in needs for word in said}
-    vocabulary = frozenset(word for said in names for word in said)
-    return Lexicon(
-        names=names,
-        needs=tuple(needs),
-        near={label: tuple(labels) for label, labels in table["near"].items()},
-        vocabulary=vocabulary,
-        correctable=tuple(sorted(word for word in seen_words if len(word) >= 4)),
-        attributes=frozenset(words["attributes"]),
-        colours=colours,
-        places=frozenset(words["places"]),
-        negations=frozenset(words["negations"]),
-        fillers=frozenset(words["fillers"]),
-        afterwords=frozenset(words["afterwords"]),
-        never_corrected=plain | need_words | colours | frozenset(words["attributes"]) | frozenset(words["confusable"]),
-        longest=max(len(said) for said in names),
-    )
+    loans: Mapping[str, Mapping[str, str]] = table["loans"]  # type: ignore[assignment]
+    for language in loans.values():
+        for said, label in language.items():
+            names.setdefault(tuple(said.split()), Name(tuple(said.split()), label, foreign=True))
+    return names
 
 
 def _add(names: dict[tuple[str, ...], Name], said: str, label: str) -> None:
@@ -86,52 +139,6 @@ def _add(names: dict[tuple[str, ...], Name], said: str, label: str) -> None:
         names.setdefault(("".join(words),), Name(words, label))
 
 
-def singular_forms(word: str) -> tuple[str, ...]:
-    """What `word` may be the plural of, the likeliest first; the word itself is not among them."""
-    if word in IRREGULAR:
-        return (IRREGULAR[word],)
-    if not word.endswith("s") or word.endswith("ss") or len(word) < 4:
-        return ()
-    forms = [word[:-1]]
-    if word.endswith("ies"):
-        forms.insert(0, word[:-3] + "y")
-    elif word.endswith("ves"):
-        forms += [word[:-3] + "f", word[:-3] + "fe"]
-    elif word.endswith("es"):
-        forms.append(word[:-2])
-    return tuple(forms)
-
-
-def correction(word: str, words: tuple[str, ...]) -> str | None:
-    """The one of `words` a slip of the finger away from `word`: none when it is too far, or two are as near.
-
-    Short words must keep their first letter (or swap their first two): "look" is not a misspelt "book".
-    """
-    if len(word) < 4:
-        return None
-    allowed = 1 if len(word) < 8 else 2
-    nearest = {known: edits(word, known) for known in words if _comparable(word, known, allowed)}
-    distance = min(nearest.values(), default=allowed + 1)
-    best = [known for known, steps in nearest.items() if steps == distance]
-    return best[0] if distance <= allowed and len(best) == 1 else None
-
-
-def _comparable(word: str, known: str, allowed: int) -> bool:
-    if abs(len(known) - len(word)) > allowed:
-        return False
-    same_start = word[0] == known[0] or word[:2] == known[1::-1]
-    return same_start or len(word) >= 7
-
-
-def edits(a: str, b: str) -> int:
-    """Optimal string alignment distance: insertions, deletions, substitutions, swaps of neighbours."""
-    rows = [list(range(len(b) + 1))]
-    for i, x in enumerate(a, start=1):
-        row = [i]
-        for j, y in enumerate(b, start=1):
-            cost = min(rows[i - 1][j] + 1, row[j - 1] + 1, rows[i - 1][j - 1] + (x != y))
-            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
-                cost = min(cost, rows[i - 2][j - 2] + 1)
-            row.append(cost)
-        rows.append(row)
-    return rows[-1][-1]
+def _patterns(table: Mapping[str, list[str]]) -> tuple[tuple[Pattern, tuple[str, ...]], ...]:
+    found = [(tuple(said.split()), tuple(labels)) for said, labels in table.items()]
+    return tuple(sorted(found, key=lambda one: -len(one[0])))
