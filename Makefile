@@ -12,7 +12,7 @@ STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down check format test test-fast test-e2e train bench-stop clean
+.PHONY: help setup demo up down check format test test-fast test-e2e train bench-stop bench-faults clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -57,6 +57,9 @@ train: setup ## train the simulator's weights again, about three hours on two id
 
 bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 times idle, 500 loaded (about 6 minutes)
 	$(PY) -m bench.stop
+
+bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
+	$(PY) -m bench.faults
 
 clean: ## remove what can be made again, but the environment
 	rm -rf out .ruff_cache .hypothesis

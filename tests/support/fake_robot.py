@@ -55,7 +55,7 @@ class FakeRobot:
 
     async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
         optical = matrix((CAMERA_X_M, 0.0, CAMERA_Z_M), OPTICAL_XYZW)
-        self._senses.frames.add("base_link", "optical", optical)
+        self._senses.frames.fix("base_link", "optical", optical)
         self._sense()
         self._life = asyncio.create_task(self._live(tick, navigation_velocity), name="fake-robot")
 

@@ -221,8 +221,8 @@ class SimulatedRobot:
     def _set_up(self, world: World) -> None:
         frames, grid, now_s = self._senses.frames, recorded_map(), self._clock.now_s()
         for name, camera in (("rgb", world.rgb_camera), ("depth", world.depth_camera)):
-            frames.add("base_link", name, matrix((camera.x_m, 0.0, camera.z_m), OPTICAL_XYZW))
-        frames.add("base_link", "laser", matrix((LIDAR_X_M, 0.0, LIDAR_Z_M), (0.0, 0.0, 0.0, 1.0)))
+            frames.fix("base_link", name, matrix((camera.x_m, 0.0, camera.z_m), OPTICAL_XYZW))
+        frames.fix("base_link", "laser", matrix((LIDAR_X_M, 0.0, LIDAR_Z_M), (0.0, 0.0, 0.0, 1.0)))
         origin = Pose2D(x=grid.origin_x_m, y=grid.origin_y_m, yaw=0.0)
         if "map" not in self.toy.silent:
             self._senses.map.put(Grid(time.time(), grid.resolution_m, origin, grid.data), now_s)

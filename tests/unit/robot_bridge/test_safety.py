@@ -48,6 +48,12 @@ def test_it_slows_in_proportion_and_stops_inside_the_stop_distance() -> None:
     assert (stopped.linear_x, why) == (0.0, "obstacle ahead")
 
 
+def test_at_the_stop_distance_it_stands() -> None:
+    limits = SafetyLimits(footprint_radius_m=0.25, side_margin_m=0.0, stop_distance_m=0.25)
+    assert restrain(FORWARD, around((0.5, 0.0)), limits)[1] == "obstacle ahead"
+    assert restrain(FORWARD, around((0.5001, 0.0)), limits)[0].linear_x > 0.0
+
+
 def test_the_factor_has_a_floor_and_never_exceeds_one() -> None:
     assert slowdown(LIMITS.stop_distance_m, LIMITS) == LIMITS.slow_factor_min
     assert slowdown(10.0, LIMITS) == 1.0

@@ -11,7 +11,7 @@ from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
 from robot_bridge.depth import Measured, core, depths_in_box, localise, measure, scaled_box
 from robot_bridge.senses import DepthImage, Intrinsics, Senses
-from robot_bridge.transforms import in_map
+from robot_bridge.transforms import Matrix, compose, in_map, inverse, upright
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Measuring:
         measured, image = await self._measure(query, colour, box)
         mount = self.senses.frames.in_base(colour.frame_id)
         if mount is None:
-            raise UnavailableError("tf", f"no fixed transform leads from base_link to {colour.frame_id}")
+            raise UnavailableError("tf", f"no transform leads from base_link to {colour.frame_id}")
         place = localise(box, measured.distance_m, colour, mount)
         stamp_s = query.stamp_s if query.stamp_s is not None else image.stamp_s if image is not None else None
         robot = self.senses.poses.at(stamp_s) if stamp_s is not None else self.senses.poses.newest()
@@ -106,14 +106,27 @@ class Measuring:
             return Measured(None, None, 0, f"the nearest depth image is {apart_s:.1f} s away from the picture"), None
         height_px, width_px = image.depth_m.shape
         camera = camera.scaled_to(width_px, height_px)
-        depth_mount, colour_mount = (
-            self.senses.frames.in_base(camera.frame_id),
-            self.senses.frames.in_base(colour.frame_id),
-        )
-        moved = None
-        if camera.frame_id != colour.frame_id and depth_mount is not None and colour_mount is not None:
-            moved = np.linalg.inv(colour_mount) @ depth_mount
+        moved = self._registration(camera.frame_id, image.stamp_s, colour.frame_id, query.stamp_s)
         return await asyncio.to_thread(_near, image, core(box), colour, camera, moved), image
+
+    def _registration(
+        self, depth_frame: str, depth_s: float, colour_frame: str, colour_s: float | None
+    ) -> Matrix | None:
+        """The depth camera, when it looked, in the colour camera, when the picture was taken; none = the same place.
+
+        The two pictures are up to `match_s_max` apart, in which a turning robot has turned.
+        """
+        frames, poses = self.senses.frames, self.senses.poses
+        depth_mount, colour_mount = frames.in_base(depth_frame), frames.in_base(colour_frame)
+        then = poses.at(depth_s) if colour_s is not None else None
+        now = poses.at(colour_s) if colour_s is not None else None
+        turned = upright(compose(inverse(now), then)) if now is not None and then is not None else np.eye(4)
+        if depth_frame == colour_frame:
+            mount = colour_mount if colour_mount is not None else np.eye(4)
+            return None if np.allclose(turned, np.eye(4), atol=1e-6) else np.linalg.inv(mount) @ turned @ mount
+        if depth_mount is None or colour_mount is None:
+            return None
+        return np.linalg.inv(colour_mount) @ turned @ depth_mount
 
     def _depth_age_s(self) -> float | None:
         return self.senses.depth.age_s(self.clock.now_s())
@@ -124,6 +137,6 @@ def _near(
     box: tuple[float, float, float, float],
     colour: Intrinsics,
     camera: Intrinsics,
-    moved: "np.typing.NDArray[np.float64] | None",
+    moved: Matrix | None,
 ) -> Measured:
     return measure(depths_in_box(image.depth_m, box, colour, camera, moved))

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Battery
+from robot_bridge.frames import FrameTree, PoseBuffer
 from robot_bridge.mailbox import Mailbox
-from robot_bridge.transforms import PoseBuffer, StaticFrames
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +162,7 @@ class Senses:
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)
     poses: PoseBuffer = field(default_factory=PoseBuffer)
-    frames: StaticFrames = field(default_factory=StaticFrames)
+    frames: FrameTree = field(default_factory=FrameTree)
 
     def why_no_nav2(self, now_s: float) -> str:
         """'' while Nav2 is active, by what was heard lately."""

@@ -1,25 +1,23 @@
-"""Where things are and were: the robot's planar pose over time, and the fixed frames of its sensors."""
+"""Rigid transforms as arrays and as planar poses. Quaternions are pytransform3d's business, here and everywhere."""
 
 import math
-import threading
-from bisect import bisect_right
-from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from pytransform3d.transformations import (  # pyright: ignore[reportMissingTypeStubs]
+from pytransform3d.rotations import (
+    active_matrix_from_angle,  # pyright: ignore[reportUnknownVariableType]
+    quaternion_from_angle,  # pyright: ignore[reportUnknownVariableType]
+)
+from pytransform3d.transformations import (
+    transform_from,  # pyright: ignore[reportUnknownVariableType]
     transform_from_pq,  # pyright: ignore[reportUnknownVariableType]
 )
 
 from contracts.geometry import Point3D, Pose2D
 
 Matrix = NDArray[np.float64]
-
-HISTORY_S = 20.0
-"""How far back a pose can be asked for."""
-EXTRAPOLATION_S = 0.25
-"""How far past the newest sample the newest pose still counts as the pose then."""
+"""(4, 4) homogeneous: a frame's pose in another, or what moves points from the first into the second."""
 
 
 def wrap(angle_rad: float) -> float:
@@ -64,146 +62,12 @@ def in_map(robot: Pose2D, point: Point3D) -> Point3D:
     return Point3D(x=placed.x, y=placed.y, z=point.z)
 
 
-@dataclass(frozen=True, slots=True)
-class _Sample:
-    stamp_s: float
-    pose: Pose2D
+def upright(pose: Pose2D) -> Matrix:
+    """A planar pose as a transform in space."""
+    return cast(Matrix, transform_from(active_matrix_from_angle(2, pose.yaw), np.array([pose.x, pose.y, 0.0])))
 
 
-class _Track:
-    """Poses of one frame in another over the last `HISTORY_S`, in the order of their stamps."""
-
-    def __init__(self) -> None:
-        self._samples: list[_Sample] = []
-
-    def add(self, stamp_s: float, pose: Pose2D) -> None:
-        samples = self._samples
-        if samples and stamp_s <= samples[-1].stamp_s:
-            if stamp_s > samples[-1].stamp_s - HISTORY_S:
-                return  # late or repeated
-            samples.clear()  # the clock was set back (a simulation restarted): the past is another world
-        samples.append(_Sample(stamp_s, pose))
-        if len(samples) > 64 and samples[len(samples) // 2].stamp_s < stamp_s - HISTORY_S:
-            del samples[: len(samples) // 2]
-
-    @property
-    def newest(self) -> _Sample | None:
-        return self._samples[-1] if self._samples else None
-
-    def at(self, stamp_s: float, *, extrapolation_s: float) -> Pose2D | None:
-        """Linear between neighbours; none before the first or too long after the last."""
-        samples = self._samples
-        after = bisect_right(samples, stamp_s, key=lambda sample: sample.stamp_s)
-        if after == 0:
-            return None
-        before = samples[after - 1]
-        if after == len(samples):
-            return before.pose if stamp_s - before.stamp_s <= extrapolation_s else None
-        following = samples[after]
-        part = (stamp_s - before.stamp_s) / (following.stamp_s - before.stamp_s)
-        a, b = before.pose, following.pose
-        return Pose2D(
-            x=a.x + part * (b.x - a.x), y=a.y + part * (b.y - a.y), yaw=wrap(a.yaw + part * wrap(b.yaw - a.yaw))
-        )
-
-
-class PoseBuffer:
-    """base_link in map at any recent moment: odometry (fast, drifting) composed with map->odom (slow, correcting).
-
-    `map->odom` comes from TF, or from a localiser's pose (`add_localisation`) where TF is silent. Any thread.
-    """
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._odom_to_base = _Track()
-        self._map_to_odom = _Track()
-        self._corrected_s: float | None = None
-        self._has_tf = False
-
-    def add_odometry(self, stamp_s: float, pose: Pose2D) -> None:
-        with self._lock:
-            self._odom_to_base.add(stamp_s, pose)
-
-    def add_map_to_odom(self, stamp_s: float, pose: Pose2D, *, received_s: float) -> None:
-        with self._lock:
-            if not self._has_tf:
-                self._map_to_odom = _Track()
-                self._has_tf = True
-            self._map_to_odom.add(stamp_s, pose)
-            self._corrected_s = received_s
-
-    def add_localisation(self, stamp_s: float, pose: Pose2D, *, received_s: float) -> None:
-        """A localiser's base_link in map; says where odom must be. Ignored once TF says it itself."""
-        with self._lock:
-            if self._has_tf:
-                return
-            newest = self._odom_to_base.newest
-            odometry = self._odom_to_base.at(stamp_s, extrapolation_s=1.0)
-            if odometry is None and newest is not None:
-                odometry = newest.pose
-            if odometry is not None:
-                self._map_to_odom.add(stamp_s, compose(pose, inverse(odometry)))
-                self._corrected_s = received_s
-
-    def age_s(self, now_s: float) -> float | None:
-        """Seconds since the localiser last spoke; none while not localised."""
-        corrected_s = self._corrected_s
-        return max(0.0, now_s - corrected_s) if corrected_s is not None else None
-
-    def newest(self) -> Pose2D | None:
-        """base_link in map by the newest odometry; none while not localised."""
-        with self._lock:
-            odometry, correction = self._odom_to_base.newest, self._map_to_odom.newest
-        return compose(correction.pose, odometry.pose) if odometry is not None and correction is not None else None
-
-    def at(self, stamp_s: float) -> Pose2D | None:
-        """base_link in map at `stamp_s` (the robot's clock); none when that is not known."""
-        with self._lock:
-            odometry = self._odom_to_base.at(stamp_s, extrapolation_s=EXTRAPOLATION_S)
-            correction = self._map_to_odom.at(stamp_s, extrapolation_s=math.inf)
-        return compose(correction, odometry) if odometry is not None and correction is not None else None
-
-
-class StaticFrames:
-    """The fixed tree of frames below base_link (tf_static). Any thread."""
-
-    def __init__(self, base_frame: str = "base_link") -> None:
-        self._base_frame = base_frame
-        self._parents: dict[str, tuple[str, Matrix]] = {}
-        self._resolved: dict[str, Matrix] = {}
-
-    def set_base(self, base_frame: str) -> None:
-        self._base_frame = base_frame
-
-    def add(self, parent: str, child: str, child_in_parent: Matrix) -> None:
-        """Any order; a later transform of the same child replaces the earlier."""
-        parents = dict(self._parents)
-        parents[child.lstrip("/")] = (parent.lstrip("/"), child_in_parent)
-        self._parents = parents
-        self._resolved = {}
-
-    def in_base(self, frame: str) -> Matrix | None:
-        """The frame in base_link, 4x4; none when no chain of fixed transforms leads there."""
-        frame = frame.lstrip("/")
-        if (known := self._resolved.get(frame)) is not None:
-            return known
-        to_base = self._to_root(self._base_frame)
-        to_frame = self._to_root(frame)
-        common = next((name for name in to_frame if name in to_base), None)
-        if common is None:
-            return None
-        resolved = np.linalg.inv(to_base[common]) @ to_frame[common]
-        self._resolved = {**self._resolved, frame: resolved}
-        return resolved
-
-    def _to_root(self, frame: str) -> dict[str, Matrix]:
-        """The frame's transform in itself and in each of its ancestors, nearest first."""
-        found: dict[str, Matrix] = {frame: np.eye(4)}
-        transform = np.eye(4)
-        while (step := self._parents.get(frame)) is not None:
-            frame, in_parent = step
-            if frame in found:  # a loop is a robot's mistake, not ours to hang on
-                break
-            transform = in_parent @ transform
-            found[frame] = transform
-        return found
+def quaternion_xyzw(yaw: float) -> tuple[float, float, float, float]:
+    """A heading as ROS wants it."""
+    w, x, y, z = cast(NDArray[np.float64], quaternion_from_angle(2, yaw)).tolist()
+    return x, y, z, w

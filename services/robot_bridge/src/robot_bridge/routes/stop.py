@@ -5,6 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 from fastapi.responses import Response
+from prometheus_client import Histogram
 from starlette.requests import ClientDisconnect, Request
 
 from contracts.robot import EmergencyStop, EmergencyStopEvent, EmergencyStopReply, EmergencyStopRequest
@@ -14,6 +15,11 @@ from robot_bridge.routes.deps import BridgeDep
 router = APIRouter(tags=["emergency stop"])
 
 STOP_PATH = "/emergency-stop"
+FIRST_ZERO = Histogram(
+    "robot_bridge_first_zero_seconds",
+    "from a stop request's handler to its first zero velocity published",
+    buckets=(0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1),
+)
 BODY_WAIT_S = 0.5
 BODY_BYTES_MAX = 10_000
 
@@ -32,6 +38,7 @@ async def emergency_stop(request: Request, response: Response, bridge: BridgeDep
     Whatever the body is (too long, torn, no JSON, never sent), the robot is stopped and the answer is 200.
     """
     state, first_zero_ms = bridge.stopping.stop(reason="requested", by=_client(request))
+    FIRST_ZERO.observe(first_zero_ms / 1000.0)
     asked, was_read = await _asked(request, "requested")
     if not was_read:
         response.headers["Connection"] = "close"  # the rest of the body is not waited for

@@ -22,7 +22,7 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Battery
 from robot_bridge.celebration import Celebration
 from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan
-from robot_bridge.transforms import Matrix, matrix, planar
+from robot_bridge.transforms import Matrix, matrix, planar, quaternion_xyzw
 
 HAZARDS = (
     Hazard.BACKUP_LIMIT,
@@ -158,8 +158,8 @@ def pose_stamped(value: Pose2D, frame_id: str) -> PoseStamped:
     message.header.frame_id = frame_id
     message.pose.position.x = value.x
     message.pose.position.y = value.y
-    message.pose.orientation.z = math.sin(value.yaw / 2.0)
-    message.pose.orientation.w = math.cos(value.yaw / 2.0)
+    q = message.pose.orientation
+    q.x, q.y, q.z, q.w = quaternion_xyzw(value.yaw)
     return message
 
 

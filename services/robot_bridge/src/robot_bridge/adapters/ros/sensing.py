@@ -85,18 +85,18 @@ class Sensing:
 
     def _fixed_frames(self, message: TFMessage) -> None:
         for each in message.transforms:
-            self._senses.frames.add(each.header.frame_id, each.child_frame_id, convert.transform(each.transform))
+            self._senses.frames.fix(each.header.frame_id, each.child_frame_id, convert.transform(each.transform))
 
     def _moving_frames(self, message: TFMessage) -> None:
-        """Only the localiser's correction is wanted: odometry comes with its velocity on its own topic."""
+        """The localiser's correction, and joints of the body; odometry comes with its velocity on its own topic."""
         for each in message.transforms:
-            if (each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")) == (
-                self._ros.map_frame,
-                self._ros.odom_frame,
-            ):
-                correction = convert.planar(convert.transform(each.transform))
-                stamp_s = convert.stamp_s(each.header.stamp)
-                self._senses.poses.add_map_to_odom(stamp_s, correction, received_s=self._clock.now_s())
+            parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
+            stamp_s, transform = convert.stamp_s(each.header.stamp), convert.transform(each.transform)
+            if (parent, child) == (self._ros.map_frame, self._ros.odom_frame):
+                now_s = self._clock.now_s()
+                self._senses.poses.add_map_to_odom(stamp_s, convert.planar(transform), received_s=now_s)
+            elif parent != self._ros.odom_frame:
+                self._senses.frames.move(parent, child, stamp_s, transform)
 
     def _odometry(self, message: OdometryMessage) -> None:
         odometry = convert.odometry(message)
