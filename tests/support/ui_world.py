@@ -372,10 +372,6 @@ class FakeMemory(Service):
         pose = Pose2D(x=0.5, y=0.5, yaw=0.0)
         return [View(id=1, label="bottle", confidence=0.9, pose=pose, stamp_s=STARTED_S, colour="red")]
 
-    async def thumbnail(self, object_id: int) -> bytes:
-        self.answer()
-        return camera_jpeg(object_id)
-
     async def forget_object(self, object_id: int) -> int:
         return self._forget(lambda one: one.id == object_id)
 

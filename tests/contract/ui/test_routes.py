@@ -92,9 +92,8 @@ async def test_memory_is_exported_as_a_file(client: httpx.AsyncClient) -> None:
     assert answer.content
 
 
-async def test_a_crop_and_a_thumbnail_come_from_their_services(client: httpx.AsyncClient, world: UiWorld) -> None:
-    for path in ("/crops/m-1/0", "/thumbnails/1"):
-        assert (await client.get(path)).content.startswith(b"\xff\xd8")
+async def test_a_crop_comes_from_the_missions_records(client: httpx.AsyncClient, world: UiWorld) -> None:
+    assert (await client.get("/crops/m-1/0")).content.startswith(b"\xff\xd8")
     world.missions.away = True
     assert (await client.get("/crops/m-1/0")).status_code == 503
 

@@ -30,9 +30,6 @@ class MemoryService:
     async def views(self) -> Sequence[View]:
         return await self._client.get_list("/views", View, limit=VIEWS_MAX)
 
-    async def thumbnail(self, object_id: int) -> bytes:
-        return (await self._client.call("GET", f"/objects/{object_id}/thumbnail")).content
-
     async def forget_object(self, object_id: int) -> int:
         return (await self._client.delete(f"/objects/{object_id}", DeletedReply)).deleted
 

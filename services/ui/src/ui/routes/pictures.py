@@ -1,4 +1,4 @@
-"""Pictures the page shows once: the map, the moments of a timeline, the crops that were voted on, thumbnails."""
+"""Pictures the page shows once: the map, the moments of a timeline, the crops that were voted on."""
 
 import asyncio
 from typing import Annotated, Any, Final
@@ -42,9 +42,3 @@ async def moment(mission_id: MissionId, event_id: Number, desk: DeskDep) -> Resp
 async def crop(mission_id: MissionId, number: Number, desk: DeskDep) -> Response:
     """The crop that was voted on, from the coordinator's records."""
     return Response(await desk.missions.picture(mission_id, number), media_type="image/jpeg", headers=LASTING)
-
-
-@router.get("/thumbnails/{object_id}", responses=JPEG, response_class=Response)
-async def thumbnail(object_id: Number, desk: DeskDep) -> Response:
-    """A remembered thing, from memory."""
-    return Response(await desk.memory.thumbnail(object_id), media_type="image/jpeg", headers=LASTING)
