@@ -51,15 +51,18 @@ class Lease:
             while not self._ended.wait(0.1):
                 try:
                     epoch = http.get("/emergency-stop").json()["epoch"]
-                    body = {"twist": self._twist, "source": "faults", "epoch": epoch, "duration_s": 0.5}
+                    body = {"twist": self._twist, "source": "faults", "epoch": epoch, "duration_s": 1.5}
                     self.replies.append(http.post("/velocity", json=body).json())
                 except (httpx.HTTPError, ValueError):
                     continue
 
 
 class Campaign:
-    def __init__(self, stack: Stack, folder: Path) -> None:
+    """`light` leaves out the services that a fault of the bridge's own does not concern."""
+
+    def __init__(self, stack: Stack, folder: Path, *, light: bool) -> None:
         self.stack = stack
+        self.light = light
         self.mesh = MeshRun(stack)
         self.url = stack.ports.url("robot_bridge")
         self._folder = folder
@@ -110,6 +113,26 @@ class Campaign:
         beside.replace(clock)
         return True
 
+    def begin(self) -> None:
+        """Waits until everything is there."""
+        if self.light:
+            self.mesh.until(self.stack.running, timeout_s=LONG_S, what="a supervisor")
+            for name in ("inference", "memory", "coordinator", "ui"):
+                self.supervise("stopProcess", name)
+        self.mesh.until(self.ready, timeout_s=LONG_S * 4, what="the mesh ready")
+
+    def ready(self) -> bool:
+        return not self.missing() if self.light else self.mesh.ready()
+
+    def rested(self) -> None:
+        """Ready, not stopped, standing still: where every fault begins."""
+        if not self.light:
+            self.mesh.rested()
+            return
+        self.mesh.until(self.ready, timeout_s=LONG_S * 2, what="a ready bridge")
+        self.reset()
+        self.mesh.until(self.mesh.still, timeout_s=LONG_S, what="a robot at rest")
+
     def mend(self) -> None:
         """Everything as it was, whatever a fault has left."""
         self.wire("pass", *TOPICS)
@@ -118,10 +141,9 @@ class Campaign:
             self.start_nav2()
         if self.stack.states().get("redis") != "RUNNING":
             self.supervise("startProcess", "redis")
-        pid = self.mesh.pid("coordinator")
-        if pid:
+        if pid := self.mesh.pid("coordinator"):
             os.kill(pid, signal.SIGCONT)
-        self.mesh.until(self.mesh.ready, timeout_s=120.0, what="the mesh ready again")
+        self.mesh.until(self.ready, timeout_s=LONG_S * 2, what="the mesh ready again")
 
     def supervise(self, method: str, name: str) -> None:
         self.stack._ask(method, name)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import TransformStamped, TwistStamped
+from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector, DockStatus, HazardDetection, HazardDetectionVector
 from irobot_create_msgs.srv import EStop
@@ -35,14 +35,24 @@ STEP_S = 0.05
 class RosToyRobot:
     """`open()` and `close()`; in between the toy is the robot on this ROS domain."""
 
-    def __init__(self, toy: ToyRobot) -> None:
+    def __init__(self, toy: ToyRobot, *, namespace: str = "", stamped: bool = True, scan: str = "scan") -> None:
+        """`stamped` says whether its velocities are TwistStamped or Twist."""
         self.toy = toy
+        self._namespace = namespace
+        self._stamped = stamped
+        self._scan_name = scan
         self._closing = threading.Event()
 
     def open(self) -> None:
         self._context = rclpy.Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node("toy_robot", context=self._context, start_parameter_services=False, enable_rosout=False)
+        self._node = Node(
+            "toy_robot",
+            namespace=self._namespace,
+            context=self._context,
+            start_parameter_services=False,
+            enable_rosout=False,
+        )
         self._group = ReentrantCallbackGroup()
         self._publishers()
         self._servers()
@@ -68,7 +78,7 @@ class RosToyRobot:
 
     def _publishers(self) -> None:
         publisher = self._node.create_publisher
-        self._scan = publisher(LaserScan, "scan", SENSOR)
+        self._scan = publisher(LaserScan, self._scan_name, SENSOR)
         self._odom = publisher(Odometry, "odom", SENSOR)
         self._rgb = publisher(Image, "oakd/rgb/preview/image_raw", SENSOR)
         self._rgb_info = publisher(CameraInfo, "oakd/rgb/preview/camera_info", SENSOR)
@@ -80,14 +90,16 @@ class RosToyRobot:
         self._tf = publisher(TFMessage, "tf", 100)
         self._tf_static = publisher(TFMessage, "tf_static", LATCHED)
         self._map = publisher(OccupancyGrid, "map", LATCHED)
-        self._cmd_vel_nav = publisher(TwistStamped, "cmd_vel_nav", 1)
+        velocity = TwistStamped if self._stamped else Twist
+        self._cmd_vel_nav = publisher(velocity, "cmd_vel_nav", 1)
         self._publish_fixed()
-        self._node.create_subscription(TwistStamped, "cmd_vel", self._told, 10)
+        self._node.create_subscription(velocity, "cmd_vel", self._told, 10)
         self._node.create_subscription(AudioNoteVector, "cmd_audio", self._audio, 10)
         self._node.create_timer(STEP_S, self._step)
 
-    def _told(self, message: TwistStamped) -> None:
-        self.toy.told(message.twist.linear.x, message.twist.angular.z)
+    def _told(self, message: Twist | TwistStamped) -> None:
+        twist = message.twist if isinstance(message, TwistStamped) else message
+        self.toy.told(twist.linear.x, twist.angular.z)
 
     def _audio(self, message: AudioNoteVector) -> None:
         self.toy.notes = [(n.frequency, n.max_runtime.sec + n.max_runtime.nanosec * 1e-9) for n in message.notes]
@@ -124,8 +136,8 @@ class RosToyRobot:
         found = [HazardDetection(type=getattr(HazardDetection, name)) for name in toy.hazards]
         self._hazards.publish(HazardDetectionVector(detections=found))
         if toy.navigation == "drives":  # always: also when no goal of the bridge is active
-            velocity = TwistStamped()
-            velocity.twist.linear.x = 0.2
+            velocity = TwistStamped() if self._stamped else Twist()
+            (velocity.twist if isinstance(velocity, TwistStamped) else velocity).linear.x = 0.2
             self._cmd_vel_nav.publish(velocity)
 
     def _publish_odometry(self, now: Any) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
@@ -13,6 +13,7 @@ from robot_bridge.arbiter import Arbiter, Limits, Request
 
 LIMITS = Limits()
 ZERO = Twist2D()
+ORDINARY = (Priority.NAVIGATION, Priority.EXPLORATION, Priority.MANUAL)
 SOURCES = st.sampled_from(["a", "b", "c", "d"])
 SPEED = st.one_of(st.floats(-3.0, 3.0), st.floats())
 
@@ -46,6 +47,27 @@ class ArbiterMachine(RuleBasedStateMachine):
 
     @rule(
         source=SOURCES,
+        x=st.floats(-0.4, 0.4),
+        z=st.floats(-2.5, 2.5),
+        priority=st.sampled_from(ORDINARY),
+        duration_s=st.sampled_from([0.1, 0.3, 2.0]),
+        reverse=st.booleans(),
+        session=st.sampled_from([None, "s1", "s2"]),
+    )
+    def ask_soundly(
+        self,
+        source: str,
+        x: float,
+        z: float,
+        priority: Priority,
+        duration_s: float,
+        reverse: bool,
+        session: str | None,
+    ) -> None:
+        self.ask_anything(source, x, z, priority, duration_s, 0, None, reverse, session)
+
+    @rule(
+        source=SOURCES,
         x=SPEED,
         z=SPEED,
         priority=st.sampled_from(Priority),
@@ -55,7 +77,7 @@ class ArbiterMachine(RuleBasedStateMachine):
         reverse=st.booleans(),
         session=st.sampled_from([None, "s1", "s2"]),
     )
-    def ask(
+    def ask_anything(
         self,
         source: str,
         x: float,
@@ -116,16 +138,25 @@ class ArbiterMachine(RuleBasedStateMachine):
     @rule(dt_s=st.one_of(st.just(0.05), st.floats(0.0, 0.6), st.floats(-3.0, 0.0)))
     def tick(self, dt_s: float) -> None:
         self.now_s += dt_s
-        self.forget_the_dead()
+        ruling = self.ruling()
         choice = self.arbiter.choose(self.now_s, epoch=self.epoch, restrain=self.restrain)
-        ranked = sorted(self.leases.values(), key=lambda lease: (lease.request.priority, lease.held_since_s))
-        assert choice.source == (ranked[0].request.source if ranked else "none")
-        if not ranked:
+        assert choice.source == (ruling.source if ruling is not None else "none")
+        if ruling is None:
             assert choice.twist == ZERO, "no lease is alive"
         else:
-            self.check(choice.twist, ranked[0].request)
-        self.sent, self.sent_s = choice.twist, self.now_s
-        self.sent_by = ranked[0].request if ranked else None
+            self.check(choice.twist, ruling)
+        self.sent, self.sent_s, self.sent_by = choice.twist, self.now_s, ruling
+
+    def ruling(self) -> Request | None:
+        """The model's winner."""
+        self.forget_the_dead()
+        ranked = sorted(self.leases.values(), key=lambda lease: (lease.request.priority, lease.held_since_s))
+        return ranked[0].request if ranked else None
+
+    @invariant()
+    def the_right_lease_rules(self) -> None:
+        lease = self.arbiter.winner(self.now_s)
+        assert (lease.request if lease is not None else None) is self.ruling()
 
     def check(self, twist: Twist2D, request: Request) -> None:
         before, by = self.sent, self.sent_by

@@ -83,6 +83,14 @@ def test_turning_with_a_translation_minds_the_side_it_turns_to(side: float) -> N
     assert free_travel_m(points((0.2, -side * 0.5)), curve, RADIUS_M) == math.inf
 
 
+@pytest.mark.parametrize("turn", [0.0, 1.0, -1.0])
+def test_what_touches_already_counts_only_where_the_way_leads_to_it(turn: float) -> None:
+    way = Twist2D(linear_x=0.2, angular_z=turn)
+    assert free_travel_m(points((0.15, 0.1)), way, RADIUS_M) == 0.0
+    assert free_travel_m(points((-0.15, 0.1)), way, RADIUS_M) == math.inf
+    assert free_travel_m(points((0.0, 0.2), (0.0, -0.2)), way, RADIUS_M) == math.inf
+
+
 def test_turning_on_the_spot_is_always_possible_beside_a_wall() -> None:
     assert restrain(TURN, around((0.2, 0.0), (0.0, 0.2), (-0.2, 0.0)), LIMITS)[0] == TURN
 
@@ -178,6 +186,9 @@ def test_the_free_travel_is_where_a_simulated_disc_first_touches(x: float, z: fl
     heading = s * z / x
     centre_x, centre_y = x / z * np.sin(heading), x / z * (1.0 - np.cos(heading))
     assert not (np.hypot(p[0] - centre_x, p[1] - centre_y) < RADIUS_M - 0.001).any()
+    if math.isfinite(free_m):  # and there it does touch
+        at = free_m * z / x
+        assert math.hypot(p[0] - x / z * math.sin(at), p[1] - x / z * (1.0 - math.cos(at))) <= RADIUS_M + 0.001
 
 
 def test_sectors_are_measured_from_the_footprint_and_named() -> None:

@@ -124,6 +124,16 @@ class WheelsMachine(RuleBasedStateMachine):
         self.sent.append((now_s, twist))
 
     @rule(
+        x=st.floats(-0.4, 0.4),
+        z=st.floats(-2.5, 2.5),
+        source=st.sampled_from(["a", "b", "c"]),
+        duration_s=st.sampled_from([0.1, 0.5, 2.0]),
+        reverse=st.booleans(),
+    )
+    def ask_soundly(self, x: float, z: float, source: str, duration_s: float, reverse: bool) -> None:
+        self.ask_anything(x, z, source, Priority.MANUAL, duration_s, 0, reverse, None)
+
+    @rule(
         x=SPEED,
         z=SPEED,
         source=st.sampled_from(["a", "b", "c"]),
@@ -133,7 +143,7 @@ class WheelsMachine(RuleBasedStateMachine):
         reverse=st.booleans(),
         stamp_off_s=st.one_of(st.none(), st.floats(-1.0, 1.0), ANY),
     )
-    def ask(
+    def ask_anything(
         self,
         x: float,
         z: float,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
 from contracts.robot import Map
+from mesh.errors import UnavailableError, UnprocessableError
 from robot_bridge.ring import Room
 from robot_bridge.senses import Grid
 from robot_bridge.transforms import compose, inverse
@@ -61,3 +62,11 @@ def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
     if value is None:
         return f"({pose.x:.2f}, {pose.y:.2f}) is outside the map"
     return f"({pose.x:.2f}, {pose.y:.2f}) is in an unknown part of the map" if value < 0 else None
+
+
+def check_in_map(grid: Grid | None, pose: Pose2D) -> None:
+    """Raises `UnavailableError` where there is no map yet, `UnprocessableError` where the pose makes no sense in it."""
+    if grid is None:
+        raise UnavailableError("map", "no map has been received")
+    if why := why_not_in(grid, pose):
+        raise UnprocessableError(why)

@@ -12,13 +12,12 @@ from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalMode, GoalRequest, GoalStatus, NavigationState, PathReply, PathRequest, Sighting
 from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
-from mesh.errors import ConflictError, NotFoundError, UnavailableError, UnprocessableError
+from mesh.errors import ConflictError, NotFoundError, UnavailableError
 from mesh.tasks import Tasks
-from robot_bridge.maps import why_not_in
-from robot_bridge.navigation import GIVEN_UP_UNDER_WAY, error_name, is_over, moved_on, says_nothing_of_the_goal
+from robot_bridge.maps import check_in_map
+from robot_bridge.navigation import GIVEN_UP_UNDER_WAY, error_name, is_over, moved_on
 from robot_bridge.ports import AcceptedGoal, GoalEnd, Robot
-from robot_bridge.preflight import Checked, Place, Preflight, path_or_none
-from robot_bridge.ring import length_m
+from robot_bridge.preflight import Checked, Place, Preflight, path_or_none, path_reply
 from robot_bridge.settings import Settings
 from robot_bridge.wheels import Wheels
 
@@ -100,7 +99,7 @@ class Navigator:
             await self._need_nav2(self._settings.nav2_active_wait_s)
             await self._end_active("another goal took over")
             if request.clear_costmaps:
-                await self._clear_costmaps()
+                await self._preflight.clear_costmaps(self._clock)
             place = self._place(request.pose, request)
             checked = await path_or_none(self._preflight, place)
             self._check(request)
@@ -151,21 +150,10 @@ class Navigator:
 
     async def path(self, request: PathRequest) -> PathReply:
         """Nav2's plan to the pose or the nearest one on the ring, or its error code; nothing moves."""
-        self._check_place(request.goal)
+        check_in_map(self._robot.senses.map.value, request.goal)
         await self._need_nav2(0.0)
         checked = await self._preflight.nearest(self._place(request.goal, request), request.start)
-        code = checked.error_code
-        if checked.pose is None:
-            return PathReply(reachable=False, tried=checked.tried, error_code=code, error_name=error_name(code))
-        return PathReply(
-            reachable=True,
-            goal=checked.pose,
-            length_m=length_m(checked.plan),
-            tried=checked.tried,
-            error_code=code,
-            error_name=error_name(code),
-            poses=checked.plan,
-        )
+        return path_reply(checked)
 
     def _place(self, pose: Pose2D, request: GoalRequest | PathRequest) -> Place:
         radius_m = self._settings.ring_radius_m if request.ring_radius_m is None else request.ring_radius_m
@@ -173,14 +161,7 @@ class Navigator:
 
     def _check(self, request: GoalRequest) -> None:
         self._wheels.check(request.epoch, request.session_id)
-        self._check_place(request.pose)
-
-    def _check_place(self, pose: Pose2D) -> None:
-        grid = self._robot.senses.map.value
-        if grid is None:
-            raise UnavailableError("map", "no map has been received")
-        if why := why_not_in(grid, pose):
-            raise UnprocessableError(why)
+        check_in_map(self._robot.senses.map.value, request.pose)
 
     async def _need_nav2(self, wait_s: float) -> None:
         """Its lifecycle has to be active; it may be about to become so."""
@@ -189,20 +170,8 @@ class Navigator:
         if missing := senses.why_no_nav2(self._clock.now_s()):
             raise UnavailableError("nav2", missing)
 
-    async def _clear_costmaps(self) -> None:
-        """So that ghosts of past obstacles do not reject the goal; then waits for a scan to fill them anew (A13)."""
-        try:
-            await asyncio.wait_for(self._robot.clear_costmaps(), self._settings.costmap_timeout_s)
-        except (UnavailableError, TimeoutError) as error:
-            log.warning("the costmaps were not cleared", error=str(error) or type(error).__name__)
-        cleared_s, wait_s = self._clock.now_s(), self._settings.fresh_scan_wait_s_max
-        scan = await self._robot.senses.scan.wait_for(lambda reading: reading.received_s > cleared_s, wait_s)
-        if scan is None:
-            log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
-
     async def _begin(self, request: GoalRequest, place: Place, checked: Checked | None) -> Goal:
         now_s = self._clock.now_s()
-        hopeless = checked is not None and checked.pose is None and not says_nothing_of_the_goal(checked.error_code)
         pose = checked.pose if checked is not None and checked.pose is not None else request.pose
         goal = Goal(
             id=uuid.uuid4().hex,
@@ -224,7 +193,7 @@ class Navigator:
         self._wheels.open_navigation(goal.id, request.epoch, request.session_id)
         self._active = active
         self._keep(goal)
-        if checked is not None and hopeless:
+        if checked is not None and checked.hopeless:
             self._finish(active, GoalEnd(GoalStatus.ABORTED, checked.error_code, checked.reason))
             return self._goals[goal.id]
         try:
@@ -269,7 +238,7 @@ class Navigator:
         told = {"attempt": attempt, "error_code": end.error_code, "error_name": name, "error_msg": end.error_msg}
         active.accepted = None
         self._keep(goal.model_copy(update=told | {"stamp_s": self._clock.now_s()}))
-        await self._clear_costmaps()
+        await self._preflight.clear_costmaps(self._clock)
         pose = goal.pose
         if attempt > 2 and (roomier := await self._preflight.roomier(active.place, goal.pose)).pose is not None:
             pose = roomier.pose

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import structlog
 
 from contracts.geometry import Point3D, Pose2D
+from contracts.robot import PathReply
+from mesh.clock import Clock
 from mesh.errors import UnavailableError
 from robot_bridge.maps import room_of
 from robot_bridge.navigation import NO_VALID_PATH, error_name, says_nothing_of_the_goal
 from robot_bridge.ports import Path, Robot
-from robot_bridge.ring import Room, poses_round, roomiest_first
+from robot_bridge.ring import Room, length_m, poses_round, roomiest_first
 from robot_bridge.senses import Grid
 from robot_bridge.settings import Settings
 
@@ -34,6 +36,11 @@ class Checked:
     plan: tuple[Pose2D, ...] = ()
     tried: int = 0
     error_code: int = 0
+
+    @property
+    def hopeless(self) -> bool:
+        """Nav2 would only find out the same; where the planner's trouble is another one, Nav2 may get over it."""
+        return self.pose is None and not says_nothing_of_the_goal(self.error_code)
 
     @property
     def reason(self) -> str:
@@ -62,6 +69,17 @@ class Preflight:
             return Checked(None)
         more = [pose for pose in self._ring(place) if room.at(pose) > room.at(than) + room.resolution_m]
         return await self._first(roomiest_first(more, room), None)
+
+    async def clear_costmaps(self, clock: Clock) -> None:
+        """So that ghosts of past obstacles do not reject the goal; then waits for a scan to fill them anew (A13)."""
+        try:
+            await asyncio.wait_for(self._robot.clear_costmaps(), self._settings.costmap_timeout_s)
+        except (UnavailableError, TimeoutError) as error:
+            log.warning("the costmaps were not cleared", error=str(error) or type(error).__name__)
+        cleared_s, wait_s = clock.now_s(), self._settings.fresh_scan_wait_s_max
+        scan = await self._robot.senses.scan.wait_for(lambda reading: reading.received_s > cleared_s, wait_s)
+        if scan is None:
+            log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
 
     async def _first(self, poses: list[Pose2D], start: Pose2D | None) -> Checked:
         tried, code = 0, 0
@@ -101,6 +119,19 @@ class Preflight:
         if self._room is None or self._room[0] is not grid:
             self._room = grid, room_of(grid)
         return self._room[1]
+
+
+def path_reply(checked: Checked) -> PathReply:
+    reachable = checked.pose is not None
+    return PathReply(
+        reachable=reachable,
+        goal=checked.pose,
+        length_m=length_m(checked.plan) if reachable else None,
+        tried=checked.tried,
+        error_code=checked.error_code,
+        error_name=error_name(checked.error_code),
+        poses=checked.plan,
+    )
 
 
 def _failure(plan: Path) -> int:

@@ -78,7 +78,12 @@ class RosSettings(BaseModel):
 
 
 class Settings(BaseSettings):
-    model_config = SettingsConfigDict(env_prefix="ROBOT_BRIDGE_", env_nested_delimiter="__", frozen=True)
+    model_config = SettingsConfigDict(
+        env_prefix="ROBOT_BRIDGE_",
+        env_nested_delimiter="__",
+        nested_model_default_partial_update=True,  # a topic that gets another name keeps its quality of service
+        frozen=True,
+    )
 
     host: str = "127.0.0.1"
     port: int = Field(default=8004, ge=1, le=65535)

@@ -1,0 +1,58 @@
+"""One picture for everybody: many viewers cost one encoding of each frame."""
+
+import asyncio
+import contextlib
+
+from robot_bridge.camera import Camera
+from robot_bridge.mailbox import Mailbox
+from robot_bridge.senses import ColourImage
+from support.toy_robot import ToyRobot
+from support.waiting import until
+
+VIEWERS = 8
+FRAMES = 5
+
+
+def frame(stamp_s: float) -> ColourImage:
+    return ColourImage(stamp_s, "optical", ToyRobot().picture())
+
+
+async def test_eight_viewers_and_as_many_pollers_share_one_encoding_of_each_frame() -> None:
+    frames: Mailbox[ColourImage] = Mailbox()
+    frames.bind(asyncio.get_running_loop())
+    camera = Camera(frames, jpeg_quality=85)
+    seen: list[list[bytes]] = [[] for _ in range(VIEWERS)]
+
+    async def watch(parts: list[bytes]) -> None:
+        async with contextlib.aclosing(camera.stream()) as stream:
+            async for part in stream:
+                parts.append(part)
+                if len(parts) == FRAMES:
+                    return
+
+    viewers = [asyncio.create_task(watch(parts)) for parts in seen]
+    for number in range(1, FRAMES + 1):
+        await until(lambda: camera.viewers == VIEWERS, timeout_s=30.0)
+        stamp_s = float(number)
+        frames.put(frame(stamp_s), stamp_s)
+        polled = await asyncio.gather(*(camera.picture(after_s=stamp_s - 0.5, wait_s=30.0) for _ in range(VIEWERS)))
+        assert {picture.stamp_s for picture in polled if picture is not None} == {stamp_s}
+        await until(lambda number=number: all(len(parts) == number for parts in seen), timeout_s=30.0)
+    await asyncio.gather(*viewers)
+    assert camera.encoded == FRAMES
+    assert camera.viewers == 0
+    assert all(parts == seen[0] for parts in seen)
+
+
+async def test_a_viewer_who_comes_late_or_is_slow_sees_the_newest_frame_and_none_twice() -> None:
+    frames: Mailbox[ColourImage] = Mailbox()
+    frames.bind(asyncio.get_running_loop())
+    camera = Camera(frames, jpeg_quality=85)
+    async with contextlib.aclosing(camera.stream()) as stream:
+        for stamp_s in (1.0, 2.0, 3.0):
+            frames.put(frame(stamp_s), stamp_s)
+        assert b"X-Stamp-S: 3.000000" in await anext(stream)
+        for stamp_s in (4.0, 5.0):
+            frames.put(frame(stamp_s), stamp_s)
+        assert b"X-Stamp-S: 5.000000" in await anext(stream)
+    assert camera.encoded == 2
