@@ -6,13 +6,14 @@ COMMAND   ?= find the red bottle
 SEED      ?= 0
 PORT_BASE ?= 8000
 TOUR      ?= 1
+COCO      ?=
 PYTEST    := $(PY) -m pytest
 STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if $(filter 0,$(TOUR)),--no-tour,--tour)
 
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down check format test test-fast test-e2e train bench-stop bench-faults clean
+.PHONY: help setup demo up down check format test test-fast test-e2e train bench-stop bench-faults bench-votes bench-inference bench-parser models clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -60,6 +61,18 @@ bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 ti
 
 bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
 	$(PY) -m bench.faults
+
+bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
+	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))
+
+bench-parser: setup ## how well commands are read, by the rules and by the language model INFERENCE_* names
+	$(PY) -m bench.parser
+
+models: setup ## fetch the models of a real robot: COCO detector, CLIP ViT-B/32, Ollama's (MIRROR=http://nas.lan/models)
+	@$(PY) tools/models.py $(if $(MIRROR),--mirror $(MIRROR))
+
+bench-inference: setup ## backends, overhead, latency, throughput and memory of the inference service (about 8 minutes)
+	$(PY) -m bench.inference
 
 clean: ## remove what can be made again, but the environment
 	rm -rf out .ruff_cache .hypothesis

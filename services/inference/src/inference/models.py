@@ -160,6 +160,10 @@ class Models:
             raise UnavailableError("models", "still loading")
         return self.loaded
 
+    def look_here(self, image: RgbImage) -> Look:
+        """The models alone, in the thread that calls: only for the one that opened them."""
+        return self._look(self.detector(), image, None)
+
     # What follows runs in the worker thread.
 
     def _see(self, detector: Detector, encoded: bytes, target: Target | None, shrink: Shrink | None) -> Sight:

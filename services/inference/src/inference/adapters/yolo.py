@@ -73,9 +73,8 @@ class YoloDetector:
         self.backend = backend_of(path)
         self.backends_ms = dict(backends_ms or {})
         self.threshold = threshold
-        self._imgsz = imgsz
-        self._boxes_max = boxes_max
         self._model: Any = YOLO(str(path), task="detect")
+        self._arguments = {"imgsz": imgsz, "conf": threshold, "max_det": boxes_max, "device": "cpu", "verbose": False}
         self.detect(np.full((imgsz, imgsz, 3), 127, np.uint8))  # the first call builds the predictor
         torch.set_num_threads(threads)  # after the first call, which sets it to all cores
         _limit_threads(self._model.predictor.model.backend, path, threads)
@@ -84,21 +83,21 @@ class YoloDetector:
             raise ValueError(f"{path} knows classes that are not COCO's: {', '.join(sorted(strange)[:5])}")
 
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
-        bgr = np.ascontiguousarray(image[:, :, ::-1])
-        result = self._model.predict(
-            bgr, imgsz=self._imgsz, conf=self.threshold, max_det=self._boxes_max, device="cpu", verbose=False
-        )[0]
-        boxes = result.boxes.cpu().numpy()
-        return tuple(
-            Detection(
-                label=result.names[int(number)],
-                confidence=min(1.0, float(confidence)),
-                bbox_xyxy=(round(x_min, 2), round(y_min, 2), round(x_max, 2), round(y_max, 2)),
-            )
-            for number, confidence, (x_min, y_min, x_max, y_max) in zip(
-                boxes.cls.tolist(), boxes.conf.tolist(), boxes.xyxy.tolist(), strict=True
-            )
+        return _detections(self._model.predict(np.ascontiguousarray(image[:, :, ::-1]), **self._arguments)[0])
+
+
+def _detections(result: Any) -> tuple[Detection, ...]:
+    boxes = result.boxes.cpu().numpy()
+    return tuple(
+        Detection(
+            label=result.names[int(number)],
+            confidence=min(1.0, float(confidence)),
+            bbox_xyxy=(round(x_min, 2), round(y_min, 2), round(x_max, 2), round(y_max, 2)),
         )
+        for number, confidence, (x_min, y_min, x_max, y_max) in zip(
+            boxes.cls.tolist(), boxes.conf.tolist(), boxes.xyxy.tolist(), strict=True
+        )
+    )
 
 
 def _limit_threads(backend: Any, path: Path, threads: int) -> None:
