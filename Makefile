@@ -14,6 +14,8 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down check format test test-fast test-e2e train bench-stop bench-faults bench-votes bench-inference bench-parser models clean
+.PHONY: bench-coordinator bench-campaign bench-scan replay
+.PHONY: test-ui screens bench-ui
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -49,6 +51,18 @@ test-fast: setup ## unit, contract and architecture tests only
 test-e2e: setup ## the whole mesh with the simulated robot
 	$(PYTEST) tests/e2e
 
+bench-coordinator: setup ## how long a step and a coverage plan take: out/bench/coordinator.json and .png
+	$(PY) -m bench.coordinator
+
+bench-campaign: setup ## hundreds of simulated missions with faults injected, judged: out/bench/campaign.json
+	$(PY) -m bench.campaign --missions $(or $(MISSIONS),500)
+
+bench-scan: setup ## stop-look-turn against a slow turn, both measured: out/bench/scan.json
+	$(PY) -m bench.scan
+
+replay: setup ## decide a recorded mission again, step by step: MISSION=<file, or id in the database>
+	@$(PY) -m coordinator.replay $(MISSION)
+
 train: setup ## train the simulator's weights again, about three hours on two idle cores
 	$(PY) -m sim.training.dataset out/training/homes --first 100000 --homes 700 --images 10
 	$(PY) -m sim.training.dataset out/training/held_out --first 900000 --homes 60 --images 8
@@ -73,6 +87,16 @@ models: setup ## fetch the models of a real robot: COCO detector, CLIP ViT-B/32,
 
 bench-inference: setup ## backends, overhead, latency, throughput and memory of the inference service (about 8 minutes)
 	$(PY) -m bench.inference
+
+test-ui: setup ## the operator's page in real Chromium: on fakes, then against the running mesh
+	@$(PYTHON3) tools/setup.py --tests
+	$(PYTEST) tests/integration/ui tests/e2e/test_page.py
+
+screens: setup ## write docs/screens anew: the pictures of the page that the tests take
+	ATOM_SCREENS=docs/screens $(PYTEST) tests/e2e/test_page.py
+
+bench-ui: setup ## the page: a frame's way from the bridge to the screen, CPU for 1, 5 and 20 viewers (about 4 minutes)
+	$(PY) -m bench.ui
 
 clean: ## remove what can be made again, but the environment
 	rm -rf out .ruff_cache .hypothesis

@@ -7,9 +7,14 @@ status 1 when a mission hung, crashed, moved the robot while stopped, or ended d
 import argparse
 import json
 import logging
+import math
 import sys
 import time
 from collections import Counter, defaultdict
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -73,22 +78,47 @@ def row_of(run: Run, verdict: Verdict, wall_s: float) -> dict[str, Any]:
     }
 
 
-def campaign(seeds: list[int], *, say: bool = True) -> list[dict[str, Any]]:
-    """Every seed's row. Missions of one home are played together: making a home takes a second."""
-    rows: list[dict[str, Any]] = []
+def campaign(seeds: list[int], *, jobs: int = 1, within_s: float = math.inf) -> list[dict[str, Any]]:
+    """Every seed's row; missions not begun in time are left out. Those of one home are played together: making a home
+    takes a second.
+    """
+    play = partial(in_one_home, until_s=time.monotonic() + within_s)
     homes: dict[int, list[int]] = defaultdict(list)
     for seed in seeds:
         homes[seed % HOMES].append(seed)
-    for home, of_home in homes.items():
-        place = SimulatedPlace(home, *wanted_in(home))
-        for seed in of_home:
-            began = time.perf_counter()
-            run, verdict = played(scenario(seed), place)
-            rows.append(row_of(run, verdict, time.perf_counter() - began))
-            if say and (run.problems or verdict.dishonest):
-                print_row(rows[-1])
-        place.close()
+    rows: list[dict[str, Any]] = []
+    if jobs == 1:
+        for of_home in homes.values():
+            rows += play(of_home)
+    else:
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=quiet) as pool:
+            for some in pool.map(play, homes.values()):
+                rows += some
     return sorted(rows, key=lambda row: row["seed"])
+
+
+def in_one_home(seeds: list[int], *, until_s: float = math.inf, **rules: Any) -> list[dict[str, Any]]:
+    """Seeds that differ by a multiple of `HOMES`. `until_s` is monotonic time, the same in every process."""
+    if time.monotonic() > until_s:
+        return []
+    home = seeds[0] % HOMES
+    place = SimulatedPlace(home, *wanted_in(home))
+    rows: list[dict[str, Any]] = []
+    for seed in seeds:
+        if time.monotonic() > until_s:
+            break
+        began = time.perf_counter()
+        one = scenario(seed)
+        run, verdict = played(replace(one, rules={**one.rules, **rules}), place)
+        rows.append(row_of(run, verdict, time.perf_counter() - began))
+        if run.problems or verdict.dishonest:
+            print_row(rows[-1])
+    place.close()
+    return rows
+
+
+def quiet() -> None:
+    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
 
 
 def print_row(row: dict[str, Any]) -> None:
@@ -149,11 +179,13 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--out", type=Path, default=Path("out/bench/campaign.json"))
     parser.add_argument("--add", action="store_true", help="keep the other seeds' rows that --out holds already")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="begin no mission later than this")
     parser.add_argument("--quick", action="store_true", help="20 missions")
     options = parser.parse_args()
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
+    quiet()
     count = 20 if options.quick else options.missions
-    rows = campaign(list(range(options.first, options.first + count)))
+    rows = campaign(list(range(options.first, options.first + count)), jobs=options.jobs, within_s=options.minutes * 60)
     if options.add and options.out.exists():
         new = {row["seed"] for row in rows}
         old = json.loads(options.out.read_text(encoding="utf-8"))["rows"]

@@ -47,8 +47,9 @@ class SimulatedPlace:
         self.things = tuple(t for t in self.world.truth.things if t.kind in THINGS)
         self.dock = self.world.scene.dock
         self.off_dock = compose(self.dock, -0.45, 0.0, math.pi)
+        self._volumes = {t.id: self.world.volumes(t.id) for t in self.things}
         self._corners = {
-            t.id: np.concatenate([volume.corners() for volume in self.world.volumes(t.id)]) for t in self.things
+            name: np.concatenate([volume.corners() for volume in volumes]) for name, volumes in self._volumes.items()
         }
         self._ways: tuple[tuple[int, int], MCP_Geometric, NDArray[np.float64]] | None = None
 
@@ -120,7 +121,15 @@ class SimulatedPlace:
         return tuple(one for one in found if one is not None)
 
     def _near(self, pose: Pose2D, range_m: float) -> list[ThingTruth]:
-        return [t for t in self.things if math.hypot(t.x_m - pose.x, t.y_m - pose.y) <= range_m]
+        """Within range, and not clearly beside or behind."""
+        near = (t for t in self.things if math.hypot(t.x_m - pose.x, t.y_m - pose.y) <= range_m)
+        return [
+            t for t in near if abs(self._bearing(t, pose)) < 0.9 or math.hypot(t.x_m - pose.x, t.y_m - pose.y) < 0.6
+        ]
+
+    @staticmethod
+    def _bearing(thing: ThingTruth, pose: Pose2D) -> float:
+        return math.remainder(math.atan2(thing.y_m - pose.y, thing.x_m - pose.x) - pose.yaw, math.tau)
 
     def _seen(self, thing: ThingTruth, pose: Pose2D, camera: NDArray[np.float64]) -> InPicture | None:
         corners = self._corners[thing.id] - camera
@@ -138,7 +147,7 @@ class SimulatedPlace:
         if width < 2.0 or height < 2.0 or width * height < 0.3 * whole:
             return None
         visible = self._visible(thing, camera) * min(1.0, width * height / whole)
-        away_m = min(float(volume.horizontal_distance_m(camera)) for volume in self.world.volumes(thing.id))
+        away_m = min(float(volume.horizontal_distance_m(camera)) for volume in self._volumes[thing.id])
         return InPicture(thing, box, visible, away_m)
 
     def _visible(self, thing: ThingTruth, camera: NDArray[np.float64]) -> float:
@@ -169,7 +178,7 @@ class SimulatedPlace:
 
     def surface_m(self, thing: ThingTruth, pose: Pose2D) -> float:
         """True distance from the camera of a robot at `pose` to the nearest surface of the thing."""
-        return nearest_surface_m(self.world.volumes(thing.id), camera_position(pose))
+        return nearest_surface_m(self._volumes[thing.id], camera_position(pose))
 
     # --- places and judgement
 

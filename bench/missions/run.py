@@ -107,7 +107,7 @@ class Stage:
 async def run_mission(place: SimulatedPlace, one: Scenario) -> Run:
     """Plays the scenario to its end; an error is the simulation's own, or a hang."""
     rng = np.random.default_rng([one.seed, 3])
-    start = place.dock if one.docked else place.random_pose(rng)
+    start = one.start or (place.dock if one.docked else place.random_pose(rng))
     run, log = Run(one), MemoryLog()
     bus = SimulatedBus(one.faults, np.random.default_rng([one.seed, 4]))
     bridge = SimulatedBridge(place, start, one.faults, bus, one.seed, docked=one.docked)

@@ -43,6 +43,8 @@ class Scenario:
     docked: bool
     faults: Faults
     rules: dict[str, Any] = field(default_factory=dict[str, Any])
+    start: Pose2D | None = None
+    """Where the robot begins; none: anywhere, or on the dock."""
 
     @property
     def command(self) -> str:

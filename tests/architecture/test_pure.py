@@ -8,7 +8,7 @@ import pytest
 from support.source import Module, all_modules
 
 PURE = {
-    "coordinator": ("core", "coverage", "grid", "parse_validation", "seen", "view", "viewpoints"),
+    "coordinator": ("core", "coverage", "grid", "lookouts", "parse_validation", "seen", "view", "viewpoints"),
     "inference": (
         "boxes",
         "breaker",

@@ -48,7 +48,7 @@ from contracts.vision import (
     Verdict,
     Vote,
 )
-from mesh.errors import NotFoundError, UnavailableError, UpstreamError
+from mesh.errors import UnavailableError, UpstreamError
 from support.bus import MemoryBus
 from support.fake_clock import FakeClock
 
@@ -89,6 +89,9 @@ class World:
     stop: EmergencyStop = field(default_factory=lambda: EmergencyStop(latched=False, epoch=0))
     docked: bool = False
     battery_percent: float | None = None
+    charging: bool = False
+    lost: bool = False
+    """It does not know its place in the map."""
     sees: bool = True
     colours_unknown: bool = False
     range_m: float = 2.5
@@ -153,8 +156,10 @@ class World:
     def state(self) -> RobotState:
         return RobotState(
             stamp_s=self.clock.now_s(),
-            battery=Battery(percentage=self.battery_percent) if self.battery_percent is not None else None,
-            pose=self.pose,
+            battery=Battery(percentage=self.battery_percent, charging=self.charging)
+            if self.battery_percent is not None
+            else None,
+            pose=None if self.lost else self.pose,
             odometry=self.pose,
             twist=Twist2D(linear_x=self.speed_m_s),
             docked=self.docked,
@@ -200,6 +205,10 @@ class FakeRobot:
         self.aborts: list[tuple[GoalStatus, int]] = []
         self.celebrations = 0
         self.refuses_dock = False
+        self.hangs: set[str] = set()
+        """Calls that are never answered."""
+        self.arrives_nowhere = 0
+        """Goals that are said to be reached at once."""
         self.slow_to_accept_s = 0.0
         self.goals: dict[str, Goal] = {}
         self._going: asyncio.Task[None] | None = None
@@ -207,7 +216,9 @@ class FakeRobot:
     async def hold_session(self) -> None:
         await asyncio.Event().wait()
 
-    def _check(self, name: str, epoch: int | None = None) -> None:
+    async def _check(self, name: str, epoch: int | None = None) -> None:
+        if name in self.hangs:
+            await asyncio.Event().wait()
         if self.fail_next.get(name, 0) > 0:
             self.fail_next[name] -= 1
             raise UnavailableError("robot_bridge", f"{name} is away")
@@ -217,7 +228,7 @@ class FakeRobot:
             self.world.moves.append(name)
 
     async def map(self) -> Map:
-        self._check("map")
+        await self._check("map")
         cells = np.where(self.world.free, 0, 100).astype(np.int8)
         return Map(
             width=200,
@@ -228,16 +239,19 @@ class FakeRobot:
         )
 
     async def path(self, goal: Pose2D) -> PathReply:
-        self._check("path")
+        await self._check("path")
         if not self.world.is_free(goal.x, goal.y, 0.25):
             return PathReply(reachable=False, error_code=206, error_name="GOAL_OCCUPIED")
         return PathReply(reachable=True, length_m=math.hypot(goal.x - self.world.pose.x, goal.y - self.world.pose.y))
 
     async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
-        self._check("navigate", epoch)
+        await self._check("navigate", epoch)
         if self.slow_to_accept_s:
             await self.world.clock.sleep(self.slow_to_accept_s)
         status, code = self.aborts.pop(0) if self.aborts else (GoalStatus.EXECUTING, 0)
+        if self.arrives_nowhere > 0:
+            self.arrives_nowhere -= 1
+            status = GoalStatus.SUCCEEDED
         goal = Goal(
             id=f"goal-{len(self.goals)}", pose=pose, status=status, error_code=code, stamp_s=self.world.clock.now_s()
         )
@@ -249,7 +263,7 @@ class FakeRobot:
     async def _go(self, goal: Goal) -> None:
         world = self.world
         while (left := math.hypot(goal.pose.x - world.pose.x, goal.pose.y - world.pose.y)) > 0.01:
-            if world.stop.latched or self.goals[goal.id].status is not GoalStatus.EXECUTING:
+            if world.stop.latched or self._status(goal.id) is not GoalStatus.EXECUTING:
                 return
             step = min(left, 0.3 * STEP_S)
             yaw = math.atan2(goal.pose.y - world.pose.y, goal.pose.x - world.pose.x)
@@ -258,23 +272,31 @@ class FakeRobot:
         world.turn_to(goal.pose.yaw)
         self.goals[goal.id] = goal.model_copy(update={"status": GoalStatus.SUCCEEDED})
 
+    def _status(self, goal_id: str) -> GoalStatus | None:
+        return self.goals[goal_id].status if goal_id in self.goals else None
+
     async def goal(self, goal_id: str) -> Goal:
         if goal_id not in self.goals:
-            raise NotFoundError(goal_id)
+            raise UpstreamError("robot_bridge", 404, f"no goal {goal_id}")
         return self.goals[goal_id]
 
+    def lose_goals(self) -> None:
+        """As a bridge does that was restarted: what it was asked for is unknown to it, and the robot stands."""
+        self.goals = {}
+
     async def cancel_goal(self, goal_id: str) -> Goal:
+        await self.goal(goal_id)
         self.goals[goal_id] = self.goals[goal_id].model_copy(update={"status": GoalStatus.CANCELED})
         return self.goals[goal_id]
 
     async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> MotionReply:
-        self._check("rotate", epoch)
+        await self._check("rotate", epoch)
         await self.world.clock.sleep(abs(angle_rad) / speed_rad_s)
         self.world.turn_to(self.world.pose.yaw + angle_rad)
         return MotionReply(completed=True, moved=angle_rad)
 
     async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> MotionReply:
-        self._check("drive", epoch)
+        await self._check("drive", epoch)
         moved = 0.0
         while moved < distance_m:
             step = min(speed_m_s * STEP_S, distance_m - moved)
@@ -288,7 +310,7 @@ class FakeRobot:
         return MotionReply(completed=True, moved=moved)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
-        self._check("velocity", epoch)
+        await self._check("velocity", epoch)
         yaw, step_s = self.world.pose.yaw, 0.1 if twist.linear_x else duration_s
         moved = twist.linear_x * step_s
         driven = self.world.shift(moved * math.cos(yaw), moved * math.sin(yaw)) if moved else True
@@ -300,7 +322,7 @@ class FakeRobot:
         self.world.speed_m_s = 0.0
 
     async def localize(self, box: BoxQuery) -> LocalizeReply:
-        self._check("localize")
+        await self._check("localize")
         thing = self.world.at(box)
         seen = self.world.in_sight(thing) if thing is not None else None
         if thing is None or seen is None or seen[0] > 3.0:
@@ -315,13 +337,13 @@ class FakeRobot:
         )
 
     async def undock(self, *, timeout_s: float) -> MotionReply:
-        self._check("undock", self.world.stop.epoch)
+        await self._check("undock", self.world.stop.epoch)
         await self.world.clock.sleep(2.0)
         self.world.docked = False
         return MotionReply(completed=True, moved=0.0)
 
     async def dock(self, *, timeout_s: float) -> MotionReply:
-        self._check("dock", self.world.stop.epoch)
+        await self._check("dock", self.world.stop.epoch)
         await self.world.clock.sleep(5.0)
         if self.refuses_dock:
             return MotionReply(completed=False, moved=0.0, reason="the base gave up (is the dock in sight?)")
@@ -329,7 +351,7 @@ class FakeRobot:
         return MotionReply(completed=True, moved=0.0)
 
     async def frame(self) -> bytes:
-        self._check("frame")
+        await self._check("frame")
         return PICTURE
 
     async def celebrate(self) -> None:
@@ -348,12 +370,15 @@ class FakeEyes:
         self.parse = ParsedTask(yolo_class="bottle", memory_object="bottle", description="red bottle", parser="rules")
         self.validations = 0
         self.narrow = False
+        self.reads = True
         self.lies = False
         """It calls confirmed what its votes refuse."""
         self.words: str | None = None
         self.reasoned: list[ReasonRequest] = []
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
+        if not self.reads:
+            raise UnavailableError("inference", "not reachable")
         return self.parse
 
     async def validate(self, request: ValidateRequest, *, timeout_s: float) -> Validation:
@@ -411,7 +436,14 @@ class FakeMemory:
 
     async def views(self, label: str, limit: int) -> Sequence[View]:
         self._check()
-        return []
+        return (
+            []
+            if label != "bottle"
+            else [
+                View(id=k, label=label, confidence=0.9, pose=pose, stamp_s=1.0)
+                for k, pose in enumerate(self.remembered[:limit])
+            ]
+        )
 
     async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
         self._check()

@@ -104,21 +104,18 @@ async def test_a_follower_gets_what_it_missed_and_then_what_comes(opened: Opened
         assert await asyncio.wait_for(only_new, 30.0) == [3]
 
 
-async def test_recordings_pictures_requests_and_facts_are_kept(opened: Opened) -> None:
+async def test_recordings_pictures_and_requests_are_kept(opened: Opened) -> None:
     async with opened() as log:
         log.put(mission("a"))
         for k in range(3):
             log.record("a", f'{{"line": {k}}}')
         log.keep_picture("a", 0, b"jpeg")
         log.keep_request("key", KnownRequest("digest", ("a", "b")))
-        log.keep_fact("dock", "old")
-        log.keep_fact("dock", "here")
         assert await log.recording("a") == ('{"line": 0}', '{"line": 1}', '{"line": 2}')
         assert await log.recording("b") == ()
         assert (await log.picture("a", 0), await log.picture("a", 1)) == (b"jpeg", None)
         assert await log.request("key") == KnownRequest("digest", ("a", "b"))
         assert await log.request("other") is None
-        assert (await log.fact("dock"), await log.fact("door")) == ("here", None)
         assert (await log.dependency()).ok
 
 

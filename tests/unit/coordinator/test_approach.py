@@ -179,10 +179,17 @@ def test_what_two_measurements_say_replaces_the_place_believed_so_far() -> None:
     assert script.last(do.Drive).distance_m == pytest.approx(1.2, abs=0.1)
 
 
+def test_a_reach_shorter_than_the_stand_off_is_driven_to_all_the_same() -> None:
+    script = approaching(reach_m=0.2, rounds_max=3).path().arrived().see(box()).localized(0.56, 1.26)
+    script.drove().wait(3.0).drove().wait(3.0)
+    assert script.mission.outcome is Outcome.FOUND
+    assert "0.2" in script.mission.reason
+
+
 def test_a_blocked_drive_is_a_find_with_its_distance_and_the_reason() -> None:
     script = approaching().path().arrived().wait(3.0).drove(moved=0.02, reason="obstacle ahead").wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
-    assert "as near as the map allows: obstacle ahead" in script.mission.reason
+    assert "as near as the map allows: something is in the way" in script.mission.reason
 
 
 def test_stopped_far_off_it_tries_another_side_once() -> None:

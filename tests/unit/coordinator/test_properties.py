@@ -1,5 +1,6 @@
 """From any stream of events: the core stays in its table, moves only when it may, and answers the same twice."""
 
+import itertools
 from collections.abc import Callable
 from typing import Any, assert_never
 
@@ -7,15 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contracts.geometry import Point3D, Pose2D
-from contracts.mission import MissionState
+from contracts.mission import MissionKind, MissionState, Outcome
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detection, Detections, Target, Validation, Verdict, Vote
 from coordinator.core import actions as do
 from coordinator.core import events as ev
+from coordinator.core import recording
 from coordinator.core.actions import MOTION
 from coordinator.core.activities import (
     CheckingPlace,
     ChoosingPath,
+    Docking,
     Driving,
     Entering,
     Going,
@@ -31,7 +34,7 @@ from coordinator.core.activities import (
     Waiting,
 )
 from coordinator.core.mission import Mission, Place
-from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules
+from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule
 from coordinator.core.states import ALLOWED, RESTING
 from coordinator.core.step import step
 
@@ -69,15 +72,12 @@ texts = st.sampled_from(["", "obstacle ahead", "timeout"])
 fitting = st.tuples(
     st.just("fit"), st.sampled_from([True, True, True, False]), st.sampled_from([0.4, 0.9, 1.3, 2.0, 2.8]), metres
 )
-anything = st.one_of(
-    st.tuples(st.just("start"), st.lists(st.builds(Place, poses), max_size=3).map(tuple)),
-    st.tuples(st.just("tick"), st.sampled_from([0.1, 0.1, 1.0, 5.0, 40.0, 200.0])),
+noise = st.one_of(
     st.tuples(st.just("robot"), poses | st.none(), st.booleans(), st.floats(0.0, 0.3)),
-    st.tuples(st.just("latch"), st.booleans()),
-    st.tuples(st.just("reset")),
-    st.tuples(st.just("person"), st.sampled_from([ev.CancelAsked(), ev.PauseAsked(), ev.ResumeAsked()])),
     st.tuples(st.just("see"), boxes),
     st.tuples(st.just("undocked"), calls),
+    st.tuples(st.just("docked"), calls),
+    st.tuples(st.just("lie"), st.sampled_from([-1e6, -60.0, 60.0, 1e6])),
     st.tuples(st.just("path"), calls, st.none() | st.integers(0, 40)),
     st.tuples(st.just("goal"), calls, st.sampled_from(GoalStatus)),
     st.tuples(st.just("motion"), calls, st.booleans(), st.floats(-1, 2), texts),
@@ -85,6 +85,17 @@ anything = st.one_of(
     st.tuples(st.just("validated"), calls, st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
+)
+anything = st.one_of(
+    st.tuples(st.just("start"), st.lists(st.builds(Place, poses), max_size=3).map(tuple)),
+    st.tuples(st.just("tick"), st.sampled_from([0.1, 0.1, 1.0, 5.0, 40.0, 200.0])),
+    st.tuples(st.just("latch"), st.booleans()),
+    st.tuples(st.just("reset")),
+    st.tuples(st.just("person"), st.sampled_from([ev.CancelAsked(), ev.PauseAsked(), ev.ResumeAsked()])),
+    st.tuples(st.just("dock")),
+    noise,
+    noise,
+    noise,
 )
 
 steps = st.one_of(fitting, fitting, fitting, anything)
@@ -97,6 +108,7 @@ prefixes = st.tuples(st.integers(0, 40), st.sampled_from([0.4, 1.3, 2.0, 2.8])).
 
 ANSWERS: dict[str, Callable[..., ev.Event]] = {
     "undocked": ev.Undocked,
+    "docked": ev.Docked,
     "path": lambda call, index: ev.PathChosen(call, index, 1.0, "NO_VALID_PATH"),
     "goal": ev.GoalEnded,
     "motion": ev.MotionEnded,
@@ -120,6 +132,13 @@ class Player:
 
     def on_start(self, views: tuple[Place, ...]) -> ev.Event:
         return ev.MissionStarted("m", "find the red bottle", TARGET, "rules", "red", views)
+
+    def on_dock(self) -> ev.Event:
+        return ev.DockingStarted("d", "a low battery")
+
+    def on_lie(self, seconds: float) -> ev.Event:
+        """A frame of another time, with the target in its middle."""
+        return ev.DetectionsSeen(detections(max(0.0, self.now_s + seconds), [(160.0, "red", 0.9)], None))
 
     def on_tick(self, seconds: float) -> ev.Event:
         self.now_s += seconds
@@ -151,6 +170,10 @@ class Player:
                 return ev.CoveragePlanned(call, (point,), 10.0)
             case ChoosingPath():
                 return ev.PathChosen(call, 0 if good else None, 1.0, "NO_VALID_PATH")
+            case Docking():
+                return ev.Docked(call) if good else ev.CallFailed(call, "robot_bridge", "the base gave up")
+            case Going(goal=goal) if good and self.mission.robot.pose != goal:
+                return self.on_robot(goal, False, 0.0)
             case Going():
                 return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
             case Turning() | Driving():
@@ -203,11 +226,16 @@ def check_path(before: MissionState, actions: tuple[do.Action, ...], after: Miss
     st.sampled_from(ApproachRule),
     st.sampled_from(CenteringRule),
     st.sampled_from(CoverageRule),
+    st.sampled_from(ScanRule),
 )
 def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
-    stream: list[tuple[Any, ...]], approach: ApproachRule, centering: CenteringRule, coverage: CoverageRule
+    stream: list[tuple[Any, ...]],
+    approach: ApproachRule,
+    centering: CenteringRule,
+    coverage: CoverageRule,
+    scan: ScanRule,
 ) -> None:
-    player = Player(Rules(approach_rule=approach, centering_rule=centering, coverage_rule=coverage))
+    player = Player(Rules(approach_rule=approach, centering_rule=centering, coverage_rule=coverage, scan_rule=scan))
     start = player.mission
     for what in [LOCALISED, ("start", ()), *stream]:
         before, actions = player.play(player.event(what))
@@ -216,10 +244,46 @@ def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
         may_not = player.mission.state in RESTING or player.mission.paused or player.mission.robot.stopped
         assert not (moving and may_not)
         assert player.mission.state in RESTING or player.mission.running
+        check_ending(player.mission)
     again = start
     for event, now_s in player.log:
         again, _ = step(again, event, now_s)
     assert again == player.mission
+
+
+def check_ending(mission: Mission) -> None:
+    """Whoever ends says how, why, and on what it rests."""
+    if mission.outcome is None:
+        assert mission.report is None
+        return
+    report = mission.report
+    assert report is not None
+    assert report.text
+    assert (report.cause != "") == (mission.outcome in {Outcome.ABORTED, Outcome.CANCELED})
+    assert (report.found is not None) == (mission.outcome is Outcome.FOUND)
+    assert mission.outcome is not Outcome.UNSURE or report.candidates
+    assert mission.outcome is not Outcome.DOCKED or mission.kind is MissionKind.DOCK
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.tuples(prefixes, st.lists(steps, max_size=40)).map(lambda parts: [*parts[0], *parts[1]]),
+    st.sampled_from(ApproachRule),
+)
+def test_written_down_and_read_back_it_decides_the_same_again(
+    stream: list[tuple[Any, ...]], approach: ApproachRule
+) -> None:
+    player = Player(Rules(approach_rule=approach))
+    player.play(player.event(LOCALISED))
+    lines = [recording.header_line(recording.header_of(player.mission, "m", player.now_s))]
+    for what in [("start", ()), *stream]:
+        before, actions = player.play(player.event(what))
+        if actions or player.mission != before:
+            event, now_s = player.log[-1]
+            lines.append(recording.step_line(recording.Step(now_s, event, actions, player.mission.state)))
+    again = list(recording.replay(recording.read(lines)))
+    assert all(one.same for one in again)
+    assert again[-1].after == player.mission
 
 
 @settings(max_examples=100, deadline=None)
@@ -236,3 +300,22 @@ def test_left_alone_every_mission_ends_within_its_deadlines(
         assert player.now_s < limit_s
         player.play(ev.RobotUpdated(player.now_s, None, None, False, 0.0, False, player.mission.robot.epoch))
         player.play(ev.Tick())
+    check_ending(player.mission)
+
+
+@settings(max_examples=60, deadline=None)
+@given(prefixes, st.lists(noise, min_size=1, max_size=12), st.sampled_from(ApproachRule), st.booleans())
+def test_whatever_keeps_coming_every_mission_ends_within_its_deadlines(
+    prefix: list[tuple[Any, ...]], stream: list[tuple[Any, ...]], approach: ApproachRule, docking: bool
+) -> None:
+    player = Player(Rules(approach_rule=approach))
+    for what in [LOCALISED, ("dock",) if docking else ("start", ()), *prefix]:
+        player.play(player.event(what))
+    limit_s = player.now_s + player.mission.rules.mission_timeout_s + player.mission.rules.pause_timeout_s + 10.0
+    coming = itertools.cycle(stream)
+    while player.mission.running:
+        assert player.now_s < limit_s
+        player.play(player.event(next(coming)))
+        player.now_s += 2.0
+        player.play(ev.Tick())
+    check_ending(player.mission)

@@ -58,8 +58,7 @@ def create_app(
             looks = Looks(the_memory, the_clock, hfov_rad=settings.camera_hfov_rad)
             runner = Runner(settings=settings, bus=the_bus, robot=the_robot, eyes=the_eyes, log_=the_log,
                             looks=looks, queue=queue, clock=the_clock, tasks=tasks)  # fmt: skip
-            dispatcher = Dispatcher(settings=settings, runner=runner, queue=queue, memory=the_memory, log_=the_log,
-                                    clock=the_clock)  # fmt: skip
+            dispatcher = Dispatcher(settings=settings, runner=runner, queue=queue, memory=the_memory, clock=the_clock)
             runner.start()
             tasks.start("dispatch", dispatcher.run())
             missions = Missions(settings=settings, bus=the_bus, robot=the_robot, eyes=the_eyes, memory=the_memory,

@@ -1,9 +1,7 @@
 """When to drive to the dock by itself, and when to refuse a mission for want of power (requirement A15)."""
 
-import math
 from dataclasses import dataclass
 
-from contracts.geometry import Pose2D
 from contracts.robot import RobotState
 
 
@@ -39,10 +37,3 @@ def due(watch: Watch, state: RobotState | None, now_s: float, rules: PowerRules)
     if not why or state is None or state.docked is not False or now_s - watch.tried_s < rules.again_s:
         return looked, ""
     return Watch(now_s, now_s), why
-
-
-def before_dock(docked: Pose2D, distance_m: float) -> Pose2D:
-    """The place from which the robot drove straight onto its dock, facing it."""
-    return Pose2D(
-        x=docked.x - distance_m * math.cos(docked.yaw), y=docked.y - distance_m * math.sin(docked.yaw), yaw=docked.yaw
-    )

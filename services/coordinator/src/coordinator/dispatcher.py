@@ -6,15 +6,14 @@ from collections.abc import Sequence
 
 import structlog
 
-from contracts.geometry import Pose2D
 from contracts.memory import RecalledView, RecallRequest
 from contracts.mission import LastSeen, MissionState, Outcome, Report
-from coordinator.autodock import PowerRules, Watch, before_dock, due, why_too_low
+from coordinator.autodock import PowerRules, Watch, due, why_too_low
 from coordinator.core import events as ev
 from coordinator.core.mission import Order, Place
 from coordinator.parse_validation import CheckedTask
 from coordinator.pending import Pending, Queue
-from coordinator.ports import Memory, MissionLog
+from coordinator.ports import Memory
 from coordinator.runner import Runner
 from coordinator.settings import Settings
 from mesh.clock import Clock
@@ -22,29 +21,21 @@ from mesh.errors import MeshError
 
 log = structlog.get_logger()
 
-DOCK_FACT = "dock_approach"
-DOCK_MOVED_M = 0.2
-
 
 class Dispatcher:
-    def __init__(self, *, settings: Settings, runner: Runner, queue: Queue, memory: Memory, log_: MissionLog,
-                 clock: Clock) -> None:  # fmt: skip
+    def __init__(self, *, settings: Settings, runner: Runner, queue: Queue, memory: Memory, clock: Clock) -> None:
         self._settings = settings
         self._runner = runner
         self._queue = queue
         self._memory = memory
-        self._log = log_
         self._clock = clock
         self._power = PowerRules(settings.battery_low_percent, settings.battery_period_s, settings.dock_again_s)
         self._watch = Watch()
-        self._dock_approach = _pose(settings.dock_approach)
         self._turn = asyncio.Lock()
 
     async def run(self) -> None:
-        await self._recall_dock()
         while True:
             await self.advance()
-            self._learn_dock()
             await self._clock.sleep(self._settings.tick_period_s)
 
     async def advance(self) -> None:
@@ -85,7 +76,7 @@ class Dispatcher:
             await self._begin(waiting, waiting.task)
 
     def _dock(self, mission_id: str, why: str, order: Order) -> None:
-        self._runner.begin(ev.DockingStarted(mission_id, why, self._dock_approach, order))
+        self._runner.begin(ev.DockingStarted(mission_id, why, order))
 
     async def _begin(self, waiting: Pending, task: CheckedTask) -> None:
         recalled, note = await self._recall(task)
@@ -139,32 +130,6 @@ class Dispatcher:
             }
         )
         self._runner.tell(record, "end", text, outcome=outcome.value)
-
-    # where the dock is
-
-    def _learn_dock(self) -> None:
-        state = self._runner.robot_state
-        if self._settings.dock_approach is not None or state is None or state.docked is not True or state.pose is None:
-            return
-        learned, known = before_dock(state.pose, self._settings.dock_approach_m), self._dock_approach
-        if known is None or abs(known.x - learned.x) + abs(known.y - learned.y) > DOCK_MOVED_M:
-            self._dock_approach = learned
-            self._log.keep_fact(DOCK_FACT, learned.model_dump_json())
-            log.info("learned where the dock is", x=learned.x, y=learned.y, yaw=learned.yaw)
-
-    async def _recall_dock(self) -> None:
-        if self._dock_approach is not None:
-            return
-        try:
-            known = await self._log.fact(DOCK_FACT)
-        except MeshError as error:
-            log.warning("where the dock is could not be read", error=error.detail)
-        else:
-            self._dock_approach = Pose2D.model_validate_json(known) if known is not None else None
-
-
-def _pose(numbers: tuple[float, float, float] | None) -> Pose2D | None:
-    return Pose2D(x=numbers[0], y=numbers[1], yaw=numbers[2]) if numbers is not None else None
 
 
 def _place(recalled: RecalledView) -> Place:

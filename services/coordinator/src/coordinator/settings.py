@@ -41,10 +41,6 @@ class Settings(Rules, BaseSettings):
     battery_low_percent: float = Field(default=20.0, ge=0.0, le=100.0, description="below: no mission, and to the dock")
     battery_period_s: float = Field(default=30.0, gt=0.0)
     dock_again_s: float = Field(default=300.0, gt=0.0, description="after a docking that failed")
-    dock_approach: tuple[float, float, float] | None = Field(
-        default=None, description="x, y (m), yaw (rad) before the dock, facing it; none: learned where it docks"
-    )
-    dock_approach_m: float = Field(default=0.7, gt=0.0, le=3.0, description="how far before the dock, when learned")
     looks_to_memory: bool = True
     look_timeout_s_memory: float = Field(default=2.0, gt=0.0)
     reason_timeout_s: float = Field(default=15.0, gt=0.0)

@@ -19,7 +19,6 @@ class MemoryLog:
         self._recordings: defaultdict[str, list[str]] = defaultdict(list)
         self._pictures: dict[tuple[str, int], bytes] = {}
         self._requests: dict[str, KnownRequest] = {}
-        self._facts: dict[str, str] = {}
 
     @property
     def next_event_id(self) -> int:
@@ -39,9 +38,6 @@ class MemoryLog:
 
     def keep_request(self, key: str, request: KnownRequest) -> None:
         self._requests[key] = request
-
-    def keep_fact(self, name: str, value: str) -> None:
-        self._facts[name] = value
 
     async def saved(self) -> None:
         pass
@@ -71,9 +67,6 @@ class MemoryLog:
 
     async def request(self, key: str) -> KnownRequest | None:
         return self._requests.get(key)
-
-    async def fact(self, name: str) -> str | None:
-        return self._facts.get(name)
 
     async def dependency(self) -> Dependency:
         return Dependency(name="database", ok=True, detail="in memory: gone with the process")

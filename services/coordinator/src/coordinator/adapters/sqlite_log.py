@@ -14,7 +14,7 @@ from sqlalchemy.dialects.sqlite import insert
 from contracts.mission import Mission, MissionEvent
 from contracts.problem import Dependency
 from coordinator.adapters.database_file import engine, naming_the_database, prepare
-from coordinator.adapters.tables import events, facts, missions, pictures, recordings, requests
+from coordinator.adapters.tables import events, missions, pictures, recordings, requests
 from coordinator.adapters.tail import Tail
 from coordinator.interrupted import interrupted, line_of
 from coordinator.ports import KnownRequest
@@ -113,11 +113,6 @@ class SqliteLog:
     def keep_request(self, key: str, request: KnownRequest) -> None:
         ids = " ".join(request.mission_ids)
         self._write(insert(requests).on_conflict_do_nothing(), key=key, digest=request.digest, mission_ids=ids)
-
-    def keep_fact(self, name: str, value: str) -> None:
-        row = insert(facts)
-        changed = row.on_conflict_do_update(index_elements=[facts.c.name], set_={"value": row.excluded.value})
-        self._write(changed, name=name, value=value)
 
     async def saved(self) -> None:
         self._asked += 1
@@ -238,10 +233,6 @@ class SqliteLog:
     async def request(self, key: str) -> KnownRequest | None:
         rows = await self._read(select(requests).where(requests.c.key == key))
         return KnownRequest(rows[0].digest, tuple(rows[0].mission_ids.split())) if rows else None
-
-    async def fact(self, name: str) -> str | None:
-        rows = await self._read(select(facts.c.value).where(facts.c.name == name))
-        return rows[0].value if rows else None
 
     async def dependency(self) -> Dependency:
         return Dependency(name="database", ok=self._trouble == "", detail=self._trouble[:200])

@@ -49,5 +49,3 @@ requests = Table(
     Column("digest", Text, nullable=False),
     Column("mission_ids", Text, nullable=False),  # separated by spaces
 )
-
-facts = Table("facts", metadata, Column("name", Text, primary_key=True), Column("value", Text, nullable=False))

@@ -82,8 +82,11 @@ class Going:
 
 @dataclass(frozen=True, slots=True)
 class Turning:
+    """Looking meanwhile at frames taken after `looking_s` on the robot's clock, where that is set."""
+
     call: int
     until_s: float
+    looking_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from coordinator.core.depth_check import take_measurement
 from coordinator.core.draft import Draft
 from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
+from coordinator.core.hindrance import furniture_before, hindrance
 from coordinator.core.mission import Approach
 from coordinator.core.place import ring_groups, surface_distance_m, whereabouts
 from coordinator.core.sightings import follow, tracked
@@ -55,6 +56,8 @@ def handle(draft: Draft, event: Event) -> None:
             sighting = tracked(draft.mission, draft.candidate, seen)
             if sighting is not None:
                 follow(draft, sighting)
+                furniture = furniture_before(seen, sighting.box.bbox_xyxy)
+                draft.set_approach(furniture=furniture or draft.approach.furniture)
                 draft.localize(sighting.box)
         case Measuring(), Localized(reply=reply):
             _measured(draft, stage, plausible(reply, draft.rules))
@@ -182,11 +185,12 @@ def _go_on(draft: Draft, stage: Stage) -> None:
 
 
 def _drive(draft: Draft) -> None:
-    left_m = surface_distance_m(draft)
-    rest_m = 0.0 if left_m is None else left_m - draft.rules.stand_off_m
+    """The rest of the way, or what ends the approach where nothing is left of it."""
+    left_m, rules = surface_distance_m(draft), draft.rules
+    rest_m = 0.0 if left_m is None else left_m - min(rules.stand_off_m, rules.reach_m)
     if rest_m <= 0.03:
-        draft.set_approach(stage=Stage.CONFIRM)
-        _go_on(draft, Stage.CONFIRM)
+        draft.set_approach(stage=Stage.SETTLE)
+        _turn_or(draft, Stage.SETTLE, SETTLED_RAD)
         return
     draft.set_approach(stage=Stage.DRIVE, drives=draft.approach.drives + 1)
     draft.drive(min(rest_m, 2.0))
@@ -200,8 +204,7 @@ def _finish(draft: Draft) -> None:
     may_try = approach.alternatives < draft.rules.alternatives_max
     if distance > draft.rules.blocked_alternative_m and may_try and _other_side(draft):
         return
-    why = approach.blocked or "no nearer place is reachable"
-    found(draft, distance, f"as near as the map allows: {why}")
+    found(draft, distance, f"as near as the map allows: {hindrance(approach.blocked, approach.furniture)}")
 
 
 def _other_side(draft: Draft) -> bool:

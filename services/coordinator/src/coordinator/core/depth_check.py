@@ -144,7 +144,7 @@ def _validated(draft: Draft, validation: Validation) -> None:
         else:
             draft.go(MissionState.DRIVING_1M, f"{word} ({tally}): going closer first")
         return
-    narrow = is_narrow(validation.votes, rules.narrow_margin) or _looked_right(draft)
+    narrow = is_narrow(validation.votes, rules.narrow_margin) or _looked_right(draft) or by_too_few(validation.votes)
     closer = narrow and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
     if closer and rules.approach_rule is ApproachRule.LOCALIZED:
         draft.set_candidate(closer_looks=candidate.closer_looks + 1)
@@ -170,6 +170,11 @@ def _looked_right(draft: Draft) -> bool:
     """A sure detector saw the colour asked for: in poor light both models that were shown the crop can be wrong."""
     sighting, colour = draft.candidate.sighting, draft.mission.colour
     return colour is not None and sighting.colour == colour and sighting.confidence >= draft.rules.sure_confidence_min
+
+
+def by_too_few(votes: tuple[Vote, ...]) -> bool:
+    """True when nobody said no, but too few could say anything."""
+    return not any(vote.verdict is Verdict.NO for vote in votes) and any(v.verdict is Verdict.YES for v in votes)
 
 
 def is_narrow(votes: tuple[Vote, ...], margin: float) -> bool:

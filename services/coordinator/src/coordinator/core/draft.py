@@ -112,6 +112,12 @@ class Draft:
         self.act(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
         self.be(Turning(call, self._until(limit_s)))
 
+    def sweep(self, angle_rad: float, speed_rad_s: float) -> None:
+        """A slow turn, looking all the while."""
+        call, limit_s = self.call(), min(60.0, abs(angle_rad) / speed_rad_s * 1.3 + 5.0)
+        self.act(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
+        self.be(Turning(call, self._until(limit_s), looking_s=self.robot_now_s))
+
     def drive(self, distance_m: float) -> None:
         call, speed = self.call(), self.rules.approach_speed_m_s
         limit_s = abs(distance_m) / speed * 1.5 + 5.0

@@ -24,11 +24,10 @@ class MissionStarted:
 
 @dataclass(frozen=True, slots=True)
 class DockingStarted:
-    """To `approach`, the place before the dock, where it is known; then the base does the rest (requirement A15)."""
+    """The way to the dock, and onto it (requirement A15)."""
 
     mission_id: str
     why: str
-    approach: Pose2D | None = None
     order: Order = FIRST
 
 

@@ -108,6 +108,7 @@ class Approach:
     alternatives: int = 0
     tried_rad: tuple[float, ...] = ()
     blocked: str = ""
+    furniture: str = ""
     disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
 
@@ -123,6 +124,7 @@ class Search:
     unreachable: tuple[Pose2D, ...] = ()
     missed_in_row: int = 0
     headings: tuple[float, ...] = ()
+    sweeps: int = 0
     scan_from: Pose2D | None = None
     share: float | None = None
     blind_looks: int = 0
@@ -176,7 +178,6 @@ class Mission:
     metres_from: Pose2D | None = None
     search: Search = Search()
     last_seen: LastSeen | None = None
-    dock_approach: Pose2D | None = None
     dock_tries: int = 0
     pictures: int = 0
     report: Report | None = None

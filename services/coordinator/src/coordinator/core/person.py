@@ -56,7 +56,7 @@ def _start_docking(draft: Draft, event: ev.DockingStarted) -> None:
     if draft.mission.state is not MissionState.IDLE:
         return
     fresh = _fresh(draft, event.mission_id, event.order)
-    draft.mission = replace(fresh, kind=MissionKind.DOCK, command="dock", dock_approach=event.approach)
+    draft.mission = replace(fresh, kind=MissionKind.DOCK, command="dock")
     draft.say("start", f"to the dock: {event.why}")
     draft.go(MissionState.MEMORY_NAV, "the dock is a remembered place: driving there")
 

@@ -10,6 +10,11 @@ class CoverageRule(StrEnum):
     LAWNMOWER = "lawnmower"
 
 
+class ScanRule(StrEnum):
+    STOP_AND_LOOK = "stop_and_look"
+    SLOW_TURN = "slow_turn"
+
+
 class CenteringRule(StrEnum):
     BEARING = "bearing"
     PROPORTIONAL = "proportional"
@@ -26,6 +31,7 @@ class Rules(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     coverage_rule: CoverageRule = CoverageRule.VIEWPOINTS
+    scan_rule: ScanRule = ScanRule.STOP_AND_LOOK
     centering_rule: CenteringRule = CenteringRule.BEARING
     approach_rule: ApproachRule = ApproachRule.LOCALIZED
 
@@ -46,7 +52,7 @@ class Rules(BaseModel):
     failures_max: int = Field(default=6, ge=1, description="calls failing in a row before the mission is aborted")
     robot_silent_s: float = Field(default=15.0, gt=0.0)
     lost_pose_s: float = Field(default=45.0, gt=0.0, description="without a place in map before it gives up")
-    dock_timeout_s: float = Field(default=90.0, gt=0.0)
+    dock_timeout_s: float = Field(default=240.0, gt=0.0, description="the way there included")
     dock_tries: int = Field(default=2, ge=1, le=5)
     done_reset_s: float = Field(default=2.0, gt=0.0)
 
@@ -65,6 +71,9 @@ class Rules(BaseModel):
     scan_angle_rad: float = Field(default=7.3304, gt=0.0, le=12.5, description="420 degrees")
     scan_step_rad: float = Field(default=0.7331, gt=0.0, le=1.6, description="42 degrees; the camera sees about 54")
     scan_speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9)
+    scan_overlap_min: float = Field(default=0.15, ge=0.0, lt=0.9, description="of one look with the next, of the view")
+    scan_looks_min: int = Field(default=3, ge=1, le=20, description="slow turn: looks in which a bearing is in view")
+    detector_period_s: float = Field(default=0.2, gt=0.0, le=5.0, description="between looks while scanning")
     look_timeout_s: float = Field(default=5.0, gt=0.0)
     look_settle_s: float = Field(default=0.15, ge=0.0, description="a frame this young after a turn may be blurred")
     blind_looks_max: int = Field(default=4, ge=1, description="looks in a row without a picture before giving up")

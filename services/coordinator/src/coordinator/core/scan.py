@@ -1,4 +1,4 @@
-"""SCANNING: turn, stop, look; a sighting ends it (requirements A5, A8)."""
+"""SCANNING: turn, stop, look, or one slow turn; a sighting ends it (requirements A5, A8)."""
 
 from contracts.mission import MissionState
 from contracts.vision import Detections
@@ -9,6 +9,7 @@ from coordinator.core.endings import abort
 from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
 from coordinator.core.geometry import wrap
 from coordinator.core.mission import Sighting
+from coordinator.core.rules import Rules, ScanRule
 from coordinator.core.search import next_place, undock_first, undocked
 from coordinator.core.sightings import (
     is_rejected_place,
@@ -20,6 +21,7 @@ from coordinator.core.sightings import (
 )  # fmt: skip
 
 FACING_RAD = 0.06
+SWEEP_FROM_RAD = 0.35
 
 
 def begin(draft: Draft) -> None:
@@ -30,7 +32,10 @@ def begin(draft: Draft) -> None:
         _finish(draft)
         return
     angle_rad = wrap(draft.search.headings[0] - draft.mission.robot.yaw)
-    if abs(angle_rad) <= FACING_RAD:
+    slowly = draft.rules.scan_rule is ScanRule.SLOW_TURN and draft.search.sweeps == 0 and _left_rad(draft) > 0.0
+    if slowly and abs(angle_rad) <= SWEEP_FROM_RAD:
+        draft.sweep(_left_rad(draft), sweep_speed_rad_s(draft.rules))
+    elif abs(angle_rad) <= FACING_RAD:
         draft.look(draft.rules.look_timeout_s)
     else:
         draft.turn(angle_rad, draft.rules.scan_speed_rad_s)
@@ -40,6 +45,11 @@ def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Undocking(), Undocked():
             undocked(draft)
+        case Turning(looking_s=float()), MotionEnded(completed=True):
+            draft.set_search(sweeps=draft.search.sweeps + 1)
+            begin(draft)
+        case Turning(looking_s=float() as since_s), DetectionsSeen(detections=seen) if seen.stamp_s >= since_s:
+            _looked_in_passing(draft, seen)
         case Turning(), MotionEnded(completed=True):
             draft.look(draft.rules.look_timeout_s)
         case Turning(), MotionEnded(reason=reason):
@@ -76,17 +86,44 @@ def on_look_timeout(draft: Draft) -> None:
     draft.look(draft.rules.look_timeout_s)
 
 
+def sweep_speed_rad_s(rules: Rules) -> float:
+    """So slow that every bearing is in the picture for `scan_looks_min` looks of the detector."""
+    return min(rules.scan_speed_rad_s, rules.camera_hfov_rad / (rules.scan_looks_min * rules.detector_period_s))
+
+
+def _left_rad(draft: Draft) -> float:
+    """Of the scan, from its next heading to its last."""
+    return draft.search.headings[-1] - draft.search.headings[0]
+
+
+def _looked_in_passing(draft: Draft, seen: Detections) -> None:
+    """Headings the camera swept over are done; those left when the turn is over are looked at one by one."""
+    sighting = _inspected(draft, seen)
+    if sighting is not None:
+        draft.stop_motion()
+        _sighted(draft, sighting)
+        return
+    yaw = seen.pose.yaw if seen.pose is not None else draft.mission.robot.yaw
+    near = draft.rules.camera_hfov_rad * (1.0 - draft.rules.scan_overlap_min) / 2
+    draft.set_search(headings=tuple(h for h in draft.search.headings if abs(wrap(h - yaw)) > near))
+
+
 def _looked(draft: Draft, seen: Detections) -> None:
+    sighting = _inspected(draft, seen)
+    if sighting is None:
+        _next_heading(draft)
+    else:
+        _sighted(draft, sighting)
+
+
+def _inspected(draft: Draft, seen: Detections) -> Sighting | None:
+    """The sighting in this frame that is worth going after; the look is written down."""
     draft.set_search(blind_looks=0)
     pose = seen.pose or draft.mission.robot.pose
     if pose is not None:
         draft.act(do.RecordLook(pose, seen))
     tally_others(draft, seen)
-    for sighting in sightings(draft.mission, seen):
-        if worth_it(draft.mission, sighting):
-            _sighted(draft, sighting)
-            return
-    _next_heading(draft)
+    return next((s for s in sightings(draft.mission, seen) if worth_it(draft.mission, s)), None)
 
 
 def _sighted(draft: Draft, sighting: Sighting) -> None:

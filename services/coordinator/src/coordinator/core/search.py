@@ -38,12 +38,14 @@ def undocked(draft: Draft) -> None:
 
 
 def new_scan(draft: Draft, reason: str, *, start_rad: float | None = None) -> None:
-    """A 420 degree look round in equal steps, from the heading that promises most."""
+    """A 420 degree look round in equal steps that overlap in the picture, from the heading that promises most."""
     rules = draft.rules
     start = draft.mission.robot.yaw if start_rad is None else start_rad
-    count = math.ceil(rules.scan_angle_rad / rules.scan_step_rad - 1e-6)
+    widest = rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)
+    count = math.ceil(rules.scan_angle_rad / min(rules.scan_step_rad, widest) - 1e-6)
     step = rules.scan_angle_rad / count
-    draft.set_search(headings=tuple(start + k * step for k in range(count + 1)), scan_from=draft.mission.robot.pose)
+    headings = tuple(start + k * step for k in range(count + 1))
+    draft.set_search(headings=headings, sweeps=0, scan_from=draft.mission.robot.pose)
     draft.go(MissionState.SCANNING, reason)
 
 

@@ -1,0 +1,134 @@
+"""Questions: answers name the records they rest on, a model may phrase them, and nothing it says moves the robot."""
+
+import pytest
+
+from contracts.asking import About, Answer
+from contracts.geometry import Point3D, Pose2D
+from contracts.memory import ObjectState, RememberedObject
+from contracts.mission import Outcome
+from support.coordinator_mesh import Mesh, OpenMesh
+from support.coordinator_world import Thing
+
+RED = Thing("bottle", "red", 3.5, 2.5)
+
+
+def thing(
+    number: int, label: str, x: float, y: float, colour: str | None = None, seen_s: float = 400.0
+) -> RememberedObject:
+    return RememberedObject(
+        id=number, label=label, colour=colour, description=f"{colour} {label}" if colour else label,
+        position=Point3D(x=x, y=y, z=0.4), uncertainty_m=0.1, belief=0.9, state=ObjectState.PRESENT, confidence=0.8,
+        first_seen_s=1.0, last_seen_s=seen_s, times_seen=3,
+    )  # fmt: skip
+
+
+KITCHEN = (
+    thing(1, "oven", 8.0, 6.0),
+    thing(2, "bottle", 8.5, 6.5, "red"),
+    thing(3, "bottle", 1.0, 1.0, "blue", seen_s=700.0),
+    thing(4, "cup", 7.2, 5.5, "white"),
+)
+
+
+async def ask(mesh: Mesh, question: str) -> Answer:
+    answer = await mesh.client.post("/ask", json={"question": question})
+    assert answer.status_code == 200, answer.text
+    return Answer.model_validate_json(answer.content)
+
+
+async def test_where_a_thing_was_last_seen_comes_from_memory_with_its_record(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.things = KITCHEN
+        answer = await ask(mesh, "Where did you last see my red bottle?")
+        assert (answer.about, answer.label, answer.phrased_by) == (About.LAST_SEEN, "bottle", "template")
+        assert [record.id for record in answer.records] == ["object 2"]
+        assert "10 minutes ago" in answer.answer
+        newest_first = await ask(mesh, "where is my bottle")
+        assert [record.id for record in newest_first.records] == ["object 3", "object 2"]
+
+
+async def test_what_is_in_a_room_is_what_lies_near_the_things_that_make_it_one(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.things = KITCHEN
+        answer = await ask(mesh, "What is in the kitchen?")
+        assert answer.about is About.CONTENTS
+        assert {record.id for record in answer.records} == {"object 1", "object 2", "object 4"}
+        assert "Within 3 m of the oven" in answer.answer
+        unknown = await ask(mesh, "what is in the bedroom")
+        assert unknown.records == ()
+        assert "I do not know where the bedroom is" in unknown.answer
+
+
+async def test_what_it_is_doing_and_what_it_did_come_from_its_missions(open_mesh: OpenMesh) -> None:
+    async with open_mesh(RED) as mesh:
+        idle = await ask(mesh, "what are you doing?")
+        assert "wait for a command" in idle.answer
+        mission = await mesh.post_mission()
+        busy = await ask(mesh, "What are you doing?")
+        assert busy.records[0].id == mission.id
+        assert "find the red bottle" in busy.answer
+        assert (await mesh.until_over(mission.id)).outcome is Outcome.FOUND
+        done = await ask(mesh, "did you find the bottle?")
+        assert done.about is About.HISTORY
+        assert [record.id for record in done.records] == [mission.id]
+        assert (await ask(mesh, "did you find the cup?")).records == ()
+
+
+async def test_the_battery_is_told_only_where_it_is_known(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        assert "do not know" in (await ask(mesh, "how full is the battery?")).answer
+        mesh.world.battery_percent = 64.0
+        await mesh.clock.advance(0.5)
+        assert "64 %" in (await ask(mesh, "how full is the battery?")).answer
+
+
+async def test_a_memory_of_views_only_answers_too(open_mesh: OpenMesh) -> None:
+    async with open_mesh(views=(Pose2D(x=7.5, y=6.0, yaw=0.7),)) as mesh:
+        answer = await ask(mesh, "have you seen a bottle?")
+        assert answer.records[0].pose == Pose2D(x=7.5, y=6.0, yaw=0.7)
+        assert "I have not seen a cup" in (await ask(mesh, "where is my cup")).answer
+
+
+async def test_a_memory_that_is_away_is_said_to_be(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.away = True
+        answer = await ask(mesh, "where is my cup")
+        assert answer.records == ()
+        assert "memory" in answer.notes
+
+
+async def test_a_model_phrases_the_facts_and_is_named(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.things = KITCHEN
+        mesh.eyes.words = "Your red bottle was at x 8.5 m, y 6.5 m, 10 minutes ago."
+        answer = await ask(mesh, "where is my red bottle?")
+        assert (answer.answer, answer.phrased_by) == (mesh.eyes.words, "openai:test")
+        assert mesh.eyes.reasoned[0].facts == tuple(record.text for record in answer.records)
+
+
+@pytest.mark.parametrize("words", ["It is at x 99 m.", "Found.\x07\x1b[2J", "  "])
+async def test_what_the_facts_do_not_hold_is_not_said(open_mesh: OpenMesh, words: str) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.things = KITCHEN
+        mesh.eyes.words = words
+        answer = await ask(mesh, "where is my red bottle?")
+        assert answer.phrased_by == "template"
+        assert "8.5 m" in answer.answer
+
+
+async def test_no_question_moves_the_robot(open_mesh: OpenMesh) -> None:
+    async with open_mesh(RED) as mesh:
+        mesh.memory.things = KITCHEN
+        mesh.eyes.words = "DRIVE forward 2 m; call /velocity; navigate to 1 1"
+        for question in ("drive to the kitchen", "find the red bottle", "POST /velocity", "go to the dock", "stop"):
+            await ask(mesh, question)
+        await mesh.clock.advance(10.0)
+        assert mesh.world.moves == []
+        assert (await mesh.client.get("/missions")).json() == []
+
+
+@pytest.mark.parametrize("body", [b"", b"{}", b'{"question": ""}', b'{"question": "a\\u0000b"}', b'{"question": 7}'])
+async def test_a_malformed_question_is_422(open_mesh: OpenMesh, body: bytes) -> None:
+    async with open_mesh() as mesh:
+        answer = await mesh.client.post("/ask", content=body, headers={"content-type": "application/json"})
+        assert answer.status_code == 422

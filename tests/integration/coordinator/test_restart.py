@@ -1,0 +1,88 @@
+"""The coordinator with its own database: what a restart leaves of missions, requests and the timeline."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+from websockets.asyncio.client import connect
+
+from contracts.mission import Mission, MissionEvent, Outcome
+from contracts.vision import ParsedTarget, ParsedTask
+from coordinator.app import create_app
+from coordinator.core import recording
+from coordinator.settings import Settings
+from mesh.clock import SystemClock
+from support.bus import MemoryBus
+from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, World
+from support.served import served
+
+TWO = ParsedTask(
+    yolo_class="bottle",
+    parser="rules",
+    targets=(
+        ParsedTarget(said="find the bottle", yolo_class="bottle", description="bottle", parser="rules"),
+        ParsedTarget(said="the cup", yolo_class="cup", description="cup", parser="rules"),
+    ),
+)
+COMMAND = {"command": "find the bottle, then the cup"}
+KEY = {"Idempotency-Key": "once"}
+
+
+@dataclass
+class Life:
+    client: httpx.AsyncClient
+    url: str
+
+
+@asynccontextmanager
+async def one_life(path: Path) -> AsyncIterator[Life]:
+    clock, bus = SystemClock(), MemoryBus()
+    world = World(clock, bus)  # type: ignore[arg-type]
+    eyes = FakeEyes(world)
+    eyes.parse = TWO
+    settings = Settings.model_validate({"database_url": f"sqlite+aiosqlite:///{path}"})
+    app = create_app(settings, bus=bus, robot=FakeRobot(world), eyes=eyes, memory=FakeMemory())
+    async with served(app) as url, httpx.AsyncClient(base_url=url, trust_env=False) as client:
+        running = asyncio.create_task(world.run())
+        try:
+            async with asyncio.timeout(30.0):
+                while not (await client.get("/ready")).is_success:  # noqa: ASYNC110 - it has no event of its own
+                    await asyncio.sleep(0.02)
+            yield Life(client, url)
+        finally:
+            running.cancel()
+            await asyncio.gather(running, return_exceptions=True)
+
+
+async def listed(life: Life) -> list[Mission]:
+    return [Mission.model_validate(one) for one in (await life.client.get("/missions")).json()]
+
+
+async def test_after_a_restart_nothing_resumes_and_everything_is_still_told(tmp_path: Path) -> None:
+    path = tmp_path / "coordinator.db"
+    async with one_life(path) as life:
+        answer = await life.client.post("/missions", json=COMMAND, headers=KEY)
+        assert answer.status_code == 201
+        first = Mission.model_validate_json(answer.content)
+        async with connect(f"{life.url.replace('http', 'ws')}/events?after=-1", proxy=None) as ws:
+            seen = MissionEvent.model_validate_json(await asyncio.wait_for(ws.recv(), 30.0))
+    async with one_life(path) as life:
+        assert (await life.client.get("/state")).json()["state"] == "IDLE"
+        missions = await listed(life)
+        assert [one.outcome for one in missions] == [Outcome.INTERRUPTED, Outcome.INTERRUPTED]
+        assert {one.request_id for one in missions} == {first.request_id}
+        again = Mission.model_validate_json(
+            (await life.client.post("/missions", json=COMMAND, headers=KEY)).content
+        )  # fmt: skip
+        assert (again.id, again.outcome) == (first.id, Outcome.INTERRUPTED)
+        assert (await life.client.get("/state")).json()["state"] == "IDLE"
+        missed: list[MissionEvent] = []
+        async with connect(f"{life.url.replace('http', 'ws')}/events?after={seen.id}", proxy=None) as ws:
+            while sum(event.data.get("outcome") == "interrupted" for event in missed) < 2:
+                missed.append(MissionEvent.model_validate_json(await asyncio.wait_for(ws.recv(), 30.0)))
+        assert [event.id for event in missed] == list(range(seen.id + 1, seen.id + 1 + len(missed)))
+        written = (await life.client.get(f"/missions/{first.id}/recording")).text.splitlines()
+        assert all(one.same for one in recording.replay(recording.read(written)))
