@@ -15,6 +15,7 @@ export YOLO_OFFLINE ?= 1
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory
+.PHONY: test-ui screens bench-ui
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -92,6 +93,16 @@ bench-memory: setup ## a simulated year of sightings, beside a JSON file: out/be
 	$(PY) -m bench.memory_scale
 	$(PY) -m bench.memory_kills
 	$(PY) -m bench.memory_story
+
+test-ui: setup ## the operator's page in real Chromium: on fakes, then against the running mesh
+	@$(PYTHON3) tools/setup.py --tests
+	$(PYTEST) tests/integration/ui tests/e2e/test_page.py
+
+screens: setup ## write docs/screens anew: the pictures of the page that the tests take
+	ATOM_SCREENS=docs/screens $(PYTEST) tests/e2e/test_page.py
+
+bench-ui: setup ## the page: a frame's way from the bridge to the screen, CPU for 1, 5 and 20 viewers (about 4 minutes)
+	$(PY) -m bench.ui
 
 clean: ## remove what can be made again, but the environment
 	rm -rf out .ruff_cache .hypothesis

@@ -62,7 +62,7 @@ async def site() -> AsyncIterator[Site]:
     fresh_nicegui()
     world = UiWorld()
     app = create_app(
-        Settings(health_period_s=0.3, state_period_s=0.2),
+        Settings(health_period_s=0.3, memory_period_s=0.3, state_period_s=0.2),
         bus=world.bus,
         robot=world.robot,
         eyes=world.eyes,
@@ -103,7 +103,7 @@ async def opened(site: Site, browser: Browser, size: dict[str, int]) -> AsyncIte
         page.on("pageerror", lambda error: complaints.append(str(error)))
         await page.goto(site.url)
         await expect(page.get_by_role("status", name="Mission state")).to_have_text("Looking around")
-        await expect(page.get_by_role("img", name="The robot", exact=True)).to_be_visible()
+        await expect(page.locator('[data-atom="map"][data-robot]')).to_be_visible()
         yield page
         assert outside == []
         assert complaints == []
@@ -129,7 +129,7 @@ async def test_a_refusal_is_shown_in_its_own_words(page: Page, site: Site) -> No
 async def test_the_stop_button_stops_and_resume_asks_first(page: Page, site: Site) -> None:
     before = len(site.world.robot.stops)
     await page.get_by_role("button", name="Emergency stop").click()
-    await expect(page.get_by_text("Stopped: first zero velocity after 2.4 ms")).to_be_visible()
+    await expect(page.get_by_text("Stopped: first zero velocity after 2.4 ms, answered after")).to_be_visible()
     assert len(site.world.robot.stops) == before + 1
     await expect(page.get_by_text("The robot is stopped and stays stopped.")).to_be_visible()
     await page.get_by_role("button", name="Resume after the emergency stop").click()
@@ -182,11 +182,11 @@ async def test_redis_away_is_named_and_the_page_goes_on(page: Page, site: Site) 
 
 async def test_pictures_flow_and_a_lost_eye_is_named(page: Page, site: Site) -> None:
     await expect(page.locator('[data-atom="live"][data-old="false"]')).to_be_visible()
-    before = site.world.eyes.frames
-    await until(lambda: site.world.eyes.frames >= before + 3)
-    site.world.eyes.away = True
-    await expect(page.locator('[data-atom="live-note"]')).to_contain_text("inference: not reachable")
-    site.world.eyes.away = False
+    before = site.world.robot.frames
+    await until(lambda: site.world.robot.frames >= before + 3)
+    site.world.robot.away = True
+    await expect(page.locator('[data-atom="live-note"]')).to_contain_text("robot_bridge: not reachable")
+    site.world.robot.away = False
     await expect(page.locator('[data-atom="live"][data-old="false"]')).to_be_visible()
 
 
@@ -206,10 +206,12 @@ async def test_the_timeline_shows_the_newest_first_with_votes_as_numbers(page: P
 async def test_on_a_phone_everything_is_in_one_column_and_stop_stays_on_screen(site: Site, browser: Browser) -> None:
     async with opened(site, browser, PHONE) as page:
         assert await page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+        await page.get_by_role("tab", name="Robot").click()
         await page.get_by_text("Sensors").scroll_into_view_if_needed()
         await expect(page.get_by_role("button", name="Emergency stop")).to_be_in_viewport(ratio=1.0)
 
 
 async def test_on_a_desktop_everything_fits_one_screen(page: Page) -> None:
     assert await page.evaluate("document.documentElement.scrollHeight") <= DESKTOP["height"]
+    await page.get_by_role("tab", name="Robot").click()
     await expect(page.get_by_role("button", name="Undock")).to_be_in_viewport(ratio=1.0)
