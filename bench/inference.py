@@ -84,7 +84,7 @@ def main() -> None:
     bars = {name: (one["p50"], one["p99"]) for name, one in report["backends"].items()}
     save_bars(OUT / "backends.png", f"Detector, {settings.model_threads} thread, one 250 x 250 picture", bars, "ms")
     save_memory(OUT / "memory.png", report["rss_mb_by_frames"])
-    print(json.dumps({key: value for key, value in report.items() if key != "rss_mb_by_frames"}, indent=1))
+    print(json.dumps({key: value for key, value in report.items() if key != "rss_mb_by_frames"}, indent=1))  # noqa: T201
 
 
 def time_backends(settings: Settings, pictures: list[Path], plan: Plan) -> dict[str, Any]:

@@ -35,7 +35,7 @@ async def main():
             place = Point3D(x=pose.x + 1.0, y=pose.y, z=0.5)
             seen.append(Observation(label="vase", confidence=0.5, pose=pose, stamp_s=float(k), position=place))
         await store.remember(frames_of(seen))
-        print(k, flush=True)
+        print(k, flush=True)  # noqa: T201
 
 asyncio.run(main())
 """
@@ -77,7 +77,7 @@ def campaign(kills: int, seed: int, folder: Path) -> dict[str, int]:
         assert not lost, f"kill {number}: {len(lost)} acknowledged observations are gone: {sorted(lost)[:5]}"
         assert not aside, f"kill {number}: the file was set aside as corrupt"
         if number % 20 == 0:
-            print(f"{number} kills, {len(acknowledged)} acknowledged, {len(there)} kept, none lost", flush=True)
+            print(f"{number} kills, {len(acknowledged)} acknowledged, {len(there)} kept, none lost", flush=True)  # noqa: T201
     return {"kills": kills, "acknowledged": len(acknowledged), "lost": 0, "files_set_aside": 0, "opened": kills}
 
 
@@ -92,7 +92,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         found = campaign(10 if arguments.quick else arguments.kills, arguments.seed, Path(folder))
     (arguments.out / "memory_kills.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(found))
+    print(json.dumps(found))  # noqa: T201
 
 
 if __name__ == "__main__":

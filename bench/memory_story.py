@@ -232,7 +232,7 @@ def main() -> None:
     table = table_of(chapters)
     arguments.out.mkdir(parents=True, exist_ok=True)
     (arguments.out / "memory_story.md").write_text(table, encoding="utf-8")
-    print(table)
+    print(table)  # noqa: T201
     raise SystemExit(0 if all(one.right for one in chapters) else 1)
 
 

@@ -270,12 +270,12 @@ def shares(leads: Sequence[tuple[float, bool]], margin: float) -> tuple[float, f
 
 
 def tell(report: dict[str, Any]) -> None:
-    print(json.dumps({key: report[key] for key in ("calibration", "in_use")}, indent=1))
+    print(json.dumps({key: report[key] for key in ("calibration", "in_use")}, indent=1))  # noqa: T201
     for name, one in report["held_out"].items():
-        print(f"\n{name}: {one['detector']} and {one['clip']}, seeds {one['seeds']}, {one['images']} images")
+        print(f"\n{name}: {one['detector']} and {one['clip']}, seeds {one['seeds']}, {one['images']} images")  # noqa: T201
         for key, value in one.items():
             if key not in {"by_kind", "confusion", "refused", "confirmed"}:
-                print(f"  {key}: {value}")
+                print(f"  {key}: {value}")  # noqa: T201
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ async def load(port: int, viewers: int, states_hz: float, velocity_hz: float) ->
     await asyncio.gather(*tasks, return_exceptions=True)
     with contextlib.suppress(BrokenPipeError):
         report = {"seconds": round(time.monotonic() - began_s, 1), "died": [repr(error) for error in died], **counts}
-        print(json.dumps(report))
+        print(json.dumps(report))  # noqa: T201 - read by bench.stop
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Row, func, literal_column, select
+from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_column, select
 
 from contracts.memory import Area, LabelCount
 from memory.adapters.rows import VIEW, thing_of, view_of
@@ -12,7 +12,7 @@ from memory.ports import Candidates, Counts, Hoard, KeptView
 from memory.things import Thing
 
 PAGE = 2000
-THINGS_A_LABEL = 50
+THINGS_A_LABEL = 40
 """Recall looks at no more things of one label than this, the most believed."""
 
 
@@ -66,23 +66,40 @@ def labels(connection: Connection, limit: int) -> list[LabelCount]:
 
 def candidates(connection: Connection, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
     """A few rows a thing by an index each, not all rows of the label: a year leaves thousands."""
-    query = (
-        select(things)
-        .where(things.c.label == label)
-        .order_by(things.c.belief.desc(), things.c.last_seen_s.desc(), things.c.id)
-        .limit(THINGS_A_LABEL)
-    )
-    found = {row.id: thing_of(row) for row in connection.execute(query)}
-    order = (views.c.confidence.desc(), views.c.id)
-    without = select(*VIEW).where(views.c.label == label, views.c.thing_id.is_(None)).order_by(*order).limit(views_max)
-    rows: list[Sequence[Any]] = [*connection.execute(without).all()]
+    found = {row.id: thing_of(row) for row in connection.execute(_LIKELY, {"label": label})}
+    rows: list[Sequence[Any]] = [*connection.execute(_WITHOUT_THING, {"label": label, "most": views_max}).all()]
     if found:
-        best = views.alias("best")
-        of_thing = select(best.c.id).where(best.c.thing_id == things.c.id).correlate(things)
-        of_thing = of_thing.order_by(best.c.confidence.desc(), best.c.id).limit(views_a_thing)
-        shown = select(*VIEW).select_from(things.join(views, views.c.id.in_(of_thing)))
-        rows += connection.execute(shown.where(things.c.id.in_(list(found)))).all()
+        rows += connection.execute(_OF_THINGS, {"numbers": list(found), "each": views_a_thing}).all()
     return Candidates(found, tuple(_in_colour(rows, found)))
+
+
+def _of_things() -> Any:
+    best = views.alias("best")
+    of_thing = (
+        select(best.c.id)
+        .where(best.c.thing_id == things.c.id)
+        .correlate(things)
+        .order_by(best.c.confidence.desc(), best.c.id)
+        .limit(bindparam("each"))
+    )
+    shown = select(*VIEW).select_from(things.join(views, views.c.id.in_(of_thing)))
+    return shown.where(things.c.id.in_(bindparam("numbers", expanding=True)))
+
+
+# Written once: to build them anew takes longer than to run them.
+_LIKELY = (
+    select(things)
+    .where(things.c.label == bindparam("label"))
+    .order_by(things.c.belief.desc(), things.c.last_seen_s.desc(), things.c.id)
+    .limit(THINGS_A_LABEL)
+)
+_WITHOUT_THING = (
+    select(*VIEW)
+    .where(views.c.label == bindparam("label"), views.c.thing_id.is_(None))
+    .order_by(views.c.confidence.desc(), views.c.id)
+    .limit(bindparam("most"))
+)
+_OF_THINGS = _of_things()
 
 
 def counts(connection: Connection, database: str) -> Counts:
