@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+
 from bench.seeing.statistics import share, wilson
 from bench.seeing.voting import Answer, Question, questions
 from bench.votes import Judged, at_cut, best_margin, summary
-
 from contracts.vision import Verdict
 from sim.training.records import Box, Frame
 
