@@ -13,8 +13,8 @@ STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down check format test test-fast test-e2e train bench-stop bench-faults bench-votes bench-inference bench-parser models clean
-.PHONY: bench-coordinator bench-campaign bench-scan replay
+.PHONY: help setup demo up down check format test test-fast test-e2e train models clean replay
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan
 .PHONY: test-ui screens bench-ui
 
 help: ## list the targets

@@ -29,14 +29,12 @@ def make_app(
     lifespan: Callable[[FastAPI], Any],
     dependencies: Readies,
     body_bytes_max: int = 1_000_000,
-    body_bytes_max_at: Mapping[str, int] | None = None,
-    minding_their_body: frozenset[str] = frozenset(),
+    body_bytes_max_at: Mapping[str, int | None] | None = None,
     description: str = "",
 ) -> FastAPI:
     """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`.
 
-    `body_bytes_max_at` names paths with a limit of their own. The paths `minding_their_body` are called whatever the
-    body is; they bound what they read of it themselves.
+    `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
     """
     app = FastAPIOffline(
         redoc_url=None,
@@ -46,9 +44,7 @@ def make_app(
         lifespan=lifespan,
         responses=PROBLEM_RESPONSES,
     )
-    app.add_middleware(
-        BodyLimit, bytes_max=body_bytes_max, bytes_max_at=body_bytes_max_at or {}, but_not=minding_their_body
-    )
+    app.add_middleware(BodyLimit, bytes_max=body_bytes_max, bytes_max_at=body_bytes_max_at or {})
     app.add_exception_handler(MeshError, _mesh_problem)
     app.add_exception_handler(RequestValidationError, _validation_problem)
     app.add_exception_handler(HTTPException, _http_problem)
@@ -107,25 +103,17 @@ async def _unexpected_problem(request: Request, error: Exception) -> JSONRespons
 class BodyLimit:
     """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
 
-    def __init__(
-        self,
-        app: ASGIApp,
-        *,
-        bytes_max: int,
-        bytes_max_at: Mapping[str, int] | None = None,
-        but_not: frozenset[str] = frozenset(),
-    ) -> None:
-        """The paths `but_not` look after their bodies themselves."""
+    def __init__(self, app: ASGIApp, *, bytes_max: int, bytes_max_at: Mapping[str, int | None] | None = None) -> None:
+        """`bytes_max_at` names paths with another limit; none = they look after their bodies themselves."""
         self.app = app
         self.bytes_max = bytes_max
         self.bytes_max_at = bytes_max_at or {}
-        self.but_not = but_not
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http" or scope["path"] in self.but_not:
+        bytes_max = self.bytes_max_at.get(scope.get("path", ""), self.bytes_max)
+        if scope["type"] != "http" or bytes_max is None:
             await self.app(scope, receive, send)
             return
-        bytes_max = self.bytes_max_at.get(scope["path"], self.bytes_max)
         declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
         if not declared.isdigit() or int(declared) > bytes_max:
             await self._refuse(bytes_max, scope, receive, send)

@@ -44,7 +44,7 @@ def create_app(
         lifespan=lifespan,
         dependencies=_dependencies,
         body_bytes_max=settings.body_bytes_max,
-        minding_their_body=frozenset({STOP_PATH}),
+        body_bytes_max_at={STOP_PATH: None},
         description="The one hand on the robot: what moves it, and what it senses.",
     )
     for router in routers():
