@@ -67,7 +67,7 @@ class OperatorPage:
         nicegui_ui.add_head_html(_head())
         nicegui_ui.colors(primary="#2563eb", negative="#c81e1e", positive="#15803d", warning="#a15c07")
         self._top = Top()
-        with nicegui_ui.element("main").classes("board"):
+        with box("board"):
             with box("say-or-stopped"):
                 self._command = Command(acts)
                 self._stopped = Stopped(acts, who)
