@@ -15,6 +15,7 @@ export YOLO_OFFLINE ?= 1
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory
+.PHONY: test-ui screens bench-ui
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -74,6 +75,7 @@ bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 ti
 
 bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
 	$(PY) -m bench.faults
+	$(PY) -m bench.faults --quick clock_stepped --out out/bench/faults_clock.json
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))
@@ -91,6 +93,16 @@ bench-memory: setup ## a simulated year of sightings, beside a JSON file: out/be
 	$(PY) -m bench.memory_scale
 	$(PY) -m bench.memory_kills
 	$(PY) -m bench.memory_story
+
+test-ui: setup ## the operator's page in real Chromium: on fakes, then against the running mesh
+	@$(PYTHON3) tools/setup.py --tests
+	$(PYTEST) tests/integration/ui tests/e2e/test_page.py
+
+screens: setup ## write docs/screens anew: the pictures of the page that the tests take
+	ATOM_SCREENS=docs/screens $(PYTEST) tests/e2e/test_page.py
+
+bench-ui: setup ## the page: a frame's way from the bridge to the screen, CPU for 1, 5 and 20 viewers (about 4 minutes)
+	$(PY) -m bench.ui
 
 clean: ## remove what can be made again, but the environment
 	rm -rf out .ruff_cache .hypothesis

@@ -21,6 +21,7 @@ STAMP = VENV / "atom-setup.sha256"
 PROJECTS = (
     "packages/contracts",
     "packages/mesh",
+    "packages/cli",
     "services/robot_bridge[ros-wheels]",
     "services/inference[openvino,onnx]",
     "services/memory",

@@ -26,6 +26,7 @@ PURE = {
     "memory": ("belief", "exchange", "frames", "kinds", "ledger", "looks", "picture", "recall", "things", "views"),
     "robot_bridge": ("arbiter", "celebration", "depth", "gaps", "motion", "navigation", "obstacles", "ring", "safety"),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
+    "ui": ("lines", "news", "overlay", "situation", "suggestions", "teleoperation", "view"),
 }
 """The one table. A name stands for the module or for everything in the package."""
 

@@ -12,6 +12,7 @@ SERVICES = ("coordinator", "inference", "memory", "robot_bridge", "ui")
 SOURCES = {
     "contracts": ROOT / "packages/contracts/src/contracts",
     "mesh": ROOT / "packages/mesh/src/mesh",
+    "atom_cli": ROOT / "packages/cli/src/atom_cli",
     "sim": ROOT / "sim/src/sim",
     "demo": ROOT / "demo/src/demo",
     **{name: ROOT / "services" / name / "src" / name for name in SERVICES},

@@ -4,7 +4,8 @@ import base64
 import io
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -12,7 +13,10 @@ import numpy as np
 from nicegui import app as nicegui_app
 from PIL import Image, ImageDraw
 
-from contracts.geometry import Pose2D, Twist2D
+from contracts.asking import About, Answer
+from contracts.geometry import Point3D, Pose2D, Twist2D
+from contracts.laser import LaserScan
+from contracts.memory import ImportReply, LabelCount, ObjectState, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionState, MissionStatus, Outcome
 from contracts.problem import Dependency
 from contracts.robot import (
@@ -20,16 +24,24 @@ from contracts.robot import (
     EmergencyStop,
     EmergencyStopReply,
     EmergencyStopRequest,
+    Goal,
+    GoalRequest,
+    GoalStatus,
     Map,
     MotionReply,
     NavigationState,
+    PathReply,
+    PathRequest,
     RobotState,
+    RotateRequest,
     SensorStatus,
+    VelocityReply,
+    VelocityRequest,
 )
 from contracts.vision import Target, Verdict, Vote
 from mesh.errors import UnavailableError, UpstreamError
 from support.bus import MemoryBus
-from ui.ports import Frame
+from ui.overlay import CameraFrame
 
 STARTED_S: Final = 1_800_000_000.0
 FIRST_ZERO_MS: Final = 2.4
@@ -133,6 +145,14 @@ class FakeRobot(Service):
     asked: list[str] = field(default_factory=list)
     grid: Map = field(default_factory=home_map)
     stop: EmergencyStop = field(default_factory=lambda: EmergencyStop(latched=False, epoch=0))
+    frames: int = 0
+    scans: int = 0
+    nothing_new: bool = False
+    no_way: str = ""
+    goals: list[GoalRequest] = field(default_factory=list)
+    turns: list[float] = field(default_factory=list)
+    velocities: list[VelocityRequest] = field(default_factory=list)
+    lines_open: int = 0
 
     async def emergency_stop(self, request: EmergencyStopRequest) -> EmergencyStopReply:
         self.answer()
@@ -156,6 +176,65 @@ class FakeRobot(Service):
         self.asked.append("map")
         return self.grid
 
+    async def stop_state(self) -> EmergencyStop:
+        self.answer()
+        return self.stop
+
+    async def frame(self, *, after_s: float | None, wait_s: float) -> CameraFrame | None:
+        """Every ask is answered by another frame, as a camera would."""
+        self.answer()
+        if self.nothing_new:
+            return None
+        self.frames += 1
+        return CameraFrame(STARTED_S + self.frames, camera_jpeg(self.frames), 250, 250, Pose2D(x=0.0, y=0.0, yaw=0.0))
+
+    async def scan(self) -> LaserScan:
+        self.answer()
+        points = tuple((2.0 * math.cos(i / 10), 2.0 * math.sin(i / 10)) for i in range(62))
+        self.scans += 1
+        return LaserScan(stamp_s=STARTED_S + self.scans, pose=Pose2D(x=-2.0, y=-1.5, yaw=0.6), points_m=points)
+
+    async def go(self, request: GoalRequest) -> Goal:
+        self.answer()
+        self.goals.append(request)
+        if self.no_way:
+            return Goal(id="g", pose=request.pose, status=GoalStatus.REJECTED, error_msg=self.no_way, stamp_s=STARTED_S)
+        return Goal(id="g", pose=request.pose, status=GoalStatus.EXECUTING, stamp_s=STARTED_S)
+
+    async def cancel_goal(self, goal_id: str) -> Goal:
+        self.answer()
+        self.asked.append(f"cancel {goal_id}")
+        return Goal(id=goal_id, pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.CANCELED, stamp_s=STARTED_S)
+
+    async def path(self, request: PathRequest) -> PathReply:
+        self.answer()
+        return PathReply(reachable=True, length_m=1.0, poses=(Pose2D(x=-2.0, y=-1.5, yaw=0.0), request.goal))
+
+    async def rotate(self, request: RotateRequest) -> MotionReply:
+        self.answer()
+        self.turns.append(request.angle_rad)
+        return MotionReply(completed=True, moved=request.angle_rad)
+
+    async def end_motion(self) -> MotionReply:
+        self.answer()
+        self.asked.append("end motion")
+        return MotionReply(completed=False, moved=0.0)
+
+    async def celebrate(self) -> MotionReply:
+        self.answer()
+        self.asked.append("celebrate")
+        return MotionReply(completed=True, moved=0.0)
+
+    @asynccontextmanager
+    async def wheels(self) -> AsyncIterator["FakeWheels"]:
+        self.answer()
+        line = FakeWheels(self)
+        self.lines_open += 1
+        try:
+            yield line
+        finally:
+            self.lines_open -= 1
+
     async def dock(self) -> MotionReply:
         self.answer()
         self.asked.append("dock")
@@ -168,19 +247,22 @@ class FakeRobot(Service):
 
 
 @dataclass
+class FakeWheels:
+    """Refuses what the bridge would: another epoch's requests, and all while stopped."""
+
+    robot: FakeRobot
+
+    async def send(self, request: VelocityRequest) -> VelocityReply:
+        self.robot.answer()
+        if self.robot.stop.latched or request.epoch != self.robot.stop.epoch:
+            return VelocityReply(accepted=False, sent=Twist2D(), reason="the epoch is over")
+        self.robot.velocities.append(request)
+        return VelocityReply(accepted=True, sent=request.twist)
+
+
+@dataclass
 class FakeEyes(Service):
-    """Every ask is answered by another frame, as a camera would."""
-
     name: str = "inference"
-    frames: int = 0
-    nothing_new: bool = False
-
-    async def annotated(self, *, after_s: float | None, wait_s: float) -> Frame | None:
-        self.answer()
-        if self.nothing_new:
-            return None
-        self.frames += 1
-        return Frame(STARTED_S + self.frames, camera_jpeg(self.frames))
 
 
 def camera_jpeg(number: int) -> bytes:
@@ -204,16 +286,31 @@ class FakeMissions(Service):
     name: str = "coordinator"
     commands: list[str] = field(default_factory=list)
     acted: list[tuple[str, str]] = field(default_factory=list)
+    keys: list[str] = field(default_factory=list)
+    past: tuple[Mission, ...] = ()
     refusal: str = ""
     current: MissionStatus = field(default_factory=status)
     timeline: tuple[MissionEvent, ...] = ()
 
-    async def start(self, command: str) -> Mission:
+    async def start(self, command: str, *, key: str) -> Mission:
         self.answer()
+        self.keys.append(key)
         if self.refusal:
             raise UpstreamError(self.name, 422, self.refusal)
         self.commands.append(command)
         return mission(command)
+
+    async def ask(self, question: str) -> Answer:
+        self.answer()
+        return Answer(answer=f"You asked: {question}", about=About.LAST_SEEN, phrased_by="template")
+
+    async def newest(self, limit: int) -> Sequence[Mission]:
+        self.answer()
+        return self.past[:limit]
+
+    async def picture(self, mission_id: str, number: int) -> bytes:
+        self.answer()
+        return camera_jpeg(number)
 
     async def pause(self, mission_id: str) -> Mission:
         return self._act("pause", mission_id, paused=True)
@@ -238,9 +335,63 @@ class FakeMissions(Service):
         return tuple(one for one in self.timeline if one.mission_id == mission_id)
 
 
+def thing(number: int, description: str = "red bottle", **changes: object) -> RememberedObject:
+    values: dict[str, object] = {
+        "id": number,
+        "label": description.rsplit(maxsplit=1)[-1],
+        "description": description,
+        "position": Point3D(x=1.0, y=0.5, z=0.4),
+        "uncertainty_m": 0.1,
+        "belief": 0.8,
+        "state": ObjectState.PRESENT,
+        "confidence": 0.9,
+        "first_seen_s": STARTED_S,
+        "last_seen_s": STARTED_S + 10.0,
+        "times_seen": 5,
+    }
+    return RememberedObject.model_validate(values | changes)
+
+
 @dataclass
 class FakeMemory(Service):
     name: str = "memory"
+    things: list[RememberedObject] = field(default_factory=lambda: [thing(1), thing(2, "blue cup", belief=0.3)])
+    imported: list[bytes] = field(default_factory=list)
+
+    async def labels(self) -> Sequence[LabelCount]:
+        self.answer()
+        labels = sorted({one.label for one in self.things})
+        return [LabelCount(label=one, views=3, best_confidence=0.9, last_seen_s=STARTED_S) for one in labels]
+
+    async def objects(self) -> Sequence[RememberedObject]:
+        self.answer()
+        return tuple(self.things)
+
+    async def views(self) -> Sequence[View]:
+        self.answer()
+        pose = Pose2D(x=0.5, y=0.5, yaw=0.0)
+        return [View(id=1, label="bottle", confidence=0.9, pose=pose, stamp_s=STARTED_S, colour="red")]
+
+    async def forget_object(self, object_id: int) -> int:
+        return self._forget(lambda one: one.id == object_id)
+
+    async def forget_label(self, label: str) -> int:
+        return self._forget(lambda one: one.label == label)
+
+    def _forget(self, gone: Callable[[RememberedObject], bool]) -> int:
+        self.answer()
+        before = len(self.things)
+        self.things = [one for one in self.things if not gone(one)]
+        return before - len(self.things)
+
+    async def export(self) -> bytes:
+        self.answer()
+        return b'{"form":"full"}\n'
+
+    async def import_(self, data: bytes) -> ImportReply:
+        self.answer()
+        self.imported.append(data)
+        return ImportReply(objects=2, views=3)
 
 
 @dataclass

@@ -99,3 +99,12 @@ async def test_the_service_client_speaks_to_such_an_app() -> None:
     assert await client.post("/echo", Word(word="hello"), Word) == Word(word="hello")
     assert (await client.dependency()).ok
     await client.aclose()
+
+
+async def test_the_documentation_comes_from_this_process(client: httpx.AsyncClient) -> None:
+    page = (await client.get("/docs")).text
+    assert "http://" not in page
+    assert "https://" not in page
+    for asset in ("swagger-ui-bundle.js", "swagger-ui.css"):
+        assert asset in page
+        assert (await client.get(f"/static-offline-docs/{asset}")).status_code == 200

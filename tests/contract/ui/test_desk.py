@@ -11,6 +11,7 @@ from mesh.tasks import Tasks
 from support.fake_clock import FakeClock
 from support.ui_world import UiWorld, event, home_map, mission, robot_state, status
 from support.waiting import until
+from ui.acts import Acts
 from ui.desk import Desk
 from ui.settings import Settings
 
@@ -42,50 +43,55 @@ async def desk(world: UiWorld, clock: FakeClock) -> AsyncIterator[Desk]:
         yield opened
 
 
-async def test_a_command_is_passed_on_trimmed(desk: Desk, world: UiWorld) -> None:
-    told = await desk.command("  find the red bottle \n")
+@pytest.fixture
+def acts(desk: Desk) -> Acts:
+    return Acts(desk)
+
+
+async def test_a_command_is_passed_on_trimmed(acts: Acts, world: UiWorld) -> None:
+    told = await acts.command("  find the red bottle \n")
     assert (told.ok, told.text) == (True, "Looking for: red bottle")
     assert world.missions.commands == ["find the red bottle"]
 
 
-async def test_a_refusal_is_told_in_the_words_of_the_service(desk: Desk, world: UiWorld) -> None:
+async def test_a_refusal_is_told_in_the_words_of_the_service(acts: Acts, world: UiWorld) -> None:
     world.missions.refusal = "nothing known in 'find the flux capacitor'"
-    told = await desk.command("find the flux capacitor")
+    told = await acts.command("find the flux capacitor")
     assert (told.ok, told.text) == (False, "nothing known in 'find the flux capacitor'")
 
 
 @pytest.mark.parametrize("text", ["", "   ", "x" * 501])
-async def test_an_empty_or_endless_command_never_leaves_the_page(desk: Desk, world: UiWorld, text: str) -> None:
-    assert not (await desk.command(text)).ok
+async def test_an_empty_or_endless_command_never_leaves_the_page(acts: Acts, world: UiWorld, text: str) -> None:
+    assert not (await acts.command(text)).ok
     assert world.missions.commands == []
 
 
-async def test_a_command_while_the_coordinator_is_away_names_it(desk: Desk, world: UiWorld) -> None:
+async def test_a_command_while_the_coordinator_is_away_names_it(acts: Acts, world: UiWorld) -> None:
     world.missions.away = True
-    told = await desk.command("find the cup")
+    told = await acts.command("find the cup")
     assert (told.ok, told.text) == (False, "coordinator: not reachable")
 
 
-async def test_pause_resume_and_cancel_mean_the_mission_that_is_shown(desk: Desk, world: UiWorld) -> None:
-    assert not (await desk.pause()).ok
+async def test_pause_resume_and_cancel_mean_the_mission_that_is_shown(desk: Desk, acts: Acts, world: UiWorld) -> None:
+    assert not (await acts.pause()).ok
     await world.bus.publish(MISSION_STATE, status(mission(id="m-7")))
     await until(lambda: desk.situation.mission_id == "m-7")
-    for act in (desk.pause, desk.resume, desk.cancel):
+    for act in (acts.pause, acts.resume, acts.cancel):
         assert (await act()).ok
     assert world.missions.acted == [("pause", "m-7"), ("resume", "m-7"), ("cancel", "m-7")]
 
 
-async def test_docking_tells_how_it_went(desk: Desk) -> None:
-    assert (await desk.dock()).ok
-    told = await desk.undock()
+async def test_docking_tells_how_it_went(acts: Acts) -> None:
+    assert (await acts.dock()).ok
+    told = await acts.undock()
     assert (told.ok, told.text) == (False, "It did not undock: the base gave up")
 
 
-async def test_reset_is_told_and_shown(desk: Desk, world: UiWorld) -> None:
-    await desk.emergency_stop(reason="a test", by="test")
+async def test_reset_is_told_and_shown(desk: Desk, acts: Acts, world: UiWorld) -> None:
+    await acts.emergency_stop(reason="a test", by="test")
     assert desk.situation.stop is not None
     assert desk.situation.stop.latched
-    assert (await desk.reset(by="test")).ok
+    assert (await acts.reset(by="test")).ok
     assert not desk.situation.stop.latched
     assert len(world.robot.resets) == 1
 

@@ -4,7 +4,7 @@ import httpx
 import pytest
 
 from contracts.robot import EmergencyStopReply
-from support.ui_world import FIRST_ZERO_MS, STARTED_S, UiWorld
+from support.ui_world import FIRST_ZERO_MS, UiWorld
 
 
 async def test_stop_reaches_the_robot_and_tells_the_measured_time(client: httpx.AsyncClient, world: UiWorld) -> None:
@@ -39,34 +39,6 @@ async def test_a_stop_that_cannot_reach_the_robot_says_so(client: httpx.AsyncCli
     assert answer.status_code == 503
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.json()["detail"] == "robot_bridge: not reachable"
-
-
-async def test_the_newest_frame_comes_with_its_stamp(client: httpx.AsyncClient) -> None:
-    first, second = await client.get("/live/frame"), await client.get(f"/live/frame?after={STARTED_S + 1}&wait_s=1")
-    assert first.headers["content-type"] == "image/jpeg"
-    assert first.content.startswith(b"\xff\xd8")
-    assert float(second.headers["x-stamp-s"]) == float(first.headers["x-stamp-s"]) + 1.0
-
-
-async def test_no_new_frame_is_no_content(client: httpx.AsyncClient, world: UiWorld) -> None:
-    world.eyes.nothing_new = True
-    assert (await client.get("/live/frame")).status_code == 204
-
-
-async def test_a_frame_while_inference_is_away_is_a_problem_that_names_it(
-    client: httpx.AsyncClient, world: UiWorld
-) -> None:
-    world.eyes.away = True
-    answer = await client.get("/live/frame")
-    assert answer.status_code == 503
-    assert "inference" in answer.json()["detail"]
-
-
-@pytest.mark.parametrize("query", ["after=yesterday", "after=nan", "wait_s=-1", "wait_s=3600"])
-async def test_a_malformed_question_for_a_frame_is_refused(client: httpx.AsyncClient, query: str) -> None:
-    answer = await client.get(f"/live/frame?{query}")
-    assert answer.status_code == 422
-    assert answer.headers["content-type"] == "application/problem+json"
 
 
 async def test_the_map_is_a_picture(client: httpx.AsyncClient) -> None:
@@ -108,3 +80,43 @@ async def test_the_page_asks_for_nothing_from_outside(client: httpx.AsyncClient)
     assert 'href="http' not in page
     style = await client.get("/assets/ui.css")
     assert "url(http" not in style.text
+
+
+async def test_the_documentation_is_served_from_here(client: httpx.AsyncClient) -> None:
+    assert "https://" not in (await client.get("/docs")).text
+
+
+async def test_memory_is_exported_as_a_file(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/memory/export")
+    assert "attachment" in answer.headers["content-disposition"]
+    assert answer.content
+
+
+async def test_a_crop_comes_from_the_missions_records(client: httpx.AsyncClient, world: UiWorld) -> None:
+    assert (await client.get("/crops/m-1/0")).content.startswith(b"\xff\xd8")
+    world.missions.away = True
+    assert (await client.get("/crops/m-1/0")).status_code == 503
+
+
+async def test_a_moment_that_is_not_kept_is_not_found(client: httpx.AsyncClient) -> None:
+    assert (await client.get("/album/m-1/3")).status_code == 404
+
+
+@pytest.mark.parametrize(
+    "click",
+    [
+        {"x_px": -1.0, "y_px": 3.0, "version": "v"},
+        {"x_px": 1e9, "y_px": 3.0, "version": "v"},
+        {"x_px": "left", "y_px": 3.0, "version": "v"},
+        {"x_px": 1.0, "y_px": 3.0, "version": "another map"},
+        {},
+    ],
+)
+async def test_a_click_that_makes_no_sense_moves_nothing(
+    client: httpx.AsyncClient, world: UiWorld, click: dict[str, object]
+) -> None:
+    for what in ("go", "look"):
+        answer = await client.post(f"/place/{what}", json=click)
+        assert answer.status_code == 422
+        assert answer.headers["content-type"] == "application/problem+json"
+    assert (world.robot.goals, world.robot.turns) == ([], [])

@@ -10,8 +10,6 @@ import pytest
 
 import coordinator.app
 import coordinator.settings
-import inference.app
-import inference.settings
 import robot_bridge.app
 import robot_bridge.settings
 from contracts.mission import MissionState
@@ -25,14 +23,12 @@ from support.coordinator_world import FakeEyes, FakeMemory, World
 from support.coordinator_world import FakeRobot as CoordinatorsRobot
 from support.fake_clock import FakeClock
 from support.fake_robot import FakeRobot as ToyBehindTheBridge
-from support.inference_fakes import FakeCamera, FakeClip, FakeDetector, bottle, loads, picture
 from support.served import served
 from support.toy_robot import ToyRobot
 from support.ui_world import UiWorld, fresh_nicegui
 from support.waiting import until
 from ui import map_view
 from ui.adapters.coordinator import CoordinatorMissions
-from ui.adapters.inference import InferenceEyes
 from ui.adapters.robot_bridge import BridgeRobot
 from ui.app import create_app
 from ui.desk import Desk
@@ -129,35 +125,14 @@ async def test_missions_are_told_refused_and_ended_by_the_real_coordinator(the_c
         await the_coordinator.clock.advance(0.5)
         assert (await missions.status()).state is MissionState.IDLE
         with pytest.raises(UpstreamError) as refusal:
-            await missions.start("   ")
+            await missions.start("   ", key="a")
         assert refusal.value.upstream_status == 422
-        mission = await missions.start("find the red bottle")
-        second = await missions.start("find the blue cup")
+        mission = await missions.start("find the red bottle", key="b")
+        again = await missions.start("find the red bottle", key="b")
+        assert again.id == mission.id
+        second = await missions.start("find the blue cup", key="c")
         assert second.queue_position == 0
         assert (await missions.cancel(second.id)).queue_position is None
         assert (await missions.pause(mission.id)).id == mission.id
         assert (await missions.cancel(mission.id)).id == mission.id
         assert all(one.mission_id == mission.id for one in await missions.events(mission.id))
-
-
-async def test_annotated_pictures_come_from_the_real_inference_one_after_the_other() -> None:
-    camera = FakeCamera()
-    app = inference.app.create_app(
-        inference.settings.Settings(rest_rate_hz=20.0, frame_wait_s=0.2),
-        bus=MemoryBus(),
-        camera=camera,
-        models=loads(detector=FakeDetector((bottle(),)), clip=FakeClip()),
-    )
-    async with AsyncExitStack() as stack:
-        url = await stack.enter_async_context(served(app))
-        eyes = InferenceEyes(url, timeout_s=30.0)
-        stack.push_async_callback(eyes.aclose)
-        camera.show(5.0, picture())
-        first = await eyes.annotated(after_s=None, wait_s=5.0)
-        assert first is not None
-        assert first.jpeg.startswith(b"\xff\xd8")
-        assert await eyes.annotated(after_s=first.stamp_s, wait_s=0.2) is None
-        camera.show(6.0, picture())
-        second = await eyes.annotated(after_s=first.stamp_s, wait_s=5.0)
-        assert second is not None
-        assert (first.stamp_s, second.stamp_s) == (5.0, 6.0)

@@ -57,28 +57,10 @@ def test_a_turned_origin_turns_points_and_headings_with_it() -> None:
     assert frame.heading_deg(math.pi / 2) == pytest.approx(0.0)
 
 
-def test_the_marker_never_turns_the_long_way_round() -> None:
-    frame = map_view.picture(home_map()).frame
-    before = map_view.marker(frame, Pose2D(x=0.0, y=0.0, yaw=math.radians(179)))
-    after = map_view.marker(frame, Pose2D(x=0.0, y=0.0, yaw=math.radians(-179)), before.turn_deg)
-    assert after.turn_deg - before.turn_deg == pytest.approx(-2.0)
-
-
-def test_the_marker_stands_in_percent_of_the_picture() -> None:
-    frame = map_view.picture(packed(np.zeros((10, 20), np.int8), Pose2D(x=0.0, y=0.0, yaw=0.0))).frame
-    mark = map_view.marker(frame, Pose2D(x=0.5, y=0.125, yaw=0.0))
-    assert (mark.left_percent, mark.top_percent) == pytest.approx((50.0, 75.0))
-
-
-def test_the_layers_draw_path_points_and_target() -> None:
-    frame = map_view.picture(home_map()).frame
-    here, there = Pose2D(x=0.0, y=0.0, yaw=0.0), Pose2D(x=1.0, y=0.0, yaw=0.0)
-    svg = map_view.layers_svg(frame, trail=(here, there), points_todo=(here, there), points_done=(there,), target=here)
-    assert svg.count('class="todo"') == 2
-    assert svg.count('class="done"') == 1
-    assert svg.count('class="next"') == 1
-    assert svg.count('class="target"') == 1
-    assert svg.count("<polyline") == 1
+def test_a_point_of_the_picture_leads_back_to_the_map() -> None:
+    turned = Pose2D(x=0.4, y=-1.0, yaw=0.7)
+    frame = map_view.picture(packed(np.zeros((30, 40), np.int8), turned)).frame
+    assert frame.to_map(*frame.to_px(1.1, -0.3)) == pytest.approx((1.1, -0.3))
 
 
 def test_a_map_whose_cells_are_too_few_is_refused() -> None:

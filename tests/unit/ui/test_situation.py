@@ -1,8 +1,10 @@
 """What is kept of what comes in."""
 
-from contracts.geometry import Pose2D
-from contracts.robot import EmergencyStop, EmergencyStopReply
-from support.ui_world import event, mission, robot_state, status
+import pytest
+
+from contracts.geometry import Pose2D, Twist2D
+from contracts.robot import EmergencyStop, EmergencyStopReply, Goal, GoalStatus
+from support.ui_world import STARTED_S, event, mission, robot_state, status
 from ui.situation import Situation
 
 
@@ -64,3 +66,31 @@ def test_the_measured_time_belongs_to_its_own_stop() -> None:
     situation.take_stop_reply(first, now_s=1.0)
     situation.take_stop(EmergencyStop(latched=True, epoch=2), now_s=2.0)
     assert situation.first_zero_ms is None
+
+
+def test_the_time_to_rest_is_measured_from_a_stop_that_was_seen_to_happen() -> None:
+    situation = Situation()
+    situation.take_robot(robot_state(), now_s=1.0)
+    stop = EmergencyStop(latched=True, epoch=1, since_s=STARTED_S + 1.0)
+    for after_s, speed in ((1.1, 0.2), (1.2, 0.1), (1.3, 0.0), (5.0, 0.0)):
+        still = robot_state(stop=stop).model_copy(
+            update={"stamp_s": STARTED_S + after_s, "twist": Twist2D(linear_x=speed)}
+        )
+        situation.take_robot(still, now_s=after_s)
+    assert situation.rest_after_s == pytest.approx(0.3)
+
+
+def test_a_stop_that_was_found_latched_has_no_time_to_rest() -> None:
+    situation = Situation()
+    stop = EmergencyStop(latched=True, epoch=1, since_s=STARTED_S - 100.0)
+    situation.take_robot(robot_state(stop=stop).model_copy(update={"twist": Twist2D()}), now_s=1.0)
+    assert situation.rest_after_s is None
+
+
+def test_a_goal_is_kept_while_it_is_open() -> None:
+    situation = Situation()
+    goal = Goal(id="g", pose=Pose2D(x=1.0, y=0.0, yaw=0.0), status=GoalStatus.EXECUTING, stamp_s=1.0)
+    situation.take_goal(goal)
+    situation.take_plan((goal.pose,))
+    situation.take_goal(goal.model_copy(update={"status": GoalStatus.SUCCEEDED}))
+    assert (situation.goal, situation.planned) == (None, ())

@@ -5,9 +5,9 @@ import pytest
 from contracts.mission import MissionState, Outcome
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, EmergencyStopReply, NavigationState
-from support.ui_world import event, mission, robot_state, status, votes
+from support.ui_world import mission, robot_state, status
 from ui.situation import Situation
-from ui.view import PHASES, Tone, View, duration, line, view
+from ui.view import PHASES, Tone, View, ago, duration, view
 
 NOW_S = 100.0
 
@@ -29,13 +29,12 @@ def test_nothing_known_is_said_and_nothing_can_be_pressed() -> None:
 
 def test_a_running_mission_shows_phase_command_reason_and_numbers() -> None:
     situation = Situation()
-    situation.take_mission(status(mission(votes=votes(), measured_distance_m=1.32)), NOW_S)
+    situation.take_mission(status(mission(measured_distance_m=1.32)), NOW_S)
     shown = seen(situation)
     assert (shown.phase, shown.phase_tone) == ("Looking around", Tone.BUSY)
     assert shown.headline == "“find the red bottle”"
     assert shown.reason == "turning to the next of 8 headings"
     assert [chip.value for chip in shown.mission_facts] == ["0:42", "6.4 m", "1.32 m"]
-    assert [chip.value for chip in shown.votes] == ["yes 0.81 / 0.30", "yes 0.62 / 0.45", "–"]
     assert shown.can_pause
     assert shown.can_cancel
 
@@ -109,16 +108,24 @@ def test_who_is_missing_is_named() -> None:
     assert seen(situation).away == "Redis, inference not available"
 
 
-def test_a_line_of_the_timeline_has_its_time_and_votes() -> None:
-    data = {"votes": [vote.model_dump(mode="json") for vote in votes()]}
-    shown = line(event(65, "2 of 3 say yes", kind="votes", data=data), started_s=event(0, "").stamp_s)
-    assert shown.time == "1:05"
-    assert [chip.label for chip in shown.votes] == ["Detector", "CLIP", "VLM"]
-
-
-def test_votes_that_cannot_be_read_are_left_out() -> None:
-    assert line(event(1, "odd", data={"votes": "three"}), 0.0).votes == ()
-
-
 def test_durations_read_like_a_clock() -> None:
     assert [duration(seconds) for seconds in (7.9, 750.0, 3723.0)] == ["0:07", "12:30", "1:02:03"]
+
+
+def test_ages_read_as_a_person_says_them() -> None:
+    assert [ago(s) for s in (-3.0, 12.0, 300.0, 3 * 3600.0, 3 * 86400.0)] == [
+        "0 s ago", "12 s ago", "5 min ago", "3 h ago", "3 days ago",
+    ]  # fmt: skip
+
+
+def test_a_service_that_is_waited_for_is_the_reason_shown() -> None:
+    situation = Situation()
+    situation.take_mission(status(mission(), waiting_for="robot_bridge, at most 20 s"), NOW_S)
+    assert seen(situation).reason == "Waiting for robot_bridge, at most 20 s"
+
+
+def test_what_is_queued_is_listed() -> None:
+    situation = Situation()
+    waiting = mission("find the book", id="m-2", queue_position=0)
+    situation.take_mission(status(mission(), queue=(waiting,)), NOW_S)
+    assert seen(situation).queue == (("m-2", "find the book"),)

@@ -8,6 +8,7 @@ import prometheus_client
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
+from fastapi_offline import FastAPIOffline
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -31,11 +32,12 @@ def make_app(
     body_bytes_max_at: Mapping[str, int | None] | None = None,
     description: str = "",
 ) -> FastAPI:
-    """A FastAPI app with the mesh's common routes. `dependencies` is asked on `GET /ready`.
+    """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`.
 
     `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
     """
-    app = FastAPI(
+    app = FastAPIOffline(
+        redoc_url=None,
         title=f"atom {service}",
         description=description,
         version="0.1.0",

@@ -49,8 +49,16 @@ class ServiceClient:
         except ValidationError as error:
             raise self._not_the_contract(error) from error
 
-    async def post(self, path: str, body: Message | None, reply: type[M], *, timeout_s: float | None = None) -> M:
-        return self._parsed(await self.call("POST", path, body=body, timeout_s=timeout_s), reply)
+    async def post(
+        self,
+        path: str,
+        body: Message | bytes | None,
+        reply: type[M],
+        *,
+        timeout_s: float | None = None,
+        headers: dict[str, str] | None = None,
+    ) -> M:
+        return self._parsed(await self.call("POST", path, body=body, timeout_s=timeout_s, headers=headers), reply)
 
     async def delete(self, path: str, reply: type[M]) -> M:
         return self._parsed(await self.call("DELETE", path), reply)
@@ -60,13 +68,15 @@ class ServiceClient:
         method: str,
         path: str,
         *,
-        body: Message | None = None,
+        body: Message | bytes | None = None,
         params: dict[str, Any] | None = None,
         timeout_s: float | None = None,
+        headers: dict[str, str] | None = None,
     ) -> httpx.Response:
         """The response when it is 2xx; otherwise raises as the class says."""
-        content = body.model_dump_json().encode() if body is not None else None
-        headers = {"content-type": "application/json"} if content is not None else {}
+        content = body.model_dump_json().encode() if isinstance(body, Message) else body
+        kind = "application/json" if isinstance(body, Message) else "application/octet-stream"
+        headers = (headers or {}) | ({"content-type": kind} if content is not None else {})
         timeout = httpx.Timeout(timeout_s, connect=1.0) if timeout_s is not None else httpx.USE_CLIENT_DEFAULT
         try:
             response = await self.http.request(

@@ -11,14 +11,15 @@ from mesh.app import make_app
 from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock
 from mesh.tasks import Tasks, end_this_process
-from ui import page
+from ui import page, texts
 from ui.adapters.coordinator import CoordinatorMissions
 from ui.adapters.inference import InferenceEyes
 from ui.adapters.memory import MemoryService
 from ui.adapters.robot_bridge import BridgeRobot
 from ui.desk import Desk
 from ui.ports import Eyes, Memory, Missions, Robot
-from ui.routes import get_desk, router
+from ui.routes import routers
+from ui.routes.deps import get_desk
 from ui.settings import Settings
 
 
@@ -39,6 +40,8 @@ def create_app(
 ) -> FastAPI:
     """The service; whatever is not given is the real thing that `settings` name. NiceGUI allows one a process."""
 
+    texts.use(texts.load(settings.texts_file))
+
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
         async with contextlib.AsyncExitStack() as stack:
@@ -51,6 +54,7 @@ def create_app(
                 memory=memory if memory is not None else _memory(settings, stack),
                 clock=clock if clock is not None else SystemClock(),
             )
+            stack.push_async_callback(desk.frames.close)
             desk.start(await stack.enter_async_context(Tasks(on_death=on_death)))
             yield {"desk": desk}
 
@@ -64,7 +68,8 @@ def create_app(
         body_bytes_max=settings.body_bytes_max,
         description="Shows: the operator's web page.",
     )
-    app.include_router(router)
+    for router in routers():
+        app.include_router(router)
     page.mount(app)
     return app
 
@@ -96,6 +101,8 @@ def _missions(settings: Settings, stack: contextlib.AsyncExitStack) -> Coordinat
 
 
 def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryService:
-    memory = MemoryService(settings.memory_url, timeout_s=settings.call_timeout_s)
+    memory = MemoryService(
+        settings.memory_url, timeout_s=settings.call_timeout_s, transfer_timeout_s=settings.transfer_timeout_s
+    )
     stack.push_async_callback(memory.aclose)
     return memory

@@ -1,37 +1,43 @@
-"""What the operator can do and know: listens to the bus, asks the services while somebody looks, passes commands on."""
+"""What is known: listens to the bus, and asks the services for the rest while somebody looks."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import dataclass
-from typing import Final, TypeVar
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import Any
 
 import structlog
 
-from contracts.mission import MissionEvent, MissionStatus
+from contracts.memory import LabelCount, RememberedObject, View
+from contracts.mission import Mission, MissionEvent, MissionStatus, MissionTarget
 from contracts.problem import Dependency
-from contracts.robot import EmergencyStop, EmergencyStopReply, EmergencyStopRequest, MotionReply, RobotState
-from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_EMERGENCY_STOP, ROBOT_STATE
+from contracts.robot import EmergencyStop, Goal, PathRequest, RobotState
+from contracts.topics import (
+    MISSION_EVENTS,
+    MISSION_STATE,
+    MISSION_TARGET,
+    ROBOT_EMERGENCY_STOP,
+    ROBOT_NAVIGATION,
+    ROBOT_STATE,
+    VISION_DETECTIONS,
+)
+from contracts.vision import Detections
 from mesh.bus import Bus
 from mesh.clock import Clock
-from mesh.errors import MeshError, UnavailableError, UpstreamError
+from mesh.errors import MeshError, UnavailableError
 from mesh.tasks import Tasks
-from ui import map_view
+from ui import map_view, overlay
+from ui.album import Album
+from ui.frames import Frames
+from ui.marks import Marks
+from ui.news import News
 from ui.ports import Eyes, Memory, Missions, Robot
 from ui.settings import Settings
-from ui.situation import Situation
+from ui.situation import Remembered, Situation
+from ui.texts import t
 
 log = structlog.get_logger()
-T = TypeVar("T")
 
-COMMAND_MAX: Final = 500
-
-
-@dataclass(frozen=True, slots=True)
-class Told:
-    """What came of an action, in words for a person."""
-
-    ok: bool
-    text: str
+PICTURE_WAIT_S = 1.0
+HISTORY_MAX = 50
 
 
 class Desk:
@@ -50,54 +56,97 @@ class Desk:
     ) -> None:
         self.settings = settings
         self.clock = clock
-        self.eyes = eyes
+        self.robot = robot
+        self.missions = missions
+        self.memory = memory
         self.situation = Situation(
             events_kept=settings.events_kept,
             trail_points_max=settings.trail_points_max,
             trail_step_m=settings.trail_step_m,
         )
+        self.news = News()
+        self.album = Album(settings.album_pictures_max)
+        self.frames = Frames(robot, clock, period_s=1.0 / settings.camera_fps_max, about=self._about)
+        self.driver: object | None = None
+        """Whoever drives by hand now; one at a time."""
+        self.marks = Marks(settings.silence_s_max)
         self.picture: map_view.MapPicture | None = None
         self._bus = bus
-        self._robot = robot
-        self._missions = missions
-        self._memory = memory
+        self._eyes = eyes
+        self._tasks: Tasks | None = None
         self._refreshing = asyncio.Lock()
-        self._refreshed_at_s = float("-inf")
-        self._map_at_s = float("-inf")
+        self._scanning = False
+        self._at_s: dict[str, float] = {}
         self._timeline_of: str | None = None
 
     # what comes by itself
 
     def start(self, tasks: Tasks) -> None:
-        tasks.start("listen-robot", self._bus.listen(ROBOT_STATE, self._on_robot))
-        tasks.start("listen-stop", self._bus.listen(ROBOT_EMERGENCY_STOP, self._on_stop))
-        tasks.start("listen-mission", self._bus.listen(MISSION_STATE, self._on_mission))
-        tasks.start("listen-events", self._bus.listen(MISSION_EVENTS, self._on_event))
+        self._tasks = tasks
+        listen = self._bus.listen
+        tasks.start("listen-robot", listen(ROBOT_STATE, self._on_robot))
+        tasks.start("listen-stop", listen(ROBOT_EMERGENCY_STOP, self._on_stop))
+        tasks.start("listen-navigation", listen(ROBOT_NAVIGATION, self._on_goal))
+        tasks.start("listen-mission", listen(MISSION_STATE, self._on_mission))
+        tasks.start("listen-target", listen(MISSION_TARGET, self._on_target))
+        tasks.start("listen-events", listen(MISSION_EVENTS, self._on_event))
+        tasks.start("listen-detections", listen(VISION_DETECTIONS, self._on_detections))
 
     async def _on_robot(self, state: RobotState) -> None:
         self.situation.take_robot(state, self.clock.now_s())
 
     async def _on_stop(self, stop: EmergencyStop) -> None:
         self.situation.take_stop(stop, self.clock.now_s())
+        self.news.take_stop(stop)
+
+    async def _on_goal(self, goal: Goal) -> None:
+        self.situation.take_goal(goal)
 
     async def _on_mission(self, status: MissionStatus) -> None:
         self.situation.take_mission(status, self.clock.now_s())
+        self.news.take_mission(status)
+
+    async def _on_target(self, wanted: MissionTarget) -> None:
+        self.situation.target = wanted.target
+
+    async def _on_detections(self, seen: Detections) -> None:
+        self.situation.detections = seen
 
     async def _on_event(self, event: MissionEvent) -> None:
         self.situation.take_events((event,))
+        if self._tasks is not None and event.mission_id:
+            self._tasks.start("picture", self._keep_picture(event), forever=False)
+
+    async def _keep_picture(self, event: MissionEvent) -> None:
+        shown = await self.frames.other_than(None, wait_s=PICTURE_WAIT_S)
+        if shown is not None:
+            self.album.put(event.mission_id, event.id, shown)
+
+    def _about(self, frame: overlay.CameraFrame) -> Mapping[str, Any]:
+        """What the browser draws over a frame."""
+        target = self.situation.target
+        return {
+            "stamp_s": round(frame.stamp_s, 6),
+            "width": frame.width_px,
+            "height": frame.height_px,
+            "boxes": overlay.boxes(frame, self.situation.detections, target),
+            "line": t("Looking for: {what}", what=target.description)
+            if target is not None
+            else t("Waiting for next command..."),
+        }
 
     # what is asked for
 
     async def dependencies(self) -> Sequence[Dependency]:
         redis = Dependency(name="redis", ok=self._bus.connected, detail="" if self._bus.connected else "not reachable")
         answers = await asyncio.gather(
-            self._missions.dependency(), self.eyes.dependency(), self._memory.dependency(), self._robot.dependency()
+            self.missions.dependency(), self._eyes.dependency(), self.memory.dependency(), self.robot.dependency()
         )
         return (redis, *answers)
 
     async def refresh(self) -> None:
         """At most every `health_period_s`, however many pages ask: who is there, and facts the bus keeps silent on."""
-        if self._refreshing.locked() or self.clock.now_s() - self._refreshed_at_s < self.settings.health_period_s:
+        if self._refreshing.locked() or not self._due("health", self.settings.health_period_s):
             return
         async with self._refreshing:
             services = await self.dependencies()
@@ -109,11 +158,21 @@ class Desk:
                 await self._try(self._refresh_map)
                 if self.situation.robot_at_s < silent_since_s:
                     await self._try(self._ask_robot)
+                await self._try(self._refresh_plan)
             if "coordinator" not in away:
                 if self.situation.mission_at_s < silent_since_s:
                     await self._try(self._ask_mission)
                 await self._try(self._ask_timeline)
-            self._refreshed_at_s = self.clock.now_s()
+            if "memory" not in away:
+                await self._try(self.refresh_memory)
+
+    def _due(self, what: str, period_s: float) -> bool:
+        """True, and noted, when the last time is `period_s` ago."""
+        now_s = self.clock.now_s()
+        if now_s - self._at_s.get(what, float("-inf")) < period_s:
+            return False
+        self._at_s[what] = now_s
+        return True
 
     async def _try(self, ask: Callable[[], Awaitable[None]]) -> None:
         """A service that went away since is named by the next look at the dependencies."""
@@ -123,105 +182,68 @@ class Desk:
             log.info("could not be asked", error=str(error))
 
     async def _refresh_map(self) -> None:
-        now_s = self.clock.now_s()
-        if now_s - self._map_at_s < self.settings.map_period_s:
+        if not self._due("map", self.settings.map_period_s):
             return
-        grid = await self._robot.map()
+        grid = await self.robot.map()
         if self.picture is None or self.picture.version != map_view.version(grid):
             self.picture = await asyncio.to_thread(map_view.picture, grid)
-        self._map_at_s = now_s
+
+    async def _refresh_plan(self) -> None:
+        goal = self.situation.goal
+        if goal is None or not self._due("plan", self.settings.plan_period_s):
+            return
+        found = await self.robot.path(PathRequest(goal=goal.pose))
+        if self.situation.goal is not None and found.reachable:
+            self.situation.take_plan(found.poses)
+
+    async def refresh_memory(self, *, now: bool = False) -> None:
+        if not self._due("memory", 0.0 if now else self.settings.memory_period_s):
+            return
+        labels: Sequence[LabelCount]
+        objects: Sequence[RememberedObject]
+        views: Sequence[View]
+        labels, objects, views = await asyncio.gather(self.memory.labels(), self.memory.objects(), self.memory.views())
+        found = Remembered(tuple(labels), tuple(objects), tuple(views))
+        if found != self.situation.remembered:
+            self.situation.remembered = found
+
+    def refresh_scan(self) -> None:
+        """Asks for the laser, for as long as a map is open; nobody waits for it."""
+        if self._tasks is not None and not self._scanning and self._due("scan", self.settings.scan_period_s):
+            self._scanning = True
+            self._tasks.start("scan", self._ask_scan(), forever=False)
+
+    async def _ask_scan(self) -> None:
+        """A silent laser leaves nothing to draw."""
+        try:
+            self.situation.scan = await self.robot.scan()
+        except MeshError:
+            self.situation.scan = None
+        finally:
+            self._scanning = False
 
     async def _ask_robot(self) -> None:
-        self.situation.take_robot(await self._robot.state(), self.clock.now_s())
+        self.situation.take_robot(await self.robot.state(), self.clock.now_s())
 
     async def _ask_mission(self) -> None:
-        self.situation.take_mission(await self._missions.status(), self.clock.now_s())
+        await self._on_mission(await self.missions.status())
 
     async def _ask_timeline(self) -> None:
         """Once a mission, for what was told before this process listened; while the bus is away, every time."""
         mission_id = self.situation.mission_id
         if mission_id is None or (mission_id == self._timeline_of and self._bus.connected):
             return
-        self.situation.take_events(await self._missions.events(mission_id))
+        self.situation.take_events(await self.missions.events(mission_id))
         self._timeline_of = mission_id if self._bus.connected else None
+
+    async def history(self) -> Sequence[Mission]:
+        return await self.missions.newest(HISTORY_MAX)
 
     async def map_picture(self) -> map_view.MapPicture:
         """Raises `UnavailableError` naming what is missing when there has never been a map."""
         if self.picture is None:
+            self._at_s.pop("map", None)
             await self._refresh_map()
         if self.picture is None:
             raise UnavailableError("robot_bridge", "no map yet")
         return self.picture
-
-    # what the operator does
-
-    async def emergency_stop(self, *, reason: str, by: str) -> EmergencyStopReply:
-        """Straight to robot_bridge; needs neither Redis nor any other service."""
-        reply = await self._robot.emergency_stop(EmergencyStopRequest(reason=reason, by=by))
-        self.situation.take_stop_reply(reply, self.clock.now_s())
-        log.warning("emergency stop", reason=reason, by=by, first_zero_ms=reply.first_zero_ms)
-        return reply
-
-    async def reset(self, *, by: str) -> Told:
-        async def do() -> str:
-            reply = await self._robot.reset(EmergencyStopRequest(reason="RESUME confirmed on the page", by=by))
-            self.situation.take_stop_reply(reply, self.clock.now_s())
-            return "Motion is permitted again. Nothing moves until it is asked to."
-
-        return await self._told(do())
-
-    async def command(self, text: str) -> Told:
-        words = text.strip()
-        if not words:
-            return Told(False, "Say what to find, for example: find the red bottle")
-        if len(words) > COMMAND_MAX:
-            return Told(False, f"That is {len(words)} characters; {COMMAND_MAX} is the limit.")
-
-        async def do() -> str:
-            mission = await self._missions.start(words)
-            what = mission.target.description if mission.target is not None else mission.command
-            return f"Looking for: {what}"
-
-        return await self._told(do())
-
-    async def pause(self) -> Told:
-        return await self._with_mission(self._missions.pause, "Paused.")
-
-    async def resume(self) -> Told:
-        return await self._with_mission(self._missions.resume, "Going on.")
-
-    async def cancel(self) -> Told:
-        return await self._with_mission(self._missions.cancel, "Cancelled.")
-
-    async def dock(self) -> Told:
-        return await self._told(self._moved(self._robot.dock(), "On the dock.", "It did not dock"))
-
-    async def undock(self) -> Told:
-        return await self._told(self._moved(self._robot.undock(), "Off the dock.", "It did not undock"))
-
-    async def _with_mission(self, act: Callable[[str], Awaitable[object]], done: str) -> Told:
-        mission_id = self.situation.mission_id
-        if mission_id is None:
-            return Told(False, "There is no mission.")
-
-        async def do() -> str:
-            await act(mission_id)
-            return done
-
-        return await self._told(do())
-
-    @staticmethod
-    async def _moved(motion: Awaitable[MotionReply], done: str, failed: str) -> str:
-        reply = await motion
-        if not reply.completed:
-            raise UpstreamError("robot_bridge", 200, f"{failed}: {reply.reason or 'no reason given'}")
-        return done
-
-    @staticmethod
-    async def _told(doing: Awaitable[str]) -> Told:
-        try:
-            return Told(True, await doing)
-        except UpstreamError as error:
-            return Told(False, error.detail.removeprefix(f"{error.service}: "))
-        except MeshError as error:
-            return Told(False, error.detail)

@@ -1,4 +1,4 @@
-"""Draws the map: the grid as a small picture, what changes as SVG above it. Pure."""
+"""Draws the map: the grid as a small picture, and where that picture lies in the map. Pure."""
 
 import base64
 import binascii
@@ -6,7 +6,6 @@ import hashlib
 import io
 import math
 import zlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +45,13 @@ class MapFrame:
         column = (cos * dx - sin * dy) / self.resolution_m
         row = (sin * dx + cos * dy) / self.resolution_m
         return column - self.left_cell, self.height_px - (row - self.bottom_cell)
+
+    def to_map(self, x_px: float, y_px: float) -> tuple[float, float]:
+        """A point of the picture in the map frame (m)."""
+        column = (x_px + self.left_cell) * self.resolution_m
+        row = (self.height_px - y_px + self.bottom_cell) * self.resolution_m
+        cos, sin = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
+        return self.origin.x + cos * column - sin * row, self.origin.y + sin * column + cos * row
 
     def heading_deg(self, yaw: float) -> float:
         """Clockwise on the screen from pointing right, as CSS turns things."""
@@ -95,57 +101,6 @@ def decode(grid: Map) -> NDArray[np.int8]:
     if len(raw) != size:
         raise MapError(f"the map holds {len(raw)} cells, not {grid.width} x {grid.height}")
     return np.frombuffer(raw, np.int8).reshape(grid.height, grid.width)
-
-
-def layers_svg(
-    frame: MapFrame,
-    *,
-    trail: Sequence[Pose2D] = (),
-    points_todo: Sequence[Pose2D] = (),
-    points_done: Sequence[Pose2D] = (),
-    target: Pose2D | None = None,
-) -> str:
-    """What changes now and then: path driven, scan points, the target's place. Numbers only, no text from outside."""
-    size = max(frame.width_px, frame.height_px)
-    dot = size / 110
-    parts = [f'<svg viewBox="0 0 {frame.width_px} {frame.height_px}" aria-hidden="true">']
-    if len(trail) > 1:
-        line = " ".join(f"{x:.1f},{y:.1f}" for x, y in (frame.to_px(p.x, p.y) for p in trail))
-        parts.append(f'<polyline class="trail" points="{line}" stroke-width="{size / 170:.2f}"/>')
-    parts += [_dot(frame, point, dot, "todo") for point in reversed(points_todo)]
-    parts += [_dot(frame, point, dot, "done") for point in points_done]
-    if points_todo:
-        parts.append(_dot(frame, points_todo[0], dot * 1.5, "next"))
-    if target is not None:
-        x, y = frame.to_px(target.x, target.y)
-        parts.append(f'<circle class="target-ring" cx="{x:.1f}" cy="{y:.1f}" r="{dot * 3:.1f}"/>')
-        parts.append(f'<circle class="target" cx="{x:.1f}" cy="{y:.1f}" r="{dot * 1.3:.1f}"/>')
-    parts.append("</svg>")
-    return "".join(parts)
-
-
-@dataclass(frozen=True, slots=True)
-class Marker:
-    """The robot on the picture: where in percent of its sides, turned how (unwrapped, so that it never spins back)."""
-
-    left_percent: float
-    top_percent: float
-    turn_deg: float
-
-    @property
-    def css(self) -> str:
-        return f"left:{self.left_percent:.2f}%;top:{self.top_percent:.2f}%;rotate:{self.turn_deg:.0f}deg"
-
-
-def marker(frame: MapFrame, pose: Pose2D, before_deg: float = 0.0) -> Marker:
-    x, y = frame.to_px(pose.x, pose.y)
-    turn = before_deg + (frame.heading_deg(pose.yaw) - before_deg + 180.0) % 360.0 - 180.0
-    return Marker(100.0 * x / frame.width_px, 100.0 * y / frame.height_px, turn)
-
-
-def _dot(frame: MapFrame, point: Pose2D, radius: float, kind: str) -> str:
-    x, y = frame.to_px(point.x, point.y)
-    return f'<circle class="{kind}" cx="{x:.1f}" cy="{y:.1f}" r="{radius:.2f}"/>'
 
 
 def _known(cells: NDArray[np.int8]) -> tuple[slice, slice]:

@@ -1,27 +1,39 @@
 """The page: one at `/`, put together from the panels, on NiceGUI with every asset from this process."""
 
 import hashlib
+import json
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from fastapi import FastAPI, Request
 from nicegui import ui as nicegui_ui
 from starlette.staticfiles import StaticFiles
 
+from ui import lines, texts
 from ui import view as words
+from ui.acts import Acts
 from ui.desk import Desk
 from ui.panels.command import Command
+from ui.panels.history import History
 from ui.panels.live import Live
 from ui.panels.machine import Machine
 from ui.panels.map_panel import MapPanel
+from ui.panels.memory_panel import MemoryPanel
 from ui.panels.parts import box
 from ui.panels.stop import Stopped, stop_button
 from ui.panels.timeline import Timeline
 from ui.panels.top import Top
-from ui.routes import get_desk, operator
+from ui.routes.deps import get_desk, operator
+from ui.texts import t
 
 ASSETS: Final = Path(__file__).parent / "assets"
+SCRIPTS: Final = ("base.js", "stop.js", "camera.js", "map.js", "drive.js", "speech.js")
 RECONNECT_S: Final = 5.0
+NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {
+    words.Tone.GOOD: "positive",
+    words.Tone.WARN: "warning",
+    words.Tone.BAD: "negative",
+}
 
 
 def mount(app: FastAPI) -> None:
@@ -50,23 +62,49 @@ class OperatorPage:
 
     def __init__(self, desk: Desk, who: str) -> None:
         self._desk = desk
+        self._news_shown = desk.news.newest
+        acts = Acts(desk)
         nicegui_ui.add_head_html(_head())
-        nicegui_ui.colors(primary="#2563eb", negative="#c81e1e")
+        nicegui_ui.colors(primary="#2563eb", negative="#c81e1e", positive="#15803d", warning="#a15c07")
         self._top = Top()
-        with nicegui_ui.element("main").classes("board"):
+        with box("board"):
             with box("say-or-stopped"):
-                self._command = Command(desk)
-                self._stopped = Stopped(desk, who)
+                self._command = Command(acts)
+                self._stopped = Stopped(acts, who)
             self._live = Live()
             self._map = MapPanel(desk)
-            self._timeline = Timeline(desk)
-            self._machine = Machine(desk)
+            self._build_side(desk, acts)
         stop_button()
         self._show()
         settings = desk.settings
-        nicegui_ui.timer(settings.marker_period_s, self._show_marker)
         nicegui_ui.timer(settings.state_period_s, self._show)
         nicegui_ui.timer(1.0, desk.refresh)
+        nicegui_ui.timer(settings.memory_period_s, self._show_tab)
+
+    def _build_side(self, desk: Desk, acts: Acts) -> None:
+        with nicegui_ui.element("section").classes("card side").props(f'aria-label="{t("Mission and robot")}"'):
+            with nicegui_ui.tabs(on_change=self._show_tab).props(
+                "dense no-caps align=justify inline-label"
+            ) as self._tabs:
+                for name, label in (
+                    ("timeline", t("Timeline")),
+                    ("memory", t("Memory")),
+                    ("history", t("Missions")),
+                    ("robot", t("Robot")),
+                ):
+                    nicegui_ui.tab(name, label=label)
+            with nicegui_ui.tab_panels(self._tabs, value="timeline", animated=False, keep_alive=True).classes("panels"):
+                with nicegui_ui.tab_panel("timeline"):
+                    self._timeline = Timeline(desk)
+                with nicegui_ui.tab_panel("memory"):
+                    self._memory = MemoryPanel(desk, acts)
+                with nicegui_ui.tab_panel("history"):
+                    self._history = History(desk, self._timeline, self._open_timeline)
+                with nicegui_ui.tab_panel("robot"):
+                    self._machine = Machine(acts)
+
+    def _open_timeline(self) -> None:
+        self._tabs.set_value("timeline")
 
     def _view(self) -> words.View:
         return words.view(
@@ -74,26 +112,42 @@ class OperatorPage:
         )
 
     def _show(self) -> None:
-        view = self._view()
+        view, situation = self._view(), self._desk.situation
+        mission = situation.mission.mission if situation.mission is not None else None
         self._top.show(view)
-        self._command.show(view)
+        self._command.show(view, situation.remembered)
         self._stopped.show(view)
-        self._live.show(view)
+        self._live.show(lines.vote_chips(mission.votes) if mission is not None else ())
         self._machine.show(view)
-        self._map.show()
+        self._map.show(view)
         self._timeline.show()
+        for item in self._desk.news.after(self._news_shown):
+            self._news_shown = item.number
+            nicegui_ui.notify(
+                item.text, type=NOTES.get(item.tone), position="bottom-left", timeout=12_000, close_button=t("Close")
+            )
 
-    def _show_marker(self) -> None:
-        age_s = self._desk.clock.now_s() - self._desk.situation.robot_at_s
-        self._map.show_robot(fresh=age_s <= self._desk.settings.silence_s_max)
+    async def _show_tab(self) -> None:
+        match self._tabs.value:
+            case "memory":
+                self._memory.show()
+            case "history":
+                await self._history.show()
+            case _:
+                pass
 
 
 def _head() -> str:
-    """Style and script, named by their content so that a browser never keeps old ones."""
-    style, script = (hashlib.sha256((ASSETS / name).read_bytes()).hexdigest()[:10] for name in ("ui.css", "ui.js"))
+    """Style and scripts, named by their content so that a browser never keeps old ones; the scripts' words."""
+
+    def named(name: str) -> str:
+        return f"/assets/{name}?v={hashlib.sha256((ASSETS / name).read_bytes()).hexdigest()[:10]}"
+
+    said = json.dumps(texts.for_scripts()).replace("<", "\\u003c")
     return (
-        f'<link rel="stylesheet" href="/assets/ui.css?v={style}">'
-        f'<script defer src="/assets/ui.js?v={script}"></script>'
-        '<meta name="theme-color" content="#f4f6f9" media="(prefers-color-scheme: light)">'
+        f'<link rel="stylesheet" href="{named("ui.css")}">'
+        f'<script type="application/json" id="atom-texts">{said}</script>'
+        + "".join(f'<script defer src="{named(name)}"></script>' for name in SCRIPTS)
+        + '<meta name="theme-color" content="#f4f6f9" media="(prefers-color-scheme: light)">'
         '<meta name="theme-color" content="#0e1318" media="(prefers-color-scheme: dark)">'
     )

@@ -1,5 +1,7 @@
 """Settings from the environment, prefix UI_."""
 
+from pathlib import Path
+
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
@@ -16,7 +18,7 @@ class Settings(BaseSettings):
     inference_url: str = "http://127.0.0.1:8002"
     memory_url: str = "http://127.0.0.1:8003"
     robot_bridge_url: str = "http://127.0.0.1:8004"
-    body_bytes_max: int = Field(default=20_000, ge=1000)
+    body_bytes_max: int = Field(default=50_000_000, ge=1000, description="an imported memory is the largest")
 
     call_timeout_s: float = Field(default=5.0, gt=0.0)
     command_timeout_s: float = Field(default=30.0, gt=0.0, description="reading a command may ask a language model")
@@ -25,10 +27,22 @@ class Settings(BaseSettings):
     stop_tries: int = Field(default=3, ge=1, le=10)
 
     state_period_s: float = Field(default=0.5, gt=0.0, description="between two refreshes of the words on the page")
-    marker_period_s: float = Field(default=0.2, ge=0.2, description="between two refreshes of the robot on the map")
+    camera_fps_max: float = Field(default=12.0, gt=0.0, le=30.0, description="pictures a second, to any one viewer")
+    scene_period_s: float = Field(default=0.1, ge=0.05, description="between two refreshes of the map's marks")
+    scan_period_s: float = Field(default=0.2, ge=0.05, description="the laser is asked for only while a map is open")
     health_period_s: float = Field(default=3.0, gt=0.0, description="services are asked only while a page is open")
     map_period_s: float = Field(default=10.0, gt=0.0)
+    memory_period_s: float = Field(default=4.0, gt=0.0)
+    plan_period_s: float = Field(default=3.0, gt=0.0, description="the path to an open goal is asked for this often")
     silence_s_max: float = Field(default=2.0, gt=0.0, description="past this, facts count as old and are asked for")
+    transfer_timeout_s: float = Field(default=60.0, gt=0.0, description="of an export or import of the memory")
+    goal_timeout_s: float = Field(default=120.0, gt=0.0, description="of a drive to a place clicked on the map")
+    teleop_m_s_max: float = Field(default=0.25, gt=0.0, le=0.306)
+    teleop_rad_s_max: float = Field(default=1.2, gt=0.0, le=1.9)
+    teleop_lease_s: float = Field(default=0.3, gt=0.0, le=0.5, description="what one word of the stick is worth")
+    teleop_delay_s_max: float = Field(default=0.3, gt=0.0, description="a word longer on its way is worth nothing")
+    texts_file: Path | None = Field(default=None, description="TOML of English = translation; none = English")
+    album_pictures_max: int = Field(default=400, ge=0, le=10_000)
     events_kept: int = Field(default=300, ge=10, le=1000)
     trail_points_max: int = Field(default=2000, ge=100)
     trail_step_m: float = Field(default=0.05, gt=0.0)

@@ -5,11 +5,26 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from contracts.geometry import Pose2D
+from contracts.laser import LaserScan
+from contracts.memory import LabelCount, RememberedObject, View
 from contracts.mission import MissionEvent, MissionStatus
 from contracts.problem import Dependency
-from contracts.robot import EmergencyStop, EmergencyStopReply, RobotState
+from contracts.robot import EmergencyStop, EmergencyStopReply, Goal, GoalStatus, RobotState
+from contracts.vision import Detections, Target
 
 OLDER_EPOCH_HELD_S = 1.0
+AT_REST_M_S = 0.01
+AT_REST_RAD_S = 0.05
+OPEN_GOALS = frozenset({GoalStatus.PENDING, GoalStatus.EXECUTING})
+
+
+@dataclass(frozen=True, slots=True)
+class Remembered:
+    """What memory said when it was last asked."""
+
+    labels: tuple[LabelCount, ...] = ()
+    objects: tuple[RememberedObject, ...] = ()
+    views: tuple[View, ...] = ()
 
 
 @dataclass(slots=True)
@@ -25,11 +40,19 @@ class Situation:
     stop: EmergencyStop | None = None
     stop_at_s: float = -math.inf
     first_zero_ms: float | None = None
+    rest_after_s: float | None = None
+    witnessed_epoch: int | None = None
     mission: MissionStatus | None = None
     mission_at_s: float = -math.inf
     events: tuple[MissionEvent, ...] = ()
     trail: list[Pose2D] = field(default_factory=list[Pose2D])
-    trail_version: int = 0
+    goal: Goal | None = None
+    planned: tuple[Pose2D, ...] = ()
+    paths_version: int = 0
+    detections: Detections | None = None
+    target: Target | None = None
+    scan: LaserScan | None = None
+    remembered: Remembered = Remembered()
     services: tuple[Dependency, ...] = ()
     bus_connected: bool = False
 
@@ -41,6 +64,7 @@ class Situation:
         self.robot = state
         self.robot_at_s = now_s
         self.take_stop(state.emergency_stop, now_s)
+        self._measure_rest(state)
         if state.pose is not None:
             self._lengthen_trail(state.pose)
 
@@ -50,12 +74,26 @@ class Situation:
             return
         if not stop.latched or (self.stop is not None and stop.epoch != self.stop.epoch):
             self.first_zero_ms = None
+        if self.stop is not None and stop.latched and (not self.stop.latched or stop.epoch != self.stop.epoch):
+            self.witnessed_epoch = stop.epoch
+            self.rest_after_s = None
         self.stop = stop
         self.stop_at_s = now_s
 
     def take_stop_reply(self, reply: EmergencyStopReply, now_s: float) -> None:
         self.take_stop(reply.state, now_s)
         self.first_zero_ms = reply.first_zero_ms if reply.state.latched else None
+
+    def take_goal(self, goal: Goal) -> None:
+        """An open goal is shown; one that is over is not."""
+        self.goal = goal if goal.status in OPEN_GOALS else None
+        if self.goal is None:
+            self.planned = ()
+        self.paths_version += 1
+
+    def take_plan(self, poses: Iterable[Pose2D]) -> None:
+        self.planned = tuple(poses)
+        self.paths_version += 1
 
     def take_mission(self, status: MissionStatus, now_s: float) -> None:
         before = self.mission_id
@@ -64,7 +102,7 @@ class Situation:
         if self.mission_id != before:
             self.events = tuple(event for event in self.events if event.mission_id == self.mission_id)
             self.trail = self.trail[-1:]
-            self.trail_version += 1
+            self.paths_version += 1
 
     def take_events(self, events: Iterable[MissionEvent]) -> None:
         """Adds what is new, oldest first; a burst, a repetition or a reordering changes nothing."""
@@ -73,10 +111,23 @@ class Situation:
         ordered = sorted(known.values(), key=lambda event: (event.stamp_s, event.id))
         self.events = tuple(ordered[-self.events_kept :])
 
+    def _measure_rest(self, state: RobotState) -> None:
+        """From a stop seen to happen to the first word that the robot stands, both on the bridge's clock."""
+        stop = state.emergency_stop
+        if self.witnessed_epoch != stop.epoch or stop.since_s is None or state.stamp_s < stop.since_s:
+            return
+        if at_rest(state):
+            self.rest_after_s = state.stamp_s - stop.since_s
+            self.witnessed_epoch = None
+
     def _lengthen_trail(self, pose: Pose2D) -> None:
         if self.trail and math.dist((pose.x, pose.y), (self.trail[-1].x, self.trail[-1].y)) < self.trail_step_m:
             return
         if len(self.trail) >= self.trail_points_max:
             self.trail = self.trail[::2]
         self.trail.append(pose)
-        self.trail_version += 1
+        self.paths_version += 1
+
+
+def at_rest(state: RobotState) -> bool:
+    return abs(state.twist.linear_x) < AT_REST_M_S and abs(state.twist.angular_z) < AT_REST_RAD_S

@@ -1,17 +1,14 @@
 """What the page says about a situation: words, tones and which buttons make sense. Pure."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Final
+from typing import Final
 
-from pydantic import TypeAdapter, ValidationError
-
-from contracts.mission import Mission, MissionEvent, MissionState, Outcome
+from contracts.mission import Mission, MissionState, Outcome
 from contracts.robot import NavigationState, RobotState
-from contracts.vision import Verdict, Vote
 from ui.situation import Situation
+from ui.texts import mark, t
 
 
 class Tone(StrEnum):
@@ -47,7 +44,8 @@ class View:
     sensors: tuple[Chip, ...]
     services: tuple[Chip, ...]
     away: str
-    votes: tuple[Chip, ...]
+    queue: tuple[tuple[str, str], ...]
+    goal_open: bool
     can_pause: bool
     can_resume: bool
     can_cancel: bool
@@ -57,34 +55,31 @@ class View:
 
 
 PHASES: Final[dict[MissionState, tuple[str, Tone]]] = {
-    MissionState.IDLE: ("Idle", Tone.QUIET),
-    MissionState.MEMORY_NAV: ("Driving to a remembered place", Tone.BUSY),
-    MissionState.SCANNING: ("Looking around", Tone.BUSY),
-    MissionState.MOVING_TO_SCAN: ("Driving to the next place", Tone.BUSY),
-    MissionState.CENTERING: ("Turning to it", Tone.BUSY),
-    MissionState.DEPTH_CHECK: ("Making sure", Tone.BUSY),
-    MissionState.APPROACHING: ("Driving up to it", Tone.BUSY),
-    MissionState.DRIVING_1M: ("Going closer", Tone.BUSY),
-    MissionState.DONE: ("Done", Tone.GOOD),
-    MissionState.EMERGENCY_STOP: ("Stopped", Tone.BAD),
+    MissionState.IDLE: (mark("Idle"), Tone.QUIET),
+    MissionState.MEMORY_NAV: (mark("Driving to a remembered place"), Tone.BUSY),
+    MissionState.SCANNING: (mark("Looking around"), Tone.BUSY),
+    MissionState.MOVING_TO_SCAN: (mark("Driving to the next place"), Tone.BUSY),
+    MissionState.CENTERING: (mark("Turning to it"), Tone.BUSY),
+    MissionState.DEPTH_CHECK: (mark("Making sure"), Tone.BUSY),
+    MissionState.APPROACHING: (mark("Driving up to it"), Tone.BUSY),
+    MissionState.DRIVING_1M: (mark("Going closer"), Tone.BUSY),
+    MissionState.DONE: (mark("Done"), Tone.GOOD),
+    MissionState.EMERGENCY_STOP: (mark("Stopped"), Tone.BAD),
 }
 OUTCOMES: Final[dict[Outcome, tuple[str, Tone]]] = {
-    Outcome.FOUND: ("Found", Tone.GOOD),
-    Outcome.NOT_FOUND: ("Not found", Tone.WARN),
-    Outcome.UNSURE: ("Not sure", Tone.WARN),
-    Outcome.DOCKED: ("Docked", Tone.GOOD),
-    Outcome.CANCELED: ("Cancelled", Tone.QUIET),
-    Outcome.INTERRUPTED: ("Interrupted", Tone.BAD),
-    Outcome.ABORTED: ("Aborted", Tone.BAD),
+    Outcome.FOUND: (mark("Found"), Tone.GOOD),
+    Outcome.NOT_FOUND: (mark("Not found"), Tone.WARN),
+    Outcome.UNSURE: (mark("Not sure"), Tone.WARN),
+    Outcome.DOCKED: (mark("Docked"), Tone.GOOD),
+    Outcome.CANCELED: (mark("Cancelled"), Tone.QUIET),
+    Outcome.INTERRUPTED: (mark("Interrupted"), Tone.BAD),
+    Outcome.ABORTED: (mark("Aborted"), Tone.BAD),
 }
 NAVIGATION: Final = {
-    NavigationState.INACTIVE: ("not ready", Tone.WARN),
-    NavigationState.IDLE: ("ready", Tone.GOOD),
-    NavigationState.NAVIGATING: ("driving", Tone.BUSY),
+    NavigationState.INACTIVE: (mark("not ready"), Tone.WARN),
+    NavigationState.IDLE: (mark("ready"), Tone.GOOD),
+    NavigationState.NAVIGATING: (mark("driving"), Tone.BUSY),
 }
-VERDICTS: Final = {Verdict.YES: ("yes", Tone.GOOD), Verdict.NO: ("no", Tone.BAD), Verdict.ABSTAIN: ("–", Tone.QUIET)}
-VOTERS: Final = {"detector": "Detector", "clip": "CLIP", "vlm": "VLM"}
-VOTES: Final = TypeAdapter(tuple[Vote, ...])
 BATTERY_LOW_PERCENT: Final = 20.0
 
 
@@ -117,7 +112,8 @@ def view(situation: Situation, *, now_s: float, silence_s_max: float) -> View:
             for s in situation.services
         ),
         away=_away(situation),
-        votes=tuple(vote_chip(vote) for vote in mission.votes) if mission is not None else (),
+        queue=tuple((one.id, one.command) for one in situation.mission.queue) if situation.mission is not None else (),
+        goal_open=situation.goal is not None and not running,
         can_pause=running and mission is not None and not mission.paused and not stopped,
         can_resume=running and mission is not None and mission.paused and not stopped,
         can_cancel=running,
@@ -129,26 +125,33 @@ def view(situation: Situation, *, now_s: float, silence_s_max: float) -> View:
 
 def _phase(situation: Situation, mission: Mission | None, *, running: bool, stopped: bool) -> tuple[str, Tone]:
     if stopped:
-        return PHASES[MissionState.EMERGENCY_STOP]
+        return _said(PHASES[MissionState.EMERGENCY_STOP])
     if situation.mission is None:
-        return "No news of missions", Tone.WARN
+        return t("No news of missions"), Tone.WARN
     if running and mission is not None and mission.paused:
-        return "Paused", Tone.WARN
+        return t("Paused"), Tone.WARN
     if not running and mission is not None and mission.outcome is not None:
-        return OUTCOMES[mission.outcome]
-    return PHASES[situation.mission.state]
+        return _said(OUTCOMES[mission.outcome])
+    return _said(PHASES[situation.mission.state])
+
+
+def _said(word: tuple[str, Tone]) -> tuple[str, Tone]:
+    return t(word[0]), word[1]
 
 
 def _headline(mission: Mission | None) -> str:
     if mission is None:
-        return "Waiting for a command"
+        return t("Waiting for a command")
     return f"“{mission.command}”"
 
 
 def _reason(situation: Situation, mission: Mission | None, *, running: bool) -> str:
     if mission is None:
-        return "Type what to find."
+        return t("Type what to find, or press the map to send the robot there.")
     if running and situation.mission is not None:
+        waiting = situation.mission.waiting_for
+        if waiting:
+            return t("Waiting for {what}", what=waiting)
         return situation.mission.progress or mission.reason
     return mission.reason
 
@@ -157,33 +160,35 @@ def _stop_detail(situation: Situation) -> str:
     stop = situation.stop
     if stop is None:
         return ""
-    parts = [stop.reason or "stopped"]
+    parts = [stop.reason or t("stopped")]
     if stop.by:
-        parts.append(f"by {stop.by}")
+        parts.append(t("by {who}", who=stop.by))
     if situation.first_zero_ms is not None:
-        parts.append(f"first zero velocity after {situation.first_zero_ms:.1f} ms")
+        parts.append(t("first zero velocity after {ms:.1f} ms", ms=situation.first_zero_ms))
+    if situation.rest_after_s is not None:
+        parts.append(t("at rest after {s:.1f} s", s=situation.rest_after_s))
     return " · ".join(parts)
 
 
 def _robot_facts(situation: Situation, robot: RobotState | None, now_s: float) -> tuple[Chip, ...]:
     if robot is None:
         age = now_s - situation.robot_at_s
-        silence = f"no news for {duration(age)}" if math.isfinite(age) else "no news yet"
-        return (Chip("Robot", silence, Tone.BAD),)
+        silence = t("no news for {time}", time=duration(age)) if math.isfinite(age) else t("no news yet")
+        return (Chip(t("Robot"), silence, Tone.BAD),)
     facts: list[Chip] = []
     if robot.battery is not None:
         percent = robot.battery.percentage
         low = percent < BATTERY_LOW_PERCENT and not robot.battery.charging
-        charging = ", charging" if robot.battery.charging else ""
-        facts.append(Chip("Battery", f"{percent:.0f} %{charging}", Tone.WARN if low else Tone.GOOD))
+        charging = t(", charging") if robot.battery.charging else ""
+        facts.append(Chip(t("Battery"), f"{percent:.0f} %{charging}", Tone.WARN if low else Tone.GOOD))
     else:
-        facts.append(Chip("Battery", "unknown", Tone.WARN))
-    facts.append(Chip("Dock", {True: "docked", False: "undocked", None: "unknown"}[robot.docked]))
+        facts.append(Chip(t("Battery"), t("unknown"), Tone.WARN))
+    facts.append(Chip(t("Dock"), {True: t("docked"), False: t("undocked"), None: t("unknown")}[robot.docked]))
     word, tone = NAVIGATION[robot.navigation]
-    facts.append(Chip("Navigation", word, tone))
-    facts.append(Chip("Speed", f"{abs(robot.twist.linear_x):.2f} m/s"))
+    facts.append(Chip(t("Navigation"), t(word), tone))
+    facts.append(Chip(t("Speed"), f"{abs(robot.twist.linear_x):.2f} m/s"))
     if robot.hazards:
-        facts.append(Chip("Bumper", ", ".join(robot.hazards)[:40], Tone.BAD))
+        facts.append(Chip(t("Bumper"), ", ".join(robot.hazards)[:40], Tone.BAD))
     return tuple(facts)
 
 
@@ -194,13 +199,15 @@ def _mission_facts(
         return ()
     until_s = mission.ended_s if mission.ended_s is not None else situation.mission.stamp_s
     facts = [
-        Chip("Time", duration(max(0.0, until_s - mission.started_s))),
-        Chip("Driven", f"{mission.metres_driven_m:.1f} m"),
+        Chip(t("Time"), duration(max(0.0, until_s - mission.started_s))),
+        Chip(t("Driven"), f"{mission.metres_driven_m:.1f} m"),
     ]
     if mission.measured_distance_m is not None:
-        facts.append(Chip("Distance", f"{mission.measured_distance_m:.2f} m"))
+        facts.append(Chip(t("Distance"), f"{mission.measured_distance_m:.2f} m"))
     if mission.outcome is None and now_s - situation.mission_at_s > silence_s_max:
-        facts.append(Chip("Mission", f"no news for {duration(now_s - situation.mission_at_s)}", Tone.WARN))
+        facts.append(
+            Chip(t("Mission"), t("no news for {time}", time=duration(now_s - situation.mission_at_s)), Tone.WARN)
+        )
     return tuple(facts)
 
 
@@ -211,9 +218,9 @@ def _sensors(robot: RobotState | None) -> tuple[Chip, ...]:
     return tuple(
         Chip(
             name,
-            "" if status.valid else "never" if status.age_s is None else f"{status.age_s:.0f} s old",
+            "" if status.valid else t("never") if status.age_s is None else t("{n:.0f} s old", n=status.age_s),
             Tone.GOOD if status.valid else Tone.BAD,
-            f"{name}: {'fresh' if status.valid else 'not fresh'}",
+            f"{name}: {t('fresh') if status.valid else t('not fresh')}",
         )
         for name, status in sorted(robot.sensors.items())
     )
@@ -225,58 +232,15 @@ def _away(situation: Situation) -> str:
     if not missing:
         return ""
     details = {_short(service.detail) for service in missing}
-    return f"{', '.join(name_of(s.name) for s in missing)} {details.pop() if len(details) == 1 else 'not available'}"
+    return f"{', '.join(name_of(s.name) for s in missing)} {details.pop() if len(details) == 1 else t('not available')}"
 
 
 def _short(detail: str) -> str:
-    return detail.split(" (", maxsplit=1)[0][:60] or "away"
+    return detail.split(" (", maxsplit=1)[0][:60] or t("away")
 
 
 def name_of(service: str) -> str:
-    return {"robot_bridge": "robot bridge", "redis": "Redis"}.get(service, service)
-
-
-def vote_chip(vote: Vote) -> Chip:
-    word, tone = VERDICTS[vote.verdict]
-    score = "" if vote.score is None else f" {vote.score:.2f}"
-    threshold = "" if vote.score is None or vote.threshold is None else f" / {vote.threshold:.2f}"
-    return Chip(VOTERS.get(vote.voter, vote.voter), f"{word}{score}{threshold}", tone, vote.reason)
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """One line of the timeline as it is shown."""
-
-    time: str
-    phase: str
-    text: str
-    tone: Tone
-    votes: tuple[Chip, ...] = ()
-
-
-KIND_TONES: Final = {"found": Tone.GOOD, "votes": Tone.BUSY, "failure": Tone.WARN, "end": Tone.WARN}
-
-
-def line(event: MissionEvent, started_s: float) -> Line:
-    tone = KIND_TONES.get(event.kind, Tone.QUIET)
-    if event.data.get("outcome") == Outcome.FOUND.value:
-        tone = Tone.GOOD
-    if event.state is MissionState.EMERGENCY_STOP:
-        tone = Tone.BAD
-    return Line(
-        time=duration(max(0.0, event.stamp_s - started_s)),
-        phase=PHASES[event.state][0],
-        text=event.text,
-        tone=tone,
-        votes=_votes_in(event.data),
-    )
-
-
-def _votes_in(data: Mapping[str, Any]) -> tuple[Chip, ...]:
-    try:
-        return tuple(vote_chip(vote) for vote in VOTES.validate_python(data.get("votes", ())))
-    except ValidationError:
-        return ()
+    return {"robot_bridge": t("robot bridge"), "redis": "Redis"}.get(service, service)
 
 
 def duration(seconds: float) -> str:
@@ -284,3 +248,15 @@ def duration(seconds: float) -> str:
     whole = int(seconds)
     minutes, hours = whole // 60 % 60, whole // 3600
     return f"{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"{minutes}:{whole % 60:02d}"
+
+
+def ago(seconds: float) -> str:
+    """In the largest unit that says enough: 12 s ago, 5 min ago, 3 h ago, 2 days ago."""
+    past = max(0.0, seconds)
+    if past < 60.0:
+        return t("{n:.0f} s ago", n=past)
+    if past < 3600.0:
+        return t("{n:.0f} min ago", n=past / 60.0)
+    if past < 48 * 3600.0:
+        return t("{n:.0f} h ago", n=past / 3600.0)
+    return t("{n:.0f} days ago", n=past / 86400.0)

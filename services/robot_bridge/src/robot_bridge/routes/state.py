@@ -1,10 +1,13 @@
 """What the robot is at, and the map it is in."""
 
 import asyncio
+from typing import Annotated
 
-from fastapi import APIRouter
+import numpy as np
+from fastapi import APIRouter, Query
 from fastapi.responses import Response
 
+from contracts.laser import LaserScan
 from contracts.robot import Map, RobotState
 from mesh.errors import UnavailableError
 from robot_bridge import maps
@@ -17,6 +20,22 @@ router = APIRouter(tags=["state"])
 @router.get("/state")
 async def state(bridge: BridgeDep) -> RobotState:
     return bridge.state()
+
+
+@router.get("/scan")
+async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000)] = 360) -> LaserScan:
+    """The newest laser scan, for drawing. 503 while the laser is silent."""
+    senses = bridge.robot.senses
+    newest, age_s = senses.scan.value, senses.scan.age_s(bridge.clock.now_s())
+    if newest is None or age_s is None or age_s > bridge.settings.scan_age_s_max:
+        raise UnavailableError("scan", "the laser is silent")
+    points = newest.points_m[np.isfinite(newest.points_m).all(axis=1)]
+    points = points[:: max(1, -(-len(points) // points_max))]
+    return LaserScan(
+        stamp_s=newest.stamp_s,
+        pose=senses.poses.at(newest.stamp_s),
+        points_m=tuple((round(float(x), 3), round(float(y), 3)) for x, y in points),
+    )
 
 
 @router.get("/map")

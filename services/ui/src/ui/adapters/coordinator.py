@@ -1,7 +1,8 @@
-"""coordinator over HTTP: missions, their state and timeline."""
+"""coordinator over HTTP: missions, their state, timeline and history, and questions."""
 
 from collections.abc import Sequence
 
+from contracts.asking import Answer, Question
 from contracts.mission import Mission, MissionEvent, MissionStatus, StartMission
 from contracts.problem import Dependency
 from mesh.http import ServiceClient
@@ -17,10 +18,17 @@ class CoordinatorMissions:
     async def aclose(self) -> None:
         await self._client.aclose()
 
-    async def start(self, command: str) -> Mission:
+    async def start(self, command: str, *, key: str) -> Mission:
         return await self._client.post(
-            "/missions", StartMission(command=command), Mission, timeout_s=self._command_timeout_s
+            "/missions",
+            StartMission(command=command),
+            Mission,
+            timeout_s=self._command_timeout_s,
+            headers={"Idempotency-Key": key},
         )
+
+    async def ask(self, question: str) -> Answer:
+        return await self._client.post("/ask", Question(question=question), Answer, timeout_s=self._command_timeout_s)
 
     async def pause(self, mission_id: str) -> Mission:
         return await self._client.post(f"/missions/{mission_id}/pause", None, Mission)
@@ -34,8 +42,14 @@ class CoordinatorMissions:
     async def status(self) -> MissionStatus:
         return await self._client.get("/state", MissionStatus, timeout_s=1.0)
 
+    async def newest(self, limit: int) -> Sequence[Mission]:
+        return await self._client.get_list("/missions", Mission, limit=limit)
+
     async def events(self, mission_id: str) -> Sequence[MissionEvent]:
         return await self._client.get_list(f"/missions/{mission_id}/events", MissionEvent, limit=2000)
+
+    async def picture(self, mission_id: str, number: int) -> bytes:
+        return (await self._client.call("GET", f"/missions/{mission_id}/pictures/{number}")).content
 
     async def dependency(self) -> Dependency:
         return await self._client.dependency()

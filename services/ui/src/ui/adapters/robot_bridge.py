@@ -1,9 +1,55 @@
 """robot_bridge over HTTP; the emergency stop has a connection pool of its own and is tried more than once."""
 
+import contextlib
+import math
+from collections.abc import AsyncGenerator
+from typing import Final
+
+from pydantic import ValidationError
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import WebSocketException
+
+from contracts.geometry import Pose2D
+from contracts.laser import LaserScan
 from contracts.problem import Dependency
-from contracts.robot import EmergencyStopReply, EmergencyStopRequest, Map, MotionReply, RobotState
-from mesh.errors import UnavailableError
+from contracts.robot import (
+    EmergencyStop,
+    EmergencyStopReply,
+    EmergencyStopRequest,
+    Goal,
+    GoalRequest,
+    Map,
+    MotionReply,
+    PathReply,
+    PathRequest,
+    RobotState,
+    RotateRequest,
+    VelocityReply,
+    VelocityRequest,
+)
+from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
+from ui.overlay import CameraFrame
+
+MARGIN_S: Final = 2.0
+NO_CONTENT: Final = 204
+WHEELS_OPEN_S: Final = 2.0
+
+
+class BridgeWheels:
+    """The port `Wheels`, for real: WS /velocity."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self._socket = socket
+
+    async def send(self, request: VelocityRequest) -> VelocityReply:
+        try:
+            await self._socket.send(request.model_dump_json())
+            return VelocityReply.model_validate_json(await self._socket.recv())
+        except WebSocketException as error:
+            raise UnavailableError("robot_bridge", f"the line to the wheels broke ({type(error).__name__})") from error
+        except ValidationError as error:
+            raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
 
 
 class BridgeRobot:
@@ -14,6 +60,7 @@ class BridgeRobot:
     ) -> None:
         self._client = ServiceClient("robot_bridge", base_url, timeout_s=timeout_s)
         self._stopper = ServiceClient("robot_bridge", base_url, timeout_s=stop_timeout_s)
+        self._wheels_url = f"ws{base_url.removeprefix('http')}/velocity"
         self._dock_timeout_s = dock_timeout_s
         self._stop_tries = stop_tries
 
@@ -30,6 +77,9 @@ class BridgeRobot:
                 continue
         return await self._stopper.post("/emergency-stop", request, EmergencyStopReply)
 
+    async def stop_state(self) -> EmergencyStop:
+        return await self._client.get("/emergency-stop", EmergencyStop, timeout_s=1.0)
+
     async def reset(self, request: EmergencyStopRequest) -> EmergencyStopReply:
         return await self._client.post("/emergency-stop/reset", request, EmergencyStopReply)
 
@@ -39,11 +89,64 @@ class BridgeRobot:
     async def map(self) -> Map:
         return await self._client.get("/map", Map)
 
+    async def frame(self, *, after_s: float | None, wait_s: float) -> CameraFrame | None:
+        query = {"wait_s": wait_s} | ({"after": after_s} if after_s is not None else {})
+        response = await self._client.call("GET", "/camera/frame", params=query, timeout_s=wait_s + MARGIN_S)
+        if response.status_code == NO_CONTENT:
+            return None
+        headers = response.headers
+        try:
+            stamp_s = float(headers["X-Stamp-S"])
+            pose = _pose(headers["X-Pose"]) if "X-Pose" in headers else None
+            frame = CameraFrame(stamp_s, response.content, int(headers["X-Width"]), int(headers["X-Height"]), pose)
+        except (KeyError, ValueError) as error:
+            raise UpstreamError("robot_bridge", response.status_code, "the picture's headers are not whole") from error
+        if not math.isfinite(stamp_s):
+            raise UpstreamError("robot_bridge", response.status_code, "the picture's stamp is not a number")
+        return frame
+
+    async def scan(self) -> LaserScan:
+        return await self._client.get("/scan", LaserScan, timeout_s=1.0)
+
+    async def go(self, request: GoalRequest) -> Goal:
+        return await self._client.post("/navigation/goals", request, Goal, timeout_s=15.0)
+
+    async def cancel_goal(self, goal_id: str) -> Goal:
+        return await self._client.delete(f"/navigation/goals/{goal_id}", Goal)
+
+    async def path(self, request: PathRequest) -> PathReply:
+        return await self._client.post("/navigation/path", request, PathReply)
+
+    async def rotate(self, request: RotateRequest) -> MotionReply:
+        return await self._client.post("/rotate", request, MotionReply, timeout_s=request.timeout_s + MARGIN_S)
+
+    async def end_motion(self) -> MotionReply:
+        return await self._client.delete("/motion", MotionReply)
+
     async def dock(self) -> MotionReply:
         return await self._client.post("/dock", None, MotionReply, timeout_s=self._dock_timeout_s)
 
     async def undock(self) -> MotionReply:
         return await self._client.post("/undock", None, MotionReply, timeout_s=self._dock_timeout_s)
 
+    async def celebrate(self) -> MotionReply:
+        return await self._client.post("/celebrate", None, MotionReply)
+
+    @contextlib.asynccontextmanager
+    async def wheels(self) -> AsyncGenerator[BridgeWheels]:
+        try:
+            socket = await connect(self._wheels_url, open_timeout=WHEELS_OPEN_S, close_timeout=1.0, proxy=None)
+        except (OSError, TimeoutError, WebSocketException) as error:
+            raise UnavailableError("robot_bridge", f"no line to the wheels ({type(error).__name__})") from error
+        try:
+            yield BridgeWheels(socket)
+        finally:
+            await socket.close()
+
     async def dependency(self) -> Dependency:
         return await self._client.dependency()
+
+
+def _pose(text: str) -> Pose2D:
+    x, y, yaw = (float(part) for part in text.split(","))
+    return Pose2D(x=x, y=y, yaw=yaw)

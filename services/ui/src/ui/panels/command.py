@@ -1,62 +1,111 @@
-"""Saying what to find, and pausing or ending the search."""
+"""Saying what to find, asking what is known, and pausing or ending the search."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 
 from nicegui import ui as nicegui_ui
+from nicegui.element import Element
 
-from ui.desk import COMMAND_MAX, Desk, Told
-from ui.panels.parts import ChipRow, box, section
+from contracts.asking import Answer
+from ui.acts import COMMAND_MAX, Acts, Told
+from ui.panels.parts import ChipRow, box, section, told_classes
+from ui.situation import Remembered
+from ui.suggestions import is_question, suggestions
+from ui.texts import t
 from ui.view import View
 
 
 class Command:
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
-        self._root = section("Command", "command")
+    def __init__(self, acts: Acts) -> None:
+        self._acts = acts
+        self._remembered: Remembered | None = None
+        self._queued: tuple[tuple[str, str], ...] = ()
+        self._root = section(t("Command"), "command")
         with self._root:
-            with box("row"):
+            with box("row say-row"):
                 self._input = (
-                    nicegui_ui.input(placeholder="find the red bottle")
+                    nicegui_ui.input(placeholder=t("find the red bottle"), autocomplete=[])
                     .props(f"outlined dense maxlength={COMMAND_MAX} autocomplete=off enterkeyhint=send autofocus")
-                    .props('aria-label="What to find"')
+                    .props(f'aria-label="{t("What to find")}" data-atom-say')
                     .classes("say")
                     .on("keydown.enter", self._send)
                 )
-                self._button = nicegui_ui.button("Find", on_click=self._send).props("unelevated no-caps")
-                self._button.classes("send")
+                nicegui_ui.element("button").classes("mic").props(
+                    f'type=button hidden data-atom=mic aria-label="{t("Hold to speak")}"'
+                )
+                self._find = nicegui_ui.button(t("Find"), on_click=self._command).props("unelevated no-caps")
+                self._find.classes("send")
+                self._ask = nicegui_ui.button(t("Ask"), on_click=self._question, color=None).props("outline no-caps")
+                self._ask.classes("act ask")
             with box("row between"):
                 self._facts = ChipRow()
                 with box("row"):
-                    self._pause = self._act("Pause", desk.pause)
-                    self._resume = self._act("Go on", desk.resume)
-                    self._cancel = self._act("Cancel", desk.cancel)
+                    self._pause = self._act(t("Pause"), t("Pause the mission"), acts.pause)
+                    self._resume = self._act(t("Go on"), t("Go on with the mission"), acts.resume)
+                    self._cancel = self._act(t("Cancel"), t("Cancel the mission"), acts.cancel)
             self._answer = nicegui_ui.label().classes("answer").props("role=status aria-live=assertive")
+            self._queue = nicegui_ui.element("ol").classes("queue").props(f'aria-label="{t("Queue")}"')
 
-    def _act(self, text: str, act: Callable[[], Awaitable[Told]]) -> nicegui_ui.button:
+    def _act(self, text: str, label: str, act: Callable[[], Awaitable[Told]]) -> nicegui_ui.button:
         async def clicked() -> None:
             self._tell(await act())
 
-        button = nicegui_ui.button(text, on_click=clicked, color=None).props(
-            f'outline no-caps aria-label="{text} the mission"'
-        )
-        return button.classes("act")
+        button = nicegui_ui.button(text, on_click=clicked, color=None)
+        return button.props(f'outline no-caps aria-label="{label}"').classes("act")
 
     async def _send(self) -> None:
-        self._button.props("loading")
-        told = await self._desk.command(str(self._input.value or ""))
-        self._button.props(remove="loading")
+        await (self._question() if is_question(str(self._input.value or "")) else self._command())
+
+    async def _command(self) -> None:
+        self._find.props("loading")
+        told = await self._acts.command(str(self._input.value or ""))
+        self._find.props(remove="loading")
         self._tell(told)
         if told.ok:
             self._input.set_value("")
 
-    def _tell(self, told: Told) -> None:
-        self._answer.set_text(told.text if told.ok else f"Refused: {told.text}")
-        self._answer.classes(replace=f"answer {'good' if told.ok else 'refused'}")
+    async def _question(self) -> None:
+        self._ask.props("loading")
+        answer = await self._acts.ask(str(self._input.value or ""))
+        self._ask.props(remove="loading")
+        if isinstance(answer, Told):
+            self._tell(answer)
+            return
+        self._tell(Told(True, _in_words(answer)))
 
-    def show(self, view: View) -> None:
+    def _tell(self, told: Told) -> None:
+        self._answer.set_text(told.text if told.ok else t("Refused: {why}", why=told.text))
+        self._answer.classes(replace=told_classes(told))
+
+    def show(self, view: View, remembered: Remembered) -> None:
         self._root.set_visibility(not view.stopped)
         self._facts.show(view.mission_facts)
         self._pause.set_visibility(not view.can_resume)
         self._pause.set_enabled(view.can_pause)
         self._resume.set_visibility(view.can_resume)
         self._cancel.set_enabled(view.can_cancel)
+        if remembered is not self._remembered:
+            self._remembered = remembered
+            self._input.set_autocomplete(list(suggestions(remembered)))
+        if view.queue != self._queued:
+            self._queued = view.queue
+            self._show_queue(view.queue)
+
+    def _show_queue(self, queue: Sequence[tuple[str, str]]) -> None:
+        self._queue.clear()
+        with self._queue:
+            for mission_id, command in queue:
+                with nicegui_ui.element("li").classes("row between"):
+                    nicegui_ui.label(t("next: {command}", command=command))
+                    self._take_out(mission_id, command)
+
+    def _take_out(self, mission_id: str, command: str) -> Element:
+        async def clicked() -> None:
+            self._tell(await self._acts.take_from_queue(mission_id))
+
+        button = nicegui_ui.button(t("Take out"), on_click=clicked, color=None).props("flat dense no-caps")
+        button.props["aria-label"] = t("Take {command} from the queue", command=command)
+        return button
+
+
+def _in_words(answer: Answer) -> str:
+    return f"{answer.answer} ({answer.notes})" if answer.notes else answer.answer

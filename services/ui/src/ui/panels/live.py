@@ -1,18 +1,35 @@
-"""The annotated camera; its pictures are pulled by the browser itself (assets/ui.js)."""
+"""The annotated camera, drawn by the browser (assets/camera.js), and driving by hand over it (assets/drive.js)."""
+
+from collections.abc import Sequence
 
 from nicegui import ui as nicegui_ui
 
-from ui.panels.parts import ChipRow, box, section
-from ui.view import View
+from ui.panels.parts import ChipRow, box, heading, section
+from ui.texts import t
+from ui.view import Chip
 
 
 class Live:
     def __init__(self) -> None:
-        with section("Camera", "live", title="Camera"):
+        with section(t("Camera"), "live"):
+            with box("row between card-head"):
+                heading(t("Camera"))
+                nicegui_ui.element("button").classes("drive-switch").props(
+                    'type=button data-atom=drive-switch aria-pressed=false aria-keyshortcuts="w a s d"'
+                ).add_slot("default", t("Drive by hand"))
             with box("screen"):
-                nicegui_ui.element("img").props('data-atom=live data-old=true alt="What the robot sees"')
+                nicegui_ui.element("canvas").props("data-atom=live data-old=true role=img width=500 height=500").props(
+                    f'aria-label="{t("What the robot sees")}"'
+                )
                 box("screen-note").props("data-atom=live-note role=status")
+                with (
+                    box("stick")
+                    .props("data-atom=stick hidden role=application tabindex=0")
+                    .props(f'aria-label="{t("Joystick: drag it, or hold the arrow keys or W A S D")}"')
+                ):
+                    box("knob").props("data-atom=knob")
+                box("drive-note").props("data-atom=drive-note role=status")
             self._votes = ChipRow("votes")
 
-    def show(self, view: View) -> None:
-        self._votes.show(view.votes)
+    def show(self, votes: Sequence[Chip]) -> None:
+        self._votes.show(votes)

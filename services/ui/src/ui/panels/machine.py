@@ -4,32 +4,39 @@ from collections.abc import Awaitable, Callable
 
 from nicegui import ui as nicegui_ui
 
-from ui.desk import Desk, Told
-from ui.panels.parts import ChipRow, box, heading, section
+from ui.acts import Acts, Told
+from ui.panels.parts import ChipRow, box, heading, told_classes
+from ui.texts import t
 from ui.view import View
 
 
 class Machine:
-    def __init__(self, desk: Desk) -> None:
-        with section("Robot and services", "machine"):
+    def __init__(self, acts: Acts) -> None:
+        with box("machine"):
+            with box("row"):
+                self._dock = self._act(t("Dock"), acts.dock, t("Docking …"))
+                self._undock = self._act(t("Undock"), acts.undock, t("Leaving the dock …"))
+                self._act(t("Celebrate"), acts.celebrate, t("Six notes and a green spin …"))
+            self._answer = nicegui_ui.label().classes("answer").props("role=status")
             with box("group"):
-                heading("Services")
-                self._services = ChipRow()
+                heading(t("Services"))
+                self._services = ChipRow("states")
             with box("group"):
-                heading("Sensors")
-                self._sensors = ChipRow()
-                self._no_sensors = nicegui_ui.label("No news from the robot.").classes("empty")
-            with box("row dock"):
-                self._dock = self._act("Dock", desk.dock, "Docking …")
-                self._undock = self._act("Undock", desk.undock, "Leaving the dock …")
-                self._answer = nicegui_ui.label().classes("answer").props("role=status")
+                heading(t("Sensors"))
+                self._sensors = ChipRow("states")
+                self._no_sensors = nicegui_ui.label(t("No news from the robot.")).classes("empty")
+            with box("group"):
+                heading(t("Keys"))
+                nicegui_ui.label(
+                    t("Esc stops the robot, always. W A S D or the arrow keys drive it while “Drive by hand” is on.")
+                )
 
     def _act(self, text: str, act: Callable[[], Awaitable[Told]], doing: str) -> nicegui_ui.button:
         async def clicked() -> None:
             self._answer.classes(replace="answer")
             self._answer.set_text(doing)
             told = await act()
-            self._answer.classes(replace=f"answer {'good' if told.ok else 'refused'}")
+            self._answer.classes(replace=told_classes(told))
             self._answer.set_text(told.text)
 
         return nicegui_ui.button(text, on_click=clicked, color=None).props("outline no-caps").classes("act")

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from nicegui import ui as nicegui_ui
 from nicegui.element import Element
 
+from ui.acts import Told
 from ui.view import Chip
 
 
@@ -23,6 +24,10 @@ def heading(text: str, tag: str = "h2") -> None:
 
 def box(*classes: str) -> Element:
     return nicegui_ui.element("div").classes(" ".join(classes))
+
+
+def told_classes(told: Told) -> str:
+    return f"answer {'good' if told.ok else 'refused'}"
 
 
 class ChipRow:

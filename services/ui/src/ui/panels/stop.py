@@ -2,8 +2,9 @@
 
 from nicegui import ui as nicegui_ui
 
-from ui.desk import Desk
+from ui.acts import Acts
 from ui.panels.parts import box, heading
+from ui.texts import t
 from ui.view import View
 
 
@@ -12,43 +13,45 @@ def stop_button() -> None:
     with (
         nicegui_ui.element("button")
         .classes("stop")
-        .props('type=button data-atom=stop aria-label="Emergency stop" aria-keyshortcuts=Escape')
+        .props(f'type=button data-atom=stop aria-label="{t("Emergency stop")}" aria-keyshortcuts=Escape')
     ):
-        nicegui_ui.label("STOP")
-        nicegui_ui.label("Esc").classes("key").props("aria-hidden=true")
+        nicegui_ui.label(t("STOP"))
+        nicegui_ui.label(t("Esc")).classes("key").props("aria-hidden=true")
     box("stop-result").props("data-atom=stop-result role=alert")
 
 
 class Stopped:
     """Says that the robot is stopped and by whom, in the place of the command box."""
 
-    def __init__(self, desk: Desk, operator: str) -> None:
-        self._desk = desk
+    def __init__(self, acts: Acts, operator: str) -> None:
+        self._acts = acts
         self._operator = operator
-        self._dialog = nicegui_ui.dialog().props('aria-label="Resume?"')
+        self._dialog = nicegui_ui.dialog().props(f'aria-label="{t("Resume?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
-            heading("Let the robot move again?")
+            heading(t("Let the robot move again?"))
             nicegui_ui.label(
-                "Look at the robot first. Resuming only permits motion: nothing moves until a command or a button asks."
+                t("Look at the robot first. Resuming only permits motion: nothing moves until somebody asks for it.")
             )
             with box("row end"):
-                nicegui_ui.button("Keep stopped", on_click=self._dialog.close, color=None).props(
+                nicegui_ui.button(t("Keep stopped"), on_click=self._dialog.close, color=None).props(
                     "flat no-caps autofocus"
                 )
-                nicegui_ui.button("Resume", on_click=self._reset).props("unelevated no-caps").classes("go")
-        self._root = nicegui_ui.element("section").classes("card stopped").props('aria-label="The robot is stopped"')
+                nicegui_ui.button(t("Resume"), on_click=self._reset).props("unelevated no-caps").classes("go")
+        self._root = (
+            nicegui_ui.element("section").classes("card stopped").props(f'aria-label="{t("The robot is stopped")}"')
+        )
         with self._root:
-            self._ask = nicegui_ui.button("Resume …", on_click=self._dialog.open, color=None)
-            self._ask.props('outline no-caps aria-label="Resume after the emergency stop"').classes("resume")
+            self._ask = nicegui_ui.button(t("Resume …"), on_click=self._dialog.open, color=None)
+            self._ask.props(f'outline no-caps aria-label="{t("Resume after the emergency stop")}"').classes("resume")
             with box("saying"):
-                nicegui_ui.label("The robot is stopped and stays stopped.").classes("headline")
+                nicegui_ui.label(t("The robot is stopped and stays stopped.")).classes("headline")
                 self._detail = nicegui_ui.label().classes("reason")
             self._refusal = nicegui_ui.label().classes("refusal").props("role=alert")
         self._root.set_visibility(False)
 
     async def _reset(self) -> None:
         self._dialog.close()
-        told = await self._desk.reset(by=self._operator)
+        told = await self._acts.reset(by=self._operator)
         self._refusal.set_text("" if told.ok else told.text)
 
     def show(self, view: View) -> None:

@@ -3,6 +3,7 @@
 from nicegui import ui as nicegui_ui
 
 from ui.panels.parts import ChipRow, box, heading
+from ui.texts import t
 from ui.view import View
 
 
@@ -12,7 +13,7 @@ class Top:
             with box("brand"):
                 box("mark").props("aria-hidden=true")
                 heading("ATOM", "h1")
-            self._phase = nicegui_ui.label().classes("phase").props('role=status aria-label="Mission state"')
+            self._phase = nicegui_ui.label().classes("phase").props(f'role=status aria-label="{t("Mission state")}"')
             with box("saying"):
                 self._headline = nicegui_ui.label().classes("headline")
                 self._reason = nicegui_ui.label().classes("reason").props("aria-live=polite")

@@ -1,0 +1,1 @@
+"""The parts of `bench.ui`, each a process of its own."""

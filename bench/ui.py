@@ -1,0 +1,244 @@
+"""The operator's page: a frame's way to the screen, what a viewer costs, and how soon the page can be used.
+
+A ROS process publishes numbered frames; robot_bridge, ui and Redis run as they do in the mesh; Chromium shows the page
+and a script reads the number back out of the canvas's pixels. Both ends read this machine's wall clock. CPU is that of
+the ui process, with viewers without a screen that speak to it as the page's scripts do.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+from playwright.sync_api import Page, Route, sync_playwright
+
+from demo.stack import redis_server
+
+ROOT = Path(__file__).resolve().parents[1]
+START_S_MAX = 90.0
+CHROMIUM = "/usr/bin/chromium"
+READ_NUMBER = """
+window.shown = [];
+document.addEventListener('atom-frame', () => {
+  const canvas = document.querySelector('[data-atom=live]');
+  const side = canvas.width / 250 * 15;
+  const pixels = canvas.getContext('2d').getImageData(0, Math.round(side / 2), canvas.width, 1).data;
+  let number = 0;
+  for (let bit = 0; bit < 16; bit++) {
+    if (pixels[4 * Math.round((bit + 0.5) * side)] > 127) number |= 1 << bit;
+  }
+  window.shown.push([number, Date.now()]);
+});
+"""
+
+
+class Camera:
+    """The publishing process, and when it published which frame (ms since the epoch)."""
+
+    def __init__(self, process: "subprocess.Popen[str]") -> None:
+        self.published_ms: dict[int, float] = {}
+        self._process = process
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            number, at_ms = line.split()
+            self.published_ms[int(number)] = float(at_ms)
+
+
+class Rig:
+    """Redis, a bridge, the numbered camera and the ui, each a process of its own."""
+
+    def __init__(self, folder: Path, port: int, domain: int, camera_hz: float) -> None:
+        self.url = f"http://127.0.0.1:{port + 80}"
+        self._bridge_url = f"http://127.0.0.1:{port + 4}"
+        self._port = port
+        self._camera_hz = camera_hz
+        self._processes: list[subprocess.Popen[Any]] = []
+        redis_url = f"redis://127.0.0.1:{port + 5}/0"
+        self.environment = os.environ | {
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_LOG_DIR": str(folder / "ros"),
+            "ROBOT_BRIDGE_PORT": str(port + 4),
+            "ROBOT_BRIDGE_REDIS_URL": redis_url,
+            "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
+            "UI_PORT": str(port + 80),
+            "UI_REDIS_URL": redis_url,
+            "UI_ROBOT_BRIDGE_URL": self._bridge_url,
+            "PYTHONUNBUFFERED": "1",
+            "OMP_NUM_THREADS": "1",
+        }
+
+    def __enter__(self) -> "Rig":
+        plain = {key: value for key, value in self.environment.items() if key != "LD_LIBRARY_PATH"}
+        redis = [redis_server(), "--port", str(self._port + 5), "--bind", "127.0.0.1", "--save", ""]
+        self._processes.append(subprocess.Popen(redis, env=plain, stdout=subprocess.DEVNULL))
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self.start("-m", "robot_bridge", **quiet)
+        hz = str(self._camera_hz)
+        self.camera = Camera(
+            self.start("-m", "bench.showing.camera", "--camera-hz", hz, stdout=subprocess.PIPE, text=True)
+        )
+        self.ui = self.start("-m", "ui", **quiet)
+        self._until_showing()
+        return self
+
+    def start(self, *arguments: str, **options: Any) -> "subprocess.Popen[Any]":
+        process = subprocess.Popen([sys.executable, *arguments], env=self.environment, cwd=ROOT, **options)
+        self._processes.append(process)
+        return process
+
+    def __exit__(self, *_: object) -> None:
+        for process in reversed(self._processes):
+            process.terminate()
+        for process in self._processes:
+            try:
+                process.wait(20.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def _until_showing(self) -> None:
+        deadline = time.monotonic() + START_S_MAX
+        with httpx.Client(trust_env=False, timeout=5.0) as http:
+            while time.monotonic() < deadline:
+                with contextlib.suppress(httpx.HTTPError):
+                    seen = http.get(f"{self._bridge_url}/camera/frame").is_success
+                    if seen and http.get(f"{self.url}/health").is_success:
+                        return
+                time.sleep(0.2)
+        raise TimeoutError("no camera frame came through in time")
+
+    def ui_cpu_s(self) -> float:
+        fields = Path(f"/proc/{self.ui.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextlib.contextmanager
+def opened(url: str, outside: list[str]) -> Iterator[Page]:
+    """The page in Chromium; requests elsewhere are blocked and noted."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        context = browser.new_context(viewport={"width": 1280, "height": 800})
+
+        def only_from_here(route: Route) -> None:
+            if route.request.url.startswith((url, "blob:", "data:")):
+                route.continue_()
+            else:
+                outside.append(route.request.url)
+                route.abort()
+
+        context.route("**/*", only_from_here)
+        context.add_init_script(READ_NUMBER)
+        yield context.new_page()
+        browser.close()
+
+
+def look(rig: Rig, seconds: float) -> tuple[list[float], float, float, list[str]]:
+    """Latencies (ms), seconds to the first usable page, its weight (bytes over the wire), requests elsewhere."""
+    outside: list[str] = []
+    with opened(rig.url, outside) as page:
+        began_s = time.monotonic()
+        page.goto(rig.url, timeout=60_000)
+        page.get_by_role("button", name="Find").wait_for()
+        page.wait_for_function("window.shown.length > 0 && window.socket && window.socket.connected", timeout=60_000)
+        interactive_s = time.monotonic() - began_s
+        weight = page.evaluate(
+            "[...performance.getEntriesByType('resource'), ...performance.getEntriesByType('navigation')]"
+            ".reduce((sum, one) => sum + one.transferSize, 0)"
+        )
+        time.sleep(2.0)
+        page.evaluate("window.shown = []")
+        time.sleep(seconds)
+        shown: list[list[float]] = page.evaluate("window.shown")
+    published = rig.camera.published_ms
+    latencies = [at_ms - published[int(number)] for number, at_ms in shown if int(number) in published]
+    say(f"{len(shown)} frames shown in {seconds:.0f} s, {len(shown) - len(latencies)} could not be read back")
+    return latencies, interactive_s, weight, outside
+
+
+def cpu_percent(rig: Rig, viewers: int, seconds: float) -> tuple[float, float]:
+    """Of one core, by the ui process; and the frames a second each viewer got."""
+    arguments = ("-m", "bench.showing.viewers", "--url", rig.url, "--viewers", str(viewers))
+    watching = rig.start(*arguments, stdout=subprocess.PIPE, text=True)
+    assert watching.stdout is not None
+    watching.stdout.readline()
+    time.sleep(3.0)
+    began_s, spent_s = time.monotonic(), rig.ui_cpu_s()
+    time.sleep(seconds)
+    percent = 100.0 * (rig.ui_cpu_s() - spent_s) / (time.monotonic() - began_s)
+    watching.terminate()
+    output, _ = watching.communicate(timeout=30.0)
+    return percent, float(output.split()[-1])
+
+
+def plot(latencies: list[float], cpu: dict[str, float], path: Path) -> None:
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
+    left.hist(latencies, bins=40)
+    left.axvline(250.0, color="grey", linewidth=0.8)
+    left.set(xlabel="published to drawn, ms (aim: p95 at 250)", ylabel="frames")
+    right.plot([int(viewers) for viewers in cpu], list(cpu.values()), marker="o")
+    right.set(xlabel="viewers", ylabel="CPU of ui, % of one core", ylim=(0, None))
+    figure.savefig(path, dpi=110)
+
+
+def say(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=30.0, help="each measurement")
+    parser.add_argument("--camera-hz", type=float, default=10.0)
+    parser.add_argument("--viewers", type=int, nargs="+", default=[1, 5, 20])
+    parser.add_argument("--port", type=int, default=18900, help="base of the ports")
+    parser.add_argument("--domain", type=int, default=89, help="ROS_DOMAIN_ID")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"))
+    parser.add_argument("--quick", action="store_true", help="5 s each: does it run?")
+    arguments = parser.parse_args()
+    seconds = 5.0 if arguments.quick else arguments.seconds
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Rig(Path(folder), arguments.port, arguments.domain, arguments.camera_hz) as rig,
+    ):
+        latencies, interactive_s, weight, outside = look(rig, seconds)
+        cpu: dict[str, float] = {}
+        for viewers in arguments.viewers:
+            percent, fps = cpu_percent(rig, viewers, seconds)
+            cpu[str(viewers)] = round(percent, 1)
+            say(f"{viewers:3d} viewers: {percent:5.1f} % of a core, {fps:.1f} frames/s each")
+    p50, p95 = np.percentile(latencies, [50, 95])
+    report = {
+        "frame_latency_p50_ms": round(float(p50), 1),
+        "frame_latency_p95_ms": round(float(p95), 1),
+        "cpu_percent_by_viewers": cpu,
+        "outside_requests": len(outside),
+        "interactive_s": round(interactive_s, 2),
+    }
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    (arguments.out / "ui.json").write_text(json.dumps(report, indent=2) + "\n")
+    plot(latencies, cpu, arguments.out / "ui.png")
+    say(json.dumps(report, indent=2))
+    say(f"page weight {weight / 1e6:.2f} MB over the wire, nothing cached")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,213 @@
+"""`atom`: find, stop, resume, status, memory. Exit codes are told by `atom --help`."""
+
+import signal
+import time
+from collections.abc import Callable
+from typing import Annotated, Final, NoReturn, TypeVar
+
+import httpx
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from atom_cli.services import AwayError, ServiceError, Services
+from contracts.mission import Mission, Outcome
+from contracts.robot import RobotState
+
+T = TypeVar("T")
+
+EXIT: Final = {
+    Outcome.FOUND: 0,
+    Outcome.DOCKED: 0,
+    Outcome.NOT_FOUND: 10,
+    Outcome.UNSURE: 11,
+    Outcome.CANCELED: 12,
+    Outcome.ABORTED: 13,
+    Outcome.INTERRUPTED: 13,
+}
+EXIT_REFUSED: Final = 3
+EXIT_AWAY: Final = 4
+TONES: Final = {0: "bold green", 10: "bold yellow", 11: "bold yellow"}
+POLL_S: Final = 0.4
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    help="The robot from a terminal. Exit codes: 0 done (found) · 10 not found · 11 unsure · 12 cancelled · "
+    "13 aborted · 2 wrong usage · 3 refused · 4 a service is away · 130 interrupted (the mission goes on).",
+)
+console = Console(highlight=False)
+transport: httpx.BaseTransport | None = None
+"""Set by tests; none = the network."""
+
+Host = Annotated[str, typer.Option(envvar="ATOM_HOST", help="where the services listen")]
+PortBase = Annotated[int, typer.Option(envvar="ATOM_PORT_BASE", help="ports are this + 1..4", min=1, max=65000)]
+
+
+@app.command()
+def find(
+    what: Annotated[str, typer.Argument(help='e.g. "red bottle", or a whole command: "bring me the teddy bear"')],
+    host: Host = "127.0.0.1",
+    port_base: PortBase = 8000,
+) -> None:
+    """Looks for something and tells how it goes, to the end."""
+    with Services(host, port_base, transport=transport) as services:
+        mission = _or_exit(lambda: services.start(_command(what)))
+        waiting = " (queued)" if mission.queue_position is not None else ""
+        console.print(f"[bold]mission[/]  {escape(mission.command)}{waiting}  [dim]{mission.id}[/]", soft_wrap=True)
+        try:
+            ended = _or_exit(lambda: _watched(services, mission))
+        except KeyboardInterrupt:
+            console.print("The mission goes on. `atom stop` stops the robot.")
+            raise typer.Exit(130) from None
+    assert ended.outcome is not None, "only an ended mission is returned"
+    code = EXIT[ended.outcome]
+    text = ended.report.text if ended.report is not None else ended.reason
+    console.print(f"[{TONES.get(code, 'bold red')}]{ended.outcome.value:<8}[/] {escape(text)}", soft_wrap=True)
+    for vote in ended.votes:
+        console.print(f"  {vote.voter:<9} {vote.verdict.value:<8} {escape(vote.reason)}", soft_wrap=True)
+    raise typer.Exit(code)
+
+
+@app.command()
+def stop(host: Host = "127.0.0.1", port_base: PortBase = 8000) -> None:
+    """Stops the robot at once, whatever else is running."""
+    with Services(host, port_base, transport=transport) as services:
+        reply = _or_exit(services.stop)
+    after = "" if reply.first_zero_ms is None else f", first zero velocity after {reply.first_zero_ms:.1f} ms"
+    console.print(f"[bold red]stopped[/]{after}. `atom resume` permits motion again.")
+
+
+@app.command()
+def resume(
+    host: Host = "127.0.0.1",
+    port_base: PortBase = 8000,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="do not ask")] = False,
+) -> None:
+    """Permits motion again after a stop. Nothing moves until something asks for it."""
+    if not yes:
+        typer.confirm("Look at the robot first. Let it move again?", abort=True)
+    with Services(host, port_base, transport=transport) as services:
+        _or_exit(services.resume)
+    console.print("Motion is permitted again.")
+
+
+@app.command()
+def status(host: Host = "127.0.0.1", port_base: PortBase = 8000) -> None:
+    """What the robot is at, and who is missing. Exit code 4 when a service is."""
+    away = False
+    table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
+    with Services(host, port_base, transport=transport) as services:
+        try:
+            now = services.status()
+            mission = now.mission
+            running = mission is not None and mission.outcome is None
+            said = f"{now.state.value}: {now.progress or (mission.reason if mission else '')}" if running else "idle"
+            table.add_row("mission", escape(f"“{mission.command}” {said}" if mission and running else said))
+            table.add_row("queue", str(len(now.queue)))
+        except ServiceError as error:
+            away = True
+            table.add_row("mission", f"[red]{escape(str(error))}[/]")
+        try:
+            for name, value in _robot(services.robot()):
+                table.add_row(name, escape(value))
+        except ServiceError as error:
+            away = True
+            table.add_row("robot", f"[red]{escape(str(error))}[/]")
+        for service in ("coordinator", "inference", "memory", "robot_bridge"):
+            lack = services.ready(service)
+            away = away or bool(lack)
+            table.add_row(service, f"[red]{escape(lack)}[/]" if lack else "[green]ready[/]")
+    console.print(table)
+    if away:
+        raise typer.Exit(EXIT_AWAY)
+
+
+@app.command()
+def memory(
+    label: Annotated[str | None, typer.Argument(help="only this kind of thing, e.g. bottle")] = None,
+    host: Host = "127.0.0.1",
+    port_base: PortBase = 8000,
+) -> None:
+    """What is remembered: things with their place, age and belief, then kinds."""
+    with Services(host, port_base, transport=transport) as services:
+        things, labels = _or_exit(lambda: (services.objects(label), services.labels()))
+    table = Table("thing", "state", "belief", "seen", "place", box=None, padding=(0, 2, 0, 0))
+    for one in sorted(things, key=lambda one: -one.belief):
+        place = f"{one.position.x:.2f} / {one.position.y:.2f} m"
+        table.add_row(
+            escape(one.description), one.state.value, f"{100 * one.belief:.0f} %", _ago(one.last_seen_s), place
+        )
+    console.print(table if things else "No thing is remembered with a place.")
+    kinds = ", ".join(f"{one.label} ({one.views})" for one in labels if label in {None, one.label})
+    console.print(f"[bold]views[/]  {escape(kinds or 'none')}", soft_wrap=True)
+
+
+def _watched(services: Services, mission: Mission) -> Mission:
+    """Tells each event as it comes; returns the mission when it has ended."""
+    after, silent = -1, 0
+    while True:
+        ended = mission.outcome is not None
+        try:
+            for event in services.events(mission.id, after=after):
+                after = event.id
+                at_s = max(0.0, event.stamp_s - mission.started_s)
+                console.print(
+                    f"[dim]{at_s:6.1f} s[/]  [cyan]{event.state.value:<15}[/] {escape(event.text)}", soft_wrap=True
+                )
+            if ended:
+                return mission
+            time.sleep(POLL_S)
+            mission = services.mission(mission.id)
+            silent = 0
+        except AwayError:
+            silent += 1
+            if silent > 30:
+                raise
+            time.sleep(POLL_S)
+
+
+def _robot(state: RobotState) -> list[tuple[str, str]]:
+    stop = state.emergency_stop
+    pose = state.pose
+    stale = [name for name, sensor in state.sensors.items() if not sensor.valid]
+    return [
+        ("robot", f"stopped: {stop.reason} ({stop.by})" if stop.latched else "free to move"),
+        ("place", "unknown" if pose is None else f"{pose.x:.2f} / {pose.y:.2f} m"),
+        ("battery", "unknown" if state.battery is None else f"{state.battery.percentage:.0f} %"),
+        ("dock", {True: "docked", False: "undocked", None: "unknown"}[state.docked]),
+        ("sensors", f"not fresh: {', '.join(sorted(stale))}" if stale else "fresh"),
+    ]
+
+
+def _command(what: str) -> str:
+    """One or a few words become a command; a whole sentence stays as it is."""
+    words = what.split()
+    return what if len(words) > 3 or words[:1] in (["find"], ["bring"], ["where"], ["get"]) else f"find the {what}"
+
+
+def _ago(stamp_s: float) -> str:
+    minutes = max(0.0, time.time() - stamp_s) / 60.0
+    return f"{minutes:.0f} min ago" if minutes < 120.0 else f"{minutes / 60.0:.0f} h ago"
+
+
+def _or_exit(ask: Callable[[], T]) -> T:
+    try:
+        return ask()
+    except ServiceError as error:
+        _fail(error)
+
+
+def _fail(error: ServiceError) -> NoReturn:
+    console.print(f"[bold red]failed[/]   {escape(str(error))}", soft_wrap=True)
+    raise typer.Exit(EXIT_AWAY if isinstance(error, AwayError) else EXIT_REFUSED)
+
+
+def main() -> None:
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    app()
+
+
+if __name__ == "__main__":
+    main()

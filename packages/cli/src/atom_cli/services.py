@@ -1,0 +1,137 @@
+"""The services over HTTP, as a terminal needs them.
+
+ServiceError
+|- AwayError       not reachable, or not answering in time
+`- RefusedError    it said no; the message is its own
+"""
+
+import uuid
+from types import TracebackType
+from typing import Any, Final, Self, TypeVar
+
+import httpx
+from pydantic import TypeAdapter, ValidationError
+
+from contracts.memory import LabelCount, RememberedObject
+from contracts.mission import Mission, MissionEvent, MissionStatus, StartMission
+from contracts.problem import Problem
+from contracts.robot import EmergencyStopReply, EmergencyStopRequest, RobotState
+
+T = TypeVar("T")
+
+PORTS: Final = {"coordinator": 1, "inference": 2, "memory": 3, "robot_bridge": 4}
+STOP_TRIES: Final = 3
+STARTING_S: Final = 60.0
+"""Reading a command may ask a language model."""
+
+
+class ServiceError(Exception):
+    """Says which service, and what went wrong."""
+
+
+class AwayError(ServiceError):
+    pass
+
+
+class RefusedError(ServiceError):
+    pass
+
+
+class Services:
+    """`with Services(host, port_base) as services`. Every call raises `ServiceError`."""
+
+    def __init__(self, host: str, port_base: int, *, transport: httpx.BaseTransport | None = None) -> None:
+        self._host = host
+        self._port_base = port_base
+        self._http = httpx.Client(trust_env=False, timeout=httpx.Timeout(5.0, connect=2.0), transport=transport)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._http.close()
+
+    def start(self, command: str) -> Mission:
+        body = StartMission(command=command).model_dump_json()
+        headers = {"Idempotency-Key": uuid.uuid4().hex, "content-type": "application/json"}
+        answer = self._call("coordinator", "POST", "/missions", content=body, headers=headers, timeout=STARTING_S)
+        return self._parsed("coordinator", answer, Mission)
+
+    def mission(self, mission_id: str) -> Mission:
+        return self._get("coordinator", f"/missions/{mission_id}", Mission)
+
+    def events(self, mission_id: str, *, after: int) -> list[MissionEvent]:
+        return self._get("coordinator", f"/missions/{mission_id}/events", list[MissionEvent], after=after)
+
+    def status(self) -> MissionStatus:
+        return self._get("coordinator", "/state", MissionStatus)
+
+    def robot(self) -> RobotState:
+        return self._get("robot_bridge", "/state", RobotState)
+
+    def labels(self) -> list[LabelCount]:
+        return self._get("memory", "/labels", list[LabelCount])
+
+    def objects(self, label: str | None) -> list[RememberedObject]:
+        return self._get("memory", "/objects", list[RememberedObject], **({"label": label} if label else {}))
+
+    def ready(self, service: str) -> str:
+        """'' when it is; else what it lacks."""
+        try:
+            answer = self._http.get(self._url(service, "/ready"))
+        except httpx.HTTPError:
+            return "not reachable"
+        if answer.is_success:
+            return ""
+        try:
+            lacking = [one["name"] for one in answer.json()["dependencies"] if not one["ok"]]
+        except (ValueError, KeyError, TypeError):
+            return f"HTTP {answer.status_code}"
+        return f"lacks {', '.join(lacking)}"
+
+    def stop(self) -> EmergencyStopReply:
+        """Straight to robot_bridge; a try that got no answer is followed by another, which does no harm."""
+        for _ in range(STOP_TRIES - 1):
+            try:
+                return self._stop("/emergency-stop", "atom stop")
+            except AwayError:
+                continue
+        return self._stop("/emergency-stop", "atom stop")
+
+    def resume(self) -> EmergencyStopReply:
+        return self._stop("/emergency-stop/reset", "atom resume")
+
+    def _stop(self, path: str, reason: str) -> EmergencyStopReply:
+        body = EmergencyStopRequest(reason=reason, by="terminal").model_dump_json()
+        headers = {"content-type": "application/json"}
+        answer = self._call("robot_bridge", "POST", path, content=body, headers=headers)
+        return self._parsed("robot_bridge", answer, EmergencyStopReply)
+
+    def _get(self, service: str, path: str, reply: type[T], **query: Any) -> T:
+        return self._parsed(service, self._call(service, "GET", path, params=query), reply)
+
+    def _call(self, service: str, method: str, path: str, **more: Any) -> httpx.Response:
+        try:
+            answer = self._http.request(method, self._url(service, path), **more)
+        except httpx.TimeoutException as error:
+            raise AwayError(f"{service} does not answer in time") from error
+        except httpx.TransportError as error:
+            raise AwayError(f"{service} is not reachable at {self._url(service, '')}") from error
+        if answer.is_success:
+            return answer
+        try:
+            problem = Problem.model_validate_json(answer.content)
+        except ValidationError:
+            raise RefusedError(f"{service}: HTTP {answer.status_code}") from None
+        raise RefusedError(f"{service}: {problem.detail or problem.title}")
+
+    def _parsed(self, service: str, answer: httpx.Response, reply: type[T]) -> T:
+        try:
+            return TypeAdapter(reply).validate_json(answer.content)
+        except ValidationError as error:
+            raise RefusedError(f"{service} answered with something else than its contract") from error
+
+    def _url(self, service: str, path: str) -> str:
+        return f"http://{self._host}:{self._port_base + PORTS[service]}{path}"

@@ -1,0 +1,45 @@
+// STOP works in the browser itself: also while the page's own connection is down.
+(() => {
+  "use strict";
+  const { t, part } = window.atom;
+  const STOP_TIMEOUT_MS = 8000;
+  let presses = 0;
+  let fading = 0;
+
+  function tell(text, tone) {
+    const result = part("stop-result");
+    if (!result) return;
+    window.clearTimeout(fading);
+    result.textContent = text;
+    result.dataset.tone = tone;
+    if (tone === "good") fading = window.setTimeout(() => { result.textContent = ""; }, 8000);
+  }
+
+  async function stop(how) {
+    const press = ++presses;
+    const pressed = performance.now();
+    tell(t("Stopping …"), "busy");
+    try {
+      const answer = await fetch(`/stop?how=${how}`, { method: "POST", signal: AbortSignal.timeout(STOP_TIMEOUT_MS) });
+      const body = await answer.json();
+      if (press !== presses) return;
+      if (!answer.ok) throw new Error(body.detail || body.title || `HTTP ${answer.status}`);
+      const answered = Math.round(performance.now() - pressed);
+      const zero = body.first_zero_ms;
+      tell(zero === null ? t("Stopped.")
+        : t("Stopped: first zero velocity after {zero} ms, answered after {answered} ms",
+          { zero: zero.toFixed(1), answered }), "good");
+    } catch (error) {
+      if (press !== presses) return;
+      tell(t("STOP DID NOT REACH THE ROBOT: {why}. Press again, or use the robot's own button.", { why: error.message }),
+        "bad");
+    }
+  }
+
+  document.addEventListener("click", (event) => {
+    if (event.target instanceof Element && event.target.closest('[data-atom="stop"]')) stop("button");
+  }, true);
+  window.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !event.repeat) stop("escape");
+  }, true);
+})();

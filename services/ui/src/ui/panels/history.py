@@ -1,0 +1,87 @@
+"""Missions that were: how each ended and on what, opened in the timeline from the coordinator's records."""
+
+import datetime
+from collections.abc import Callable, Coroutine
+
+from nicegui import ui as nicegui_ui
+
+from contracts.mission import Candidate, Mission
+from mesh.errors import MeshError
+from ui import lines
+from ui.acts import in_words
+from ui.desk import Desk
+from ui.panels.parts import ChipRow, box
+from ui.panels.timeline import Timeline
+from ui.texts import t
+
+
+class History:
+    def __init__(self, desk: Desk, timeline: Timeline, open_timeline: Callable[[], None]) -> None:
+        self._desk = desk
+        self._timeline = timeline
+        self._open_timeline = open_timeline
+        self._shown: tuple[Mission, ...] = ()
+        with box("history"):
+            self._note = nicegui_ui.label(t("No mission yet.")).classes("empty").props("role=status")
+            self._list = (
+                nicegui_ui.element("ol").classes("missions").props(f'aria-label="{t("Missions, newest first")}"')
+            )
+
+    async def show(self) -> None:
+        """Asks the coordinator; called when the tab is opened and while it is."""
+        try:
+            missions = tuple(await self._desk.history())
+        except MeshError as error:
+            self._note.set_text(in_words(error))
+            self._note.set_visibility(True)
+            return
+        self._note.set_text(t("No mission yet."))
+        self._note.set_visibility(not missions)
+        if missions == self._shown:
+            return
+        self._shown = missions
+        self._list.clear()
+        with self._list:
+            for mission in missions:
+                self._row(mission)
+
+    def _row(self, mission: Mission) -> None:
+        with nicegui_ui.element("li").classes("past"):
+            with box("row between"):
+                nicegui_ui.label(f"“{mission.command}”").classes("headline")
+                nicegui_ui.label(_when(mission.started_s)).classes("event-time")
+            ChipRow().show(lines.ending_chips(mission))
+            report = mission.report
+            nicegui_ui.label(report.text if report is not None else mission.reason).classes("reason")
+            if report is not None:
+                for candidate in (*((report.found,) if report.found is not None else ()), *report.candidates):
+                    self._candidate(mission, candidate)
+            nicegui_ui.button(t("Replay"), on_click=self._opener(mission), color=None).props(
+                "outline dense no-caps"
+            ).classes("act").props["aria-label"] = t("Open the timeline of {command}", command=mission.command)
+
+    def _candidate(self, mission: Mission, candidate: Candidate) -> None:
+        with box("row candidate"):
+            if candidate.picture is not None:
+                nicegui_ui.element("img").classes("crop").props(f"src=/crops/{mission.id}/{candidate.picture}").props[
+                    "alt"
+                ] = candidate.text
+            with box("saying"):
+                nicegui_ui.label(candidate.text).classes("event-text")
+                ChipRow("votes").show(lines.vote_chips(candidate.votes))
+
+    def _opener(self, mission: Mission) -> Callable[[], Coroutine[object, object, None]]:
+        async def clicked() -> None:
+            try:
+                events = await self._desk.missions.events(mission.id)
+            except MeshError as error:
+                nicegui_ui.notify(in_words(error), type="warning")
+                return
+            self._timeline.open(mission, events)
+            self._open_timeline()
+
+        return clicked
+
+
+def _when(stamp_s: float) -> str:
+    return datetime.datetime.fromtimestamp(stamp_s).strftime("%H:%M")

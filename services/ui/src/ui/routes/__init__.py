@@ -1,0 +1,9 @@
+"""The page's HTTP and WebSocket routes, by topic."""
+
+from fastapi import APIRouter
+
+from ui.routes import live, memory, pictures, place, stop, teleop
+
+
+def routers() -> tuple[APIRouter, ...]:
+    return tuple(part.router for part in (stop, live, teleop, place, pictures, memory))

@@ -1,0 +1,28 @@
+"""What routes and pages ask for."""
+
+from typing import Annotated
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from ui.acts import Acts
+from ui.desk import Desk
+
+
+def get_desk(connection: HTTPConnection) -> Desk:
+    desk: Desk = connection.state.desk
+    return desk
+
+
+def get_acts(connection: HTTPConnection) -> Acts:
+    return Acts(get_desk(connection))
+
+
+def operator(connection: HTTPConnection | None) -> str:
+    """Who asks, for the record of a stop."""
+    client = connection.client if connection is not None else None
+    return f"ui {client.host}" if client is not None else "ui"
+
+
+DeskDep = Annotated[Desk, Depends(get_desk)]
+ActsDep = Annotated[Acts, Depends(get_acts)]

@@ -1,0 +1,66 @@
+"""What moves on the page: the browser asks for the next when the last is drawn, and never while hidden."""
+
+import json
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from ui.desk import Desk
+from ui.routes.deps import get_desk
+
+router = APIRouter(prefix="/live")
+
+FRAME_WAIT_S = 2.0
+SCENE_WAIT_S = 2.0
+
+
+@router.websocket("/camera")
+async def camera(socket: WebSocket) -> None:
+    """Any text in; out, one binary message: length (4 bytes, big-endian), JSON (boxes, status line), JPEG.
+
+    Where no new picture comes, a text instead: {"trouble": why}.
+    """
+    desk = get_desk(socket)
+    await socket.accept()
+    after_s: float | None = None
+    try:
+        while True:
+            await socket.receive_text()
+            shown = await desk.frames.other_than(after_s, wait_s=FRAME_WAIT_S)
+            if shown is None:
+                await socket.send_text(json.dumps({"trouble": desk.frames.trouble}))
+                continue
+            after_s = shown.stamp_s
+            await socket.send_bytes(shown.packed)
+    except (WebSocketDisconnect, KeyError, RuntimeError):  # KeyError: binary in; RuntimeError: it closed under a send
+        return
+
+
+@router.websocket("/scene")
+async def marks(socket: WebSocket) -> None:
+    """Any text in; out, JSON of the map's parts that changed since the last message, or {} when none did in time."""
+    desk = get_desk(socket)
+    await socket.accept()
+    sent: dict[str, int] = {}
+    try:
+        while True:
+            await socket.receive_text()
+            until_s = desk.clock.now_s() + SCENE_WAIT_S
+            while not (changed := _changed(desk, sent)) and desk.clock.now_s() < until_s:
+                await desk.clock.sleep(desk.settings.scene_period_s)
+            await socket.send_text(f"{{{','.join(changed)}}}")
+            await desk.clock.sleep(desk.settings.scene_period_s)
+    except (WebSocketDisconnect, KeyError, RuntimeError):
+        return
+
+
+def _changed(desk: Desk, sent: dict[str, int]) -> list[str]:
+    """The parts whose version is not the one sent, as JSON members; notes them as sent."""
+    if desk.picture is None:
+        return []
+    desk.refresh_scan()
+    changed: list[str] = []
+    for name, part in desk.marks.parts(desk.picture, desk.situation, desk.clock.now_s()).items():
+        if sent.get(name) != part.version:
+            sent[name] = part.version
+            changed.append(f'"{name}":{part.text}')
+    return changed

@@ -1,0 +1,53 @@
+"""A click on the map: go there, look there."""
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from contracts.base import Message
+from mesh.errors import UnprocessableError
+from ui.routes.deps import ActsDep, DeskDep
+
+router = APIRouter(prefix="/place", tags=["place"])
+
+
+class Click(Message):
+    """A point of the map's picture."""
+
+    x_px: float = Field(ge=0.0, le=10_000.0)
+    y_px: float = Field(ge=0.0, le=10_000.0)
+    version: str = Field(max_length=40, description="of the picture that was clicked on")
+
+
+class Said(Message):
+    ok: bool
+    text: str
+
+
+@router.post("/go")
+async def go(click: Click, desk: DeskDep, acts: ActsDep) -> Said:
+    """Drives there. A refusal is an answer: `ok` is false and `text` says why."""
+    told = await acts.go(*await _metres(click, desk))
+    return Said(ok=told.ok, text=told.text)
+
+
+@router.post("/look")
+async def look(click: Click, desk: DeskDep, acts: ActsDep) -> Said:
+    """Turns to look there; answers when it does."""
+    told = await acts.look(*await _metres(click, desk))
+    return Said(ok=told.ok, text=told.text)
+
+
+@router.post("/halt")
+async def halt(acts: ActsDep) -> Said:
+    """Gives up the drive or turn asked for here."""
+    told = await acts.halt()
+    return Said(ok=told.ok, text=told.text)
+
+
+async def _metres(click: Click, desk: DeskDep) -> tuple[float, float]:
+    picture = await desk.map_picture()
+    if click.version != picture.version:
+        raise UnprocessableError("the map has changed since: click again")
+    if click.x_px > picture.frame.width_px or click.y_px > picture.frame.height_px:
+        raise UnprocessableError("that is not on the map")
+    return picture.frame.to_map(click.x_px, click.y_px)

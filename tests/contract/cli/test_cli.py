@@ -1,0 +1,144 @@
+"""`atom` against services that a transport plays: words, exit codes, and nothing but HTTP."""
+
+import json
+
+import httpx
+import pytest
+from typer.testing import CliRunner, Result
+
+from atom_cli import __main__ as cli
+from contracts.base import Message
+from contracts.mission import Outcome
+from contracts.problem import Readiness
+from contracts.robot import EmergencyStop, EmergencyStopReply
+from support.ui_world import event, mission, robot_state, status, thing
+
+runner = CliRunner()
+
+
+class Played:
+    """Answers as the services would; `away` names ports that do not answer."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, str]] = []
+        self.bodies: list[dict[str, object]] = []
+        self.away: set[int] = set()
+        self.outcome = Outcome.FOUND
+        self.refusal = ""
+        self.polls = 0
+
+    def __call__(self, request: httpx.Request) -> httpx.Response:
+        port, path = request.url.port, request.url.path
+        self.asked.append((request.method, f"{port}{path}"))
+        if port in self.away:
+            raise httpx.ConnectError("refused")
+        if request.content:
+            self.bodies.append(json.loads(request.content))
+        return self.answer(request.method, path)
+
+    def answer(self, method: str, path: str) -> httpx.Response:
+        if self.refusal and (method, path) == ("POST", "/missions"):
+            return httpx.Response(422, json={"title": "Cannot be done", "status": 422, "detail": self.refusal})
+        self.polls += path == "/missions/m-1"
+        over = mission(outcome=self.outcome, reason="so it ended") if self.polls > 1 else mission()
+        stopped = EmergencyStop(latched=True, epoch=1)
+        answers: dict[tuple[str, str], Message | list[Message]] = {
+            ("POST", "/missions"): mission(),
+            ("GET", "/missions/m-1"): over,
+            ("GET", "/missions/m-1/events"): [event(1, "looking round")],
+            ("GET", "/state"): robot_state() if self.asked[-1][1].startswith("8004") else status(mission()),
+            ("GET", "/objects"): [thing(1)],
+            ("GET", "/labels"): [],
+            ("GET", "/ready"): Readiness(ready=True, service="any"),
+            ("POST", "/emergency-stop"): EmergencyStopReply(state=stopped, first_zero_ms=0.8),
+            ("POST", "/emergency-stop/reset"): EmergencyStopReply(state=EmergencyStop(latched=False, epoch=1)),
+        }
+        answer = answers[method, path]
+        lines = (
+            [one.model_dump(mode="json") for one in answer]
+            if isinstance(answer, list)
+            else answer.model_dump(mode="json")
+        )
+        return httpx.Response(200, json=lines)
+
+
+@pytest.fixture
+def played(monkeypatch: pytest.MonkeyPatch) -> Played:
+    services = Played()
+    monkeypatch.setattr(cli, "transport", httpx.MockTransport(services))
+    monkeypatch.setattr(cli, "POLL_S", 0.0)
+    return services
+
+
+def atom(*arguments: str, **more: str) -> Result:
+    return runner.invoke(cli.app, list(arguments), **more)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "code"),
+    [(Outcome.FOUND, 0), (Outcome.NOT_FOUND, 10), (Outcome.UNSURE, 11), (Outcome.CANCELED, 12), (Outcome.ABORTED, 13)],
+)
+def test_find_tells_the_timeline_and_ends_with_the_outcome(played: Played, outcome: Outcome, code: int) -> None:
+    played.outcome = outcome
+    done = atom("find", "red bottle")
+    assert done.exit_code == code
+    assert "looking round" in done.output
+    assert "so it ended" in done.output
+    assert played.bodies == [{"command": "find the red bottle"}]
+
+
+def test_every_outcome_has_an_exit_code() -> None:
+    assert set(cli.EXIT) == set(Outcome)
+
+
+def test_a_whole_sentence_is_sent_as_it_is(played: Played) -> None:
+    atom("find", "bring me the teddy bear")
+    assert played.bodies == [{"command": "bring me the teddy bear"}]
+
+
+def test_a_refusal_is_told_in_the_services_words(played: Played) -> None:
+    played.refusal = "'find the blorp' names nothing I know"
+    done = atom("find", "blorp")
+    assert (done.exit_code, "names nothing I know" in done.output) == (3, True)
+
+
+def test_stop_goes_straight_to_the_bridge_and_tells_the_measured_time(played: Played) -> None:
+    done = atom("stop")
+    assert (done.exit_code, "0.8 ms" in done.output) == (0, True)
+    assert played.asked == [("POST", "8004/emergency-stop")]
+
+
+def test_a_stop_that_does_not_arrive_is_tried_again_and_told(played: Played) -> None:
+    played.away = {8004}
+    done = atom("stop")
+    assert done.exit_code == 4
+    assert "robot_bridge is not reachable" in done.output
+    assert len(played.asked) == 3
+
+
+def test_resume_asks_first(played: Played) -> None:
+    assert atom("resume", input="n\n").exit_code == 1
+    assert played.asked == []
+    assert atom("resume", input="y\n").exit_code == 0
+    assert played.asked == [("POST", "8004/emergency-stop/reset")]
+
+
+def test_status_names_who_is_away(played: Played) -> None:
+    assert atom("status").exit_code == 0
+    played.away = {8003}
+    done = atom("status")
+    assert done.exit_code == 4
+    assert "not reachable" in done.output
+    assert "find the red bottle" in done.output
+
+
+def test_memory_lists_things_with_belief(played: Played) -> None:
+    done = atom("memory", "bottle")
+    assert done.exit_code == 0
+    assert "red bottle" in done.output
+    assert "80 %" in done.output
+
+
+def test_another_host_and_port_base_are_asked(played: Played) -> None:
+    atom("stop", "--port-base", "9000")
+    assert played.asked == [("POST", "9004/emergency-stop")]

@@ -1,0 +1,50 @@
+"""The timeline's words, filter and endings."""
+
+import pytest
+
+from contracts.mission import MissionState, Outcome
+from support.ui_world import event, mission, votes
+from ui.lines import Show, ending_chips, line, picture_of, shown, vote_chips
+
+
+def test_a_line_of_the_timeline_has_its_time_and_votes() -> None:
+    data = {"votes": [vote.model_dump(mode="json") for vote in votes()]}
+    shown = line(event(65, "2 of 3 say yes", kind="votes", data=data), started_s=event(0, "").stamp_s)
+    assert shown.time == "1:05"
+    assert [chip.label for chip in shown.votes] == ["Detector", "CLIP", "VLM"]
+
+
+def test_votes_that_cannot_be_read_are_left_out() -> None:
+    assert line(event(1, "odd", data={"votes": "three"}), 0.0).votes == ()
+
+
+def test_votes_are_words_with_numbers() -> None:
+    assert [chip.value for chip in vote_chips(votes())] == ["yes 0.81 / 0.30", "yes 0.62 / 0.45", "–"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "where"),
+    [("votes", Show.SEEING), ("sighting", Show.SEEING), ("navigation", Show.DRIVING), ("failure", Show.TROUBLE)],
+)
+def test_the_filter_knows_what_a_line_is_about(kind: str, where: Show) -> None:
+    one = event(1, "so", kind=kind)
+    assert [show for show in Show if shown(one, show)] == [Show.ALL, where]
+
+
+def test_a_stop_is_trouble_whatever_its_kind() -> None:
+    assert shown(event(1, "stopped", state=MissionState.EMERGENCY_STOP), Show.TROUBLE)
+
+
+@pytest.mark.parametrize(
+    ("data", "number"), [({"picture": 3}, 3), ({"picture": "x"}, None), ({"picture": -1}, None), ({}, None)]
+)
+def test_a_crop_is_shown_where_there_is_one(data: dict[str, object], number: int | None) -> None:
+    assert picture_of(data) == number
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+def test_every_ending_has_a_word_and_its_numbers(outcome: Outcome) -> None:
+    one = mission(outcome=outcome, ended_s=1_800_000_065.0, measured_distance_m=0.42)
+    chips = ending_chips(one)
+    assert chips[0].value
+    assert [chip.value for chip in chips[1:]] == ["1:05", "6.4 m", "0.42 m"]

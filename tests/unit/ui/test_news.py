@@ -1,0 +1,60 @@
+"""What a person hears of at once."""
+
+import pytest
+
+from contracts.mission import Outcome
+from contracts.robot import EmergencyStop
+from support.ui_world import mission, status
+from ui.news import News
+from ui.view import Tone
+
+
+def test_a_mission_seen_to_end_is_told_once() -> None:
+    news = News()
+    news.take_mission(status(mission()))
+    ended = status(mission(outcome=Outcome.FOUND, reason="found the red bottle, 0.42 m away"))
+    news.take_mission(ended)
+    news.take_mission(ended)
+    (item,) = news.after(0)
+    assert item.tone is Tone.GOOD
+    assert item.text == "Found: “find the red bottle”. found the red bottle, 0.42 m away."
+    assert news.after(item.number) == ()
+
+
+def test_a_mission_that_was_over_before_is_no_news() -> None:
+    news = News()
+    news.take_mission(status(mission(outcome=Outcome.FOUND)))
+    assert news.items == ()
+
+
+@pytest.mark.parametrize(("outcome", "needed"), [(Outcome.UNSURE, True), (Outcome.NOT_FOUND, False)])
+def test_an_ending_says_whether_it_needs_a_person(outcome: Outcome, needed: bool) -> None:
+    news = News()
+    news.take_mission(status(mission()))
+    news.take_mission(status(mission(outcome=outcome, reason="so")))
+    assert ("It needs you." in news.items[-1].text) is needed
+
+
+def test_waiting_is_told_once_a_reason() -> None:
+    news = News()
+    for _ in range(3):
+        news.take_mission(status(mission(), waiting_for="memory"))
+    assert [item.text for item in news.items] == ["Waiting for memory"]
+
+
+def test_a_stop_is_news_and_a_latch_found_at_the_start_is_not() -> None:
+    news = News()
+    latched = EmergencyStop(latched=True, epoch=1, reason="STOP pressed", by="ui 10.0.0.7")
+    news.take_stop(latched)
+    assert news.items == ()
+    news.take_stop(EmergencyStop(latched=False, epoch=1))
+    news.take_stop(latched.model_copy(update={"epoch": 2}))
+    assert [item.tone for item in news.items] == [Tone.BAD]
+
+
+def test_old_news_leaves() -> None:
+    news = News()
+    for number in range(100):
+        news.take_mission(status(mission(), waiting_for=f"reason {number}"))
+    assert len(news.items) == 20
+    assert news.newest == 100
