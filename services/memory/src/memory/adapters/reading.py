@@ -77,7 +77,7 @@ def _of_things() -> Any:
     best = views.alias("best")
     of_thing = (
         select(best.c.id)
-        .where(best.c.thing_id == things.c.id)
+        .where(best.c.thing_id == things.c.id, best.c.label == things.c.label)  # both, for the index
         .correlate(things)
         .order_by(best.c.confidence.desc(), best.c.id)
         .limit(bindparam("each"))

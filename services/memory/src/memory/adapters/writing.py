@@ -117,7 +117,7 @@ def _disbelieve_views(connection: Connection, frame: Frame) -> None:
     column, row = frame.pose.x / CELL_M, frame.pose.y / CELL_M
     near = select(*VIEW).where(
         views.c.thing_id.is_(None),
-        views.c.cell_x.between(int(column - reach), int(column + reach)),
+        views.c.cell_x.in_(range(int(column - reach), int(column + reach) + 1)),  # a list: each is a range of the index
         views.c.cell_y.between(int(row - reach), int(row + reach)),
     )
     for found in connection.execute(near).all():
