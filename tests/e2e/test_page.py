@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP, PHONE, Seat, seated
-from support.mesh_run import STILL_M_S, STILL_RAD_S, MeshRun
+from support.mesh_run import MeshRun
 
 REST_WITHIN_S = 0.5
 WAIT_MS = 60_000
@@ -52,15 +52,9 @@ def drives(mesh: MeshRun) -> None:
 
 
 def last_motion_s(mesh: MeshRun) -> float:
-    """Simulated time at which ground truth last saw the robot move; the next sample saw it at rest."""
-    moved_s = mesh.simulated_s()
-    deadline = time.monotonic() + 30.0
-    while time.monotonic() < deadline:
-        now = mesh.truth()
-        if abs(now["twist"]["linear_x"]) < STILL_M_S and abs(now["twist"]["angular_z"]) < STILL_RAD_S:
-            return moved_s
-        moved_s = float(now["real_time"]["time_s"])
-    raise AssertionError("the robot did not come to rest")
+    """Simulated time of the robot's last motion, as the simulation itself kept it."""
+    mesh.until(mesh.still, timeout_s=30.0, what="a robot at rest")
+    return float(mesh.truth()["moved_at_s"])
 
 
 def frames(page: Page) -> int:
