@@ -14,7 +14,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory
 .PHONY: test-ui screens bench-ui
 
 help: ## list the targets
@@ -75,6 +75,7 @@ bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 ti
 
 bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
 	$(PY) -m bench.faults
+	$(PY) -m bench.faults --quick clock_stepped --out out/bench/faults_clock.json
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))
@@ -87,6 +88,11 @@ models: setup ## fetch the models of a real robot: COCO detector, CLIP ViT-B/32,
 
 bench-inference: setup ## backends, overhead, latency, throughput and memory of the inference service (about 8 minutes)
 	$(PY) -m bench.inference
+
+bench-memory: setup ## a simulated year of sightings, beside a JSON file: out/bench/memory.json (about 10 minutes)
+	$(PY) -m bench.memory_scale
+	$(PY) -m bench.memory_kills
+	$(PY) -m bench.memory_story
 
 test-ui: setup ## the operator's page in real Chromium: on fakes, then against the running mesh
 	@$(PYTHON3) tools/setup.py --tests

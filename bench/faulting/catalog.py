@@ -23,6 +23,7 @@ class Fault:
     designed: str
     happen: Callable[[Campaign], Observed]
     needs_mission: bool = False
+    needs_clock: bool = False
 
 
 def redis_gone(on: Campaign) -> Observed:
@@ -159,7 +160,7 @@ def nav2_freezes_in_mid_goal(on: Campaign) -> Observed:
 def clock_stepped(on: Campaign) -> Observed:
     """An hour forwards, then two back, in every process of the mesh, while it drives."""
     if not on.step_clock(0):
-        return {"skipped": "done with --quick, where libfaketime is installed"}
+        return {"skipped": "libfaketime is not installed"}
     seen: Observed = {}
     with on.circling():
         for name, offset_s in (("forwards", 3600), ("backwards", -3600)):
@@ -270,7 +271,12 @@ FAULTS = (
     Fault("camera_gone", "drives on; 503 or a reason for who asks for pictures", camera_gone),
     Fault("nav2_gone", "at rest, the goal ends, the next one is driven", nav2_gone_in_mid_goal),
     Fault("nav2_frozen", "at rest", nav2_freezes_in_mid_goal),
-    Fault("clock_stepped", "drives on and stops when told; stamps an hour off are refused", clock_stepped),
+    Fault(
+        "clock_stepped",
+        "drives on and stops when told; stamps an hour off are refused",
+        clock_stepped,
+        needs_clock=True,
+    ),
     Fault("scan_nan", "no translation: the laser is blind", spoilt(("scan",), "laser")),
     Fault("odometry_nan", "no translation: no odometry", spoilt(("odom",), "no odometry")),
     Fault("camera_senseless", "dropped and counted; drives on", camera_spoilt),

@@ -140,6 +140,11 @@ class SimulatedBridge:
                 self.wheels.end("the session ended")
                 await self._end_goal(GoalStatus.CANCELED)
 
+    async def drop_session(self) -> None:
+        """Nothing of it goes over the wire: a session that is silent ends as well."""
+        self.wheels.end("the session ended")
+        await self._end_goal(GoalStatus.CANCELED)
+
     async def map(self) -> Map:
         async def work() -> Map:
             return self.place.map_message
@@ -208,8 +213,8 @@ class SimulatedBridge:
 
     async def end_motion(self) -> None:
         async def work() -> None:
-            self.wheels.end("cancelled")
-            await self._end_goal(GoalStatus.CANCELED)
+            if self._goal_id is None:
+                self.wheels.end("cancelled")
 
         await self.wire.call(work)
 

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP, PHONE, Seat, seated
-from support.mesh_run import STILL_M_S, STILL_RAD_S, MeshRun
+from support.mesh_run import MeshRun
 
 REST_WITHIN_S = 0.5
 WAIT_MS = 60_000
@@ -52,18 +52,13 @@ def drives(mesh: MeshRun) -> None:
 
 
 def last_motion_s(mesh: MeshRun) -> float:
-    """Simulated time at which ground truth last saw the robot move before it was seen at rest with the stop latched."""
-    moved_s = mesh.simulated_s()
-    deadline = time.monotonic() + 60.0
-    while time.monotonic() < deadline:
-        latched = mesh.get("robot_bridge", "/emergency-stop")["latched"]
-        now = mesh.truth()
-        still = abs(now["twist"]["linear_x"]) < STILL_M_S and abs(now["twist"]["angular_z"]) < STILL_RAD_S
-        if still and latched:
-            return moved_s
-        if not still:
-            moved_s = float(now["real_time"]["time_s"])
-    raise AssertionError("the robot did not come to rest with the stop latched")
+    """Simulated time of the robot's last motion before it stood with the stop latched, as the simulation kept it."""
+
+    def stands() -> bool:
+        return bool(mesh.get("robot_bridge", "/emergency-stop")["latched"]) and mesh.still()
+
+    mesh.until(stands, timeout_s=60.0, what="a robot at rest with the stop latched")
+    return float(mesh.truth()["moved_at_s"])
 
 
 def frames(page: Page) -> int:

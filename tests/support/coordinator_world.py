@@ -204,6 +204,8 @@ class FakeRobot:
         self.fail_next: dict[str, int] = {}
         self.aborts: list[tuple[GoalStatus, int]] = []
         self.celebrations = 0
+        self.sessions_dropped = 0
+        self.loses_navigate_reply = False
         self.refuses_dock = False
         self.hangs: set[str] = set()
         """Calls that are never answered."""
@@ -215,6 +217,12 @@ class FakeRobot:
 
     async def hold_session(self) -> None:
         await asyncio.Event().wait()
+
+    async def drop_session(self) -> None:
+        """What was asked for in it ends."""
+        self.sessions_dropped += 1
+        for goal in [g for g in self.goals.values() if g.status is GoalStatus.EXECUTING]:
+            await self.cancel_goal(goal.id)
 
     async def _check(self, name: str, epoch: int | None = None) -> None:
         if name in self.hangs:
@@ -258,6 +266,8 @@ class FakeRobot:
         self.goals[goal.id] = goal
         if status is GoalStatus.EXECUTING:
             self._going = asyncio.create_task(self._go(goal))
+        if self.loses_navigate_reply:
+            raise UnavailableError("robot_bridge", "no answer in time")
         return goal
 
     async def _go(self, goal: Goal) -> None:

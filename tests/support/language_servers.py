@@ -126,7 +126,7 @@ class OpenAiHandler(_Handler):
 
     def valid(self, body: dict[str, Any]) -> None:
         if self.server.refuses_named_format and body["response_format"]["type"] != "json_object":
-            self.send(422, self.problem("response_format.type: Input should be 'text' or 'json_object'"))
+            self.send(500, self.problem("response_format.type: Input should be 'text' or 'json_object'"))
         else:
             super().valid(body)
 

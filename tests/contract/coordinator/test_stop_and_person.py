@@ -83,3 +83,17 @@ async def test_a_cancel_while_a_goal_is_being_sent_cancels_that_goal(open_mesh: 
         await mesh.client.post(f"/missions/{mission.id}/cancel")
         await mesh.clock.advance(5.0)
         assert [goal.status.value for goal in mesh.robot.goals.values()] == ["CANCELED"]
+
+
+async def test_a_goal_whose_acceptance_was_lost_is_ended_with_the_session(open_mesh: OpenMesh) -> None:
+    async with open_mesh(HIGH, views=(Pose2D(x=4.0, y=6.0, yaw=0.0),)) as mesh:
+        mesh.robot.loses_navigate_reply = True
+        mission = await mesh.post_mission()
+        await mesh.clock.advance(1.0)
+        assert "navigate" in mesh.world.moves
+        await mesh.client.post(f"/missions/{mission.id}/cancel")
+        await mesh.clock.advance(0.5)
+        there = mesh.world.pose
+        await mesh.clock.advance(5.0)
+        assert mesh.robot.sessions_dropped == 1
+        assert mesh.world.pose == there

@@ -12,8 +12,8 @@ from support.inference_fakes import jpeg_of, picture
 class Bridge(ThreadingHTTPServer):
     daemon_threads = True
 
-    def __init__(self) -> None:
-        super().__init__(("127.0.0.1", 0), _Frames)
+    def __init__(self, port: int) -> None:
+        super().__init__(("127.0.0.1", port), _Frames)
         self.served = 0
         self.jpeg = jpeg_of(picture(("red", (80, 60, 130, 200))))
 
@@ -36,9 +36,9 @@ class _Frames(BaseHTTPRequestHandler):
 
 
 @contextlib.contextmanager
-def running_bridge() -> Iterator[str]:
-    """Yields its base URL."""
-    with Bridge() as running:
+def running_bridge(port: int = 0) -> Iterator[str]:
+    """Yields its base URL; on any free port unless one is named."""
+    with Bridge(port) as running:
         thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
         thread.start()
         yield f"http://127.0.0.1:{running.server_port}"

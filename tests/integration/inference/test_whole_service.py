@@ -15,6 +15,7 @@ from contracts.vision import Detections, Target, Validation
 from inference.app import create_app
 from inference.settings import Backend, Settings
 from mesh.bus import open_bus
+from support.redis_server import free_port, start_redis
 from support.waiting import until
 
 from .bridge import running_bridge
@@ -66,6 +67,59 @@ async def test_frames_become_detections_on_redis_and_votes_are_cast(
     assert (heard[0].image_width_px, heard[0].model, heard[0].took_ms > 0.0) == (250, "untrained", True)
     assert [vote.voter for vote in told.votes] == ["detector", "clip", "vlm"]
     assert told.stamp_s > after_s
+
+
+async def test_it_goes_on_by_itself_when_redis_and_the_bridge_come_back(
+    untrained_detector: Path, untrained_clip: Path
+) -> None:
+    redis_port, bridge_port = free_port(), free_port()
+    settings = Settings(
+        redis_url=f"redis://127.0.0.1:{redis_port}/0",
+        robot_bridge_url=f"http://127.0.0.1:{bridge_port}",
+        detector_path=untrained_detector,
+        clip_path=untrained_clip,
+        detector_backend=Backend.TORCH,
+        rest_rate_hz=20.0,
+    )
+    deaths: list[str] = []
+    app = create_app(settings, on_death=lambda: deaths.append("a task died"))
+    async with (
+        LifespanManager(app, startup_timeout=60.0) as managed,
+        httpx.AsyncClient(transport=httpx.ASGITransport(managed.app), base_url="http://inference") as client,
+    ):
+        for _ in range(2):
+            redis = await asyncio.to_thread(start_redis, redis_port)
+            try:
+                with running_bridge(bridge_port):
+                    await until_seen(settings.redis_url)
+                    await until_ready_is(client, True)
+            finally:
+                redis.terminate()
+                await asyncio.to_thread(redis.wait, 30.0)
+            await until_ready_is(client, False)
+    assert deaths == []
+
+
+async def until_seen(redis_url: str) -> None:
+    """A frame's detections are heard on this Redis."""
+    heard = asyncio.Event()
+
+    async def hear(_: Detections) -> None:
+        heard.set()
+
+    async with open_bus(redis_url) as bus, asyncio.timeout(60.0):
+        listener = asyncio.create_task(bus.listen(VISION_DETECTIONS, hear))
+        await heard.wait()
+        listener.cancel()
+        await asyncio.gather(listener, return_exceptions=True)
+
+
+async def until_ready_is(client: httpx.AsyncClient, wanted: bool) -> None:
+    async with asyncio.timeout(60.0):
+        while True:
+            if (await client.get("/ready")).json()["ready"] is wanted:
+                return
+            await asyncio.sleep(0.05)
 
 
 async def test_it_starts_before_redis_and_the_bridge_and_says_what_is_missing(

@@ -1,8 +1,6 @@
 """The whole service over real Redis and a real SQLite file."""
 
 import sqlite3
-import subprocess
-import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import aclosing, asynccontextmanager, closing, contextmanager
 from pathlib import Path
@@ -169,44 +167,3 @@ async def test_a_folder_that_cannot_be_made_is_a_503(tmp_path: Path, redis_url: 
     async with serving(tmp_path / "data" / "memory.db", redis_url) as client:
         with pytest.raises(UnavailableError, match="database"):
             await client.post("/observations", batch(1.0), ObservationsReply)
-
-
-WRITER = """
-import asyncio, sys
-from contracts.geometry import Pose2D
-from contracts.memory import Observation
-
-from memory.adapters.store import SqlStore
-from memory.frames import frames_of
-from memory.settings import Settings
-
-async def main():
-    store = SqlStore.from_settings(Settings(database_url="sqlite:///" + sys.argv[1]))
-    for k in range(int(sys.argv[2]), 20_000):
-        pose = Pose2D(x=k * 0.25 + 0.1, y=0.0, yaw=0.1)
-        await store.remember(frames_of([Observation(label="cup", confidence=0.5, pose=pose, stamp_s=float(k))] * 3))
-        print(k, flush=True)
-
-asyncio.run(main())
-"""
-
-
-def killed_after(acknowledgements: int, path: Path, first: int) -> list[int]:
-    """Everything a writer said was stored before it was killed in mid-writing."""
-    command = [sys.executable, "-c", WRITER, str(path), str(first)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
-        assert writer.stdout is not None
-        said = [int(writer.stdout.readline()) for _ in range(acknowledgements)]
-        writer.kill()
-        return said + [int(line) for line in writer.stdout.read().splitlines()]
-
-
-async def test_nothing_that_was_acknowledged_is_lost_when_the_writer_is_killed(path: Path) -> None:
-    acknowledged: list[int] = []
-    for enough in (1, 30, 7):
-        acknowledged += killed_after(enough, path, len(acknowledged))
-    async with aclosing(opened(path)) as store:
-        kept = {round((one.x - 0.1) / 0.25) for one in await store.views("cup", 5000)}
-    assert set(acknowledged) <= kept
-    assert len(kept) <= len(acknowledged) + 3
-    assert [file.name for file in path.parent.iterdir() if "corrupt" in file.name] == []

@@ -1,5 +1,6 @@
-"""One behaviour for both stores: the dict that tests use, and SQLite."""
+"""One behaviour for three stores: the dict that tests use, SQLite, and a real PostgreSQL."""
 
+import uuid
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import aclosing
 from dataclasses import asdict, replace
@@ -13,24 +14,22 @@ from contracts.geometry import Pose2D
 from contracts.memory import Area, ForgetRequest, Observation
 from memory.frames import Frame, Miss, frames_of
 from memory.ports import Hoard, KeptView, Store
-from support.memory_database import opened
+from support.memory_database import opened, opened_at
 from support.memory_store import FakeStore
 from support.observations import labels, observations, poses, seen
+from support.postgres_server import fresh_database
 
 Make = Callable[[Path, int], Store]
 
 
-def fake(path: Path, views_max: int) -> Store:
-    return FakeStore(views_max=views_max)
-
-
-def real(path: Path, views_max: int) -> Store:
-    return opened(path, views_max=views_max)
-
-
-@pytest.fixture(params=[fake, real])
+@pytest.fixture(params=["dict", "sqlite", "postgresql"])
 def make(request: pytest.FixtureRequest) -> Make:
-    return request.param
+    if request.param == "dict":
+        return lambda path, views_max: FakeStore(views_max=views_max)
+    if request.param == "sqlite":
+        return lambda path, views_max: opened(path, views_max=views_max)
+    server = request.getfixturevalue("postgres_url")
+    return lambda path, views_max: opened_at(fresh_database(server, uuid.uuid4().hex), views_max=views_max)
 
 
 @pytest.fixture

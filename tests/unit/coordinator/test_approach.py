@@ -216,6 +216,16 @@ def test_confirmed_and_then_out_of_sight_it_finishes_on_the_map() -> None:
     assert script.mission.state is S.APPROACHING
 
 
+def test_what_was_seen_from_afar_only_and_not_from_near_is_no_find() -> None:
+    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.YES).path().arrived().wait(4.5)
+    script.path().arrived().wait(3.0).drove().wait(3.0)
+    assert script.mission.outcome is None
+    assert "not to be seen from near" in script.said()
+    script.wait(6.0)
+    assert script.mission.state is S.SCANNING
+    assert [loss.confirmed for loss in script.mission.search.losses] == [True]
+
+
 def test_the_plain_approach_drives_by_leases_and_measures_twice_a_second() -> None:
     script = approaching(approach_rule="seeds")
     script.robot(speed_m_s=0.15).wait(1.0)

@@ -13,10 +13,13 @@ from inference.colours import SPELLINGS
 from inference.grounding import invented
 from inference.language_settings import ReaderKind, is_local
 from inference.lexicon import lexicon
-from inference.prompts import TaskAnswer
+from inference.prompts import PresenceAnswer, TaskAnswer, presence_prompt
+from inference.providers import Providers
 from inference.settings import Settings
 from inference.spelling import singular_forms
 from inference.tokens import words_of
+from mesh.clock import SystemClock
+from support.inference_fakes import FakeLanguageModel
 
 
 def test_one_caller_tries_what_was_down_and_the_others_wait_for_what_it_learns() -> None:
@@ -41,6 +44,15 @@ def test_answers_without_sense_open_it_only_when_they_go_on() -> None:
     breaker.answered_wrong(1.0, "prose")
     breaker.answered_wrong(2.0, "prose")
     assert (breaker.allows(3.0), breaker.last_error) == (False, "prose")
+
+
+async def test_a_model_that_hangs_leaves_the_next_one_its_share_of_the_time() -> None:
+    models = [FakeLanguageModel(hangs=True, name="first"), FakeLanguageModel(says={"present": "yes"}, name="second")]
+    providers = Providers.of(models, retry_after_s=1e6, clock=SystemClock())
+    prompt = presence_prompt(b"", "red bottle")
+    assert await providers.ask(prompt, PresenceAnswer, deadline_s=0.2) == (PresenceAnswer(present="yes"), "second")
+    assert await providers.ask(prompt, PresenceAnswer, deadline_s=0.2) == (PresenceAnswer(present="yes"), "second")
+    assert [one.asked for one in models] == [1, 2]
 
 
 WORDS = sorted({word for name in lexicon().names for word in name} | {"the", "find", "on", *COLOURS, "wooden", "drive"})

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from contracts.obstacles import Gap, Obstacles, SectorLabel
-from robot_bridge.obstacles import obstacles
+from robot_bridge.gaps import GapLimits
+from robot_bridge.obstacles import ObstacleLimits, obstacles
 from robot_bridge.safety import SafetyLimits
 from robot_bridge.senses import Scan
 
@@ -134,9 +135,11 @@ def test_what_is_too_narrow_or_no_opening_at_all_is_no_gap(walls: list[Wall]) ->
 
 
 def test_an_alcove_is_no_doorway() -> None:
-    alcove = [wall for wall in doorway(0.9) if wall[0][0] != 5.0 and wall[1][0] != 5.0]
-    shallow: list[Wall] = [((1.7, -0.45), (1.7, 0.45)), ((1.5, 0.45), (1.7, 0.45)), ((1.5, -0.45), (1.7, -0.45))]
-    assert seen([*alcove, *shallow]).gaps == ()
+    walls = [wall for wall in doorway(0.9) if wall[0][0] != 5.0 and wall[1][0] != 5.0]
+    walls += [((2.1, -0.45), (2.1, 0.45)), ((1.5, 0.45), (2.1, 0.45)), ((1.5, -0.45), (2.1, -0.45))]
+    limits = ObstacleLimits(gaps=GapLimits(behind_m=0.8))
+    assert obstacles(scanned(walls), LIMITS, 1.0, limits).gaps == ()
+    assert len(obstacles(scanned(doorway(0.9)), LIMITS, 1.0, limits).gaps) == 1
 
 
 def test_a_doorway_behind_the_robot_has_its_bearing_too() -> None:

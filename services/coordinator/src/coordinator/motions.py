@@ -20,7 +20,9 @@ OVER = frozenset({
 
 
 class Motions:
-    """Each `start` waits for what ran before; `stop` cancels it, the goal it had sent, and any lease."""
+    """Each `start` waits for what ran before; `stop` cancels it, the goal it had sent, and any lease. Where it is not
+    sure that nothing moves any more, it drops the session, and everything ends that was ever asked for in it.
+    """
 
     def __init__(self, robot: Robot, clock: Clock, spawn: Callable[[Coroutine[Any, Any, None]], "asyncio.Task[None]"],
                  *, goal_poll_s: float) -> None:  # fmt: skip
@@ -34,6 +36,11 @@ class Motions:
         self._sending: asyncio.Task[Goal] | None = None
         self._goal: Goal | None = None
         self._over: asyncio.Future[Goal] | None = None
+        self._in_doubt = False
+
+    def doubt(self) -> None:
+        """A call that moves the robot was not answered: it may be moving all the same."""
+        self._in_doubt = True
 
     def start(self, work: Callable[[], Awaitable[None]]) -> None:
         self._running = self._chain(work)
@@ -50,7 +57,7 @@ class Motions:
         moving = running is not None and not running.done()
         if moving and running is not None:
             running.cancel()
-        if moving or leased is not None or self._goal is not None:
+        if moving or leased is not None or self._goal is not None or self._in_doubt:
             self._chain(lambda: self._halt(leased, epoch))
 
     def heard(self, goal: Goal) -> None:
@@ -63,7 +70,11 @@ class Motions:
         """The goal when it is over. A goal whose sending is interrupted is cancelled as soon as its id is known."""
         self._over = asyncio.get_running_loop().create_future()
         self._sending = asyncio.ensure_future(self._robot.navigate(pose, timeout_s=timeout_s, epoch=epoch))
-        goal = await asyncio.shield(self._sending)
+        try:
+            goal = await asyncio.shield(self._sending)
+        except MeshError:
+            self._sending = None
+            raise
         self._sending, self._goal = None, goal
         while goal.status not in OVER:
             polling = asyncio.ensure_future(self._clock.sleep(self._goal_poll_s))
@@ -90,18 +101,25 @@ class Motions:
         if leased is not None:
             await asyncio.wait({leased})
         try:
-            if self._sending is not None:
-                sending, self._sending = self._sending, None
-                self._goal = await sending
-            if self._goal is not None:
-                goal, self._goal = self._goal, None
-                await self._robot.cancel_goal(goal.id)
-            elif leased is not None:
-                await self._robot.velocity(Twist2D(), duration_s=0.3, epoch=epoch)
-            else:
-                await self._robot.end_motion()
+            await self._end(leased, epoch)
         except MeshError as error:
-            log.warning("the motion could not be ended; its session or lease will", error=error.detail)
+            log.warning("the motion could not be ended: dropping the session, which ends it", error=error.detail)
+            self._in_doubt = True
+        if self._in_doubt:
+            self._in_doubt = False
+            await self._robot.drop_session()
+
+    async def _end(self, leased: "asyncio.Task[None] | None", epoch: int) -> None:
+        if self._sending is not None:
+            sending, self._sending = self._sending, None
+            self._goal = await sending
+        if self._goal is not None:
+            goal, self._goal = self._goal, None
+            await self._robot.cancel_goal(goal.id)
+        elif leased is not None:
+            await self._robot.velocity(Twist2D(), duration_s=0.3, epoch=epoch)
+        else:
+            await self._robot.end_motion()
 
     async def _send_lease(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
         try:

@@ -15,7 +15,7 @@ MATERIALS: frozenset[str] = frozenset({
 })  # fmt: skip
 
 _COLOUR_WORDS = frozenset({*COLOURS, "gray", "beige", "violet", "turquoise", "magenta", "cyan", "navy", "maroon"})
-_SAME = {"gray": "grey", "wood": "wooden", "golden": "gold", "metallic": "metal"}
+_SAME = {"gray": "grey", "violet": "purple", "wood": "wooden", "golden": "gold", "metallic": "metal"}
 
 
 @dataclass(frozen=True, slots=True)

@@ -189,6 +189,13 @@ class Runner:
         self.feed(event)
 
     async def _move(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
+        try:
+            return await self._moved(action, epoch)
+        except UnavailableError:
+            self._motions.doubt()
+            raise
+
+    async def _moved(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
         match action:
             case do.Undock(call=call, timeout_s=timeout_s):
                 reply = await self._robot.undock(timeout_s=timeout_s)

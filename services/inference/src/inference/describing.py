@@ -22,15 +22,21 @@ def description_of(
     head = group[-1]
     first = group[0].start
     said, start = _before(tokens, first, words)
-    beside = [one.said for one in group[:-1] if not tokens[one.end - 1].owner and one.label != "person"]
+    beside = [one.said for one in group[:-1] if one.label != "person" and _is_literal(tokens, one)]
     modifier = [] if beside else _modifier(tokens, first, start, words)
     if modifier:
         said, _ = _before(tokens, first - 1, words)
     if not any(word in words.colours for word in said):
         said = [*_after(tokens, head, mentions, words), *said]
-    spelled = dict.fromkeys(SPELLINGS.get(word, word) for word in [*said, *modifier, *beside])
+    spelled = dict.fromkeys(SPELLINGS.get(word, word) for word in " ".join([*said, *modifier, *beside]).split())
     room = max(1, DESCRIPTION_WORDS_MAX - len(head.said.split()))
     return " ".join([*list(spelled)[-room:], head.said])
+
+
+def _is_literal(tokens: Sequence[Token], one: Mention) -> bool:
+    """Said in these very words, no translation of them, and not as an owner: "the cat's bowl"."""
+    literal = "".join(token.word for token in tokens[one.start : one.end])
+    return not tokens[one.end - 1].owner and all(word in literal for word in one.said.split())
 
 
 def _before(tokens: Sequence[Token], end: int, words: Lexicon) -> tuple[list[str], int]:

@@ -9,7 +9,7 @@ said with it: no word is added that nobody said.
 from collections.abc import Sequence
 
 from contracts.vision import ParsedTask, ParseTaskRequest
-from inference.describing import colour_of_the_other, description_of
+from inference.describing import DESCRIPTION_WORDS_MAX, colour_of_the_other, description_of
 from inference.lexicon import Lexicon, lexicon
 from inference.mentions import Mention, Role, find_mentions, groups_of, is_asked, with_roles
 from inference.needs import find_need
@@ -49,8 +49,8 @@ def _wanted(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon
     if asked:
         group = asked[0]
         described = description_of(tokens, group, mentions, words)
-        if other is not None and other[0] is group[-1] and described == group[-1].said:
-            described = " ".join([*other[1], described])
+        if other is not None and other[0] is group[-1]:
+            described = _together(other[1], described)
         return group, described
     if other is not None and other[0].role is Role.NEGATED:
         return [other[0]], " ".join([*other[1], other[0].said])
@@ -58,6 +58,14 @@ def _wanted(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon
     if not placed or _asks_for_unknown(tokens, mentions, words):
         return [], ""
     return [placed[0]], description_of(tokens, [placed[0]], mentions, words)
+
+
+def _together(attributes: Sequence[str], described: str) -> str:
+    """'a wooden bowl, a small one': both, as far as four words go and no second colour is said."""
+    said = described.split()
+    colours = lexicon().colours
+    more = [word for word in attributes if word not in said and not (word in colours and colours.intersection(said))]
+    return " ".join([*more, *said]) if len(more) + len(said) <= DESCRIPTION_WORDS_MAX else described
 
 
 def _asks_for_unknown(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> bool:

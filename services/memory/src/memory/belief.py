@@ -14,7 +14,7 @@ LOST_BELOW = 0.15
 DOUBTFUL_BELOW = 0.5
 FIRST = 0.5
 """Before the first sighting."""
-PLACE_LOSS_MIN = 1.0 / 16.0
+PLACE_LOSS_MIN = 1.0 / 20.0
 """Looking again and again from one place proves no more than this factor of the odds: the same thing may hide it there,
 or the detector may be blind to it from there. So it takes two places to lose what was surely there."""
 DETECTED = ((1.2, 0.8), (1.8, 0.55), (2.5, 0.1), (2.8, 0.0))

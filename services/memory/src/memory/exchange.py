@@ -224,4 +224,5 @@ def _view(label: str, record: SeedsRecord) -> KeptView:
 def _told(error: ValidationError) -> str:
     """The first trouble, without what was written there."""
     first: Any = error.errors(include_input=False, include_url=False)[0]
-    return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"
+    where = ".".join(str(part) for part in first["loc"])
+    return f"{where}: {first['msg']}" if where else str(first["msg"])

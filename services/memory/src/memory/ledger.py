@@ -11,6 +11,8 @@ from memory.things import Thing, could_be_the_same, first_seen, matches, seen_ag
 from memory.views import Place, Sighting, merged, sighting_of
 
 SAME_PLACE_M = 0.3
+NEWLY_SEEN = 5
+"""A thing seen no more often than this may be one that was lost elsewhere."""
 ANEW_S = 3600.0
 """After so long a look from the same place proves something again."""
 
@@ -66,7 +68,7 @@ class Ledger:
                 self._disown(match)
                 thing = seen_again(match, one, position)
             self._put(thing)
-            if thing.moved_from is None:
+            if thing.moved_from is None and thing.times_seen <= NEWLY_SEEN:
                 self._came_from(thing)
             self._sight(sighting_of(one, thing.id))
             yield thing.id
@@ -105,27 +107,28 @@ class Ledger:
 
     def _came_from(self, thing: Thing) -> None:
         """Of the lost things it could be, the one last seen is where it was before."""
-        lost = [
+        before = [
             one
-            for one in self._alike(thing)
-            if one.lost and one.moved_to is None and one.last_seen_s <= thing.first_seen_s
+            for one in self._alike(thing, lost=True)
+            if one.moved_to is None and one.last_seen_s <= thing.first_seen_s
         ]
-        if lost:
-            self._link(max(lost, key=_lately), thing)
+        if before:
+            self._link(max(before, key=_lately), thing)
 
     def _went_to(self, thing: Thing) -> None:
         """Of the things that have turned up since it was last seen, the newest is where it is now."""
         since = [
             one
-            for one in self._alike(thing)
-            if not one.lost and one.moved_from is None and one.first_seen_s >= thing.last_seen_s
+            for one in self._alike(thing, lost=False)
+            if one.moved_from is None and one.first_seen_s >= thing.last_seen_s
         ]
         if since:
             self._link(thing, max(since, key=_lately))
 
-    def _alike(self, thing: Thing) -> list[Thing]:
+    def _alike(self, thing: Thing, *, lost: bool) -> list[Thing]:
+        """Of its label and look, lost or not as asked."""
         same = [self.things[number] for number in self._of_label[thing.label] if number != thing.id]
-        return [one for one in same if could_be_the_same(one, thing)]
+        return [one for one in same if one.lost is lost and could_be_the_same(one, thing)]
 
     def _link(self, before: Thing, after: Thing) -> None:
         self._put(replace(before, moved_to=after.id))

@@ -112,22 +112,25 @@ class Scoring:
     likenesses: Mapping[int, float]
     """Of things by id, where the request and they have vectors."""
     wanted: frozenset[str] = field(init=False)
+    _known: dict[int, tuple[float, float]] = field(default_factory=dict[int, tuple[float, float]])
+    """Belief and agreement of things by id: alike for all their views."""
 
     def __post_init__(self) -> None:
         self.wanted = colours_in(self.request.description, self.request.label)
 
     def of(self, view: KeptView, things: dict[int, Thing], source: str) -> Scored:
         thing = things.get(view.thing_id) if view.thing_id is not None else None
-        kind = kind_of(view.label)
         if thing is not None:
-            belief = thing.belief_at(self.now_s)
+            if thing.id not in self._known:
+                self._known[thing.id] = thing.belief_at(self.now_s), self._agreement(view, thing)
+            belief, agreement = self._known[thing.id]
             last_seen_s = thing.last_seen_s
         else:
-            belief = aged(view.belief, self.now_s - view.believed_s, kind.half_life_s)
+            belief = aged(view.belief, self.now_s - view.believed_s, kind_of(view.label).half_life_s)
+            agreement = self._agreement(view, None)
             last_seen_s = view.last_seen_s
         here = self.request.pose
         travel_m = 0.0 if here is None else math.hypot(view.x - here.x, view.y - here.y)
-        agreement = self._agreement(view, thing)
         parts = (
             belief,
             agreement,

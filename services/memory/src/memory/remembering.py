@@ -70,7 +70,7 @@ class Memory:
 
     async def listen(self) -> None:
         """Takes in `vision.detections` until cancelled."""
-        await self._bus.listen(VISION_DETECTIONS, self._take)
+        await self._bus.listen(VISION_DETECTIONS, self.take)
 
     async def look_forever(self) -> None:
         """Finds out where the things of each frame are, and what is missing from it."""
@@ -189,19 +189,20 @@ class Memory:
 
     async def forget(self, what: ForgetRequest) -> DeletedReply:
         """What still waits in the buffer goes too. Raises `NotFoundError` when there was nothing."""
-        await self._settle()
+        await self.catch_up()
         return _deleted(await self._store.forget(what))
 
     async def forget_object(self, number: int) -> DeletedReply:
-        await self._settle()
+        await self.catch_up()
         return _deleted(await self._store.forget_thing(number))
 
     async def export(self, form: ExportForm) -> AsyncGenerator[str]:
         """Line by line. Raises `UnavailableError` before the first line where the database is away."""
         if form is ExportForm.FULL:
-            yield exchange.header_line()
+            begun = False
             async for page in self._store.pages():
-                yield "".join(exchange.lines_of(page))
+                yield ("" if begun else exchange.header_line()) + "".join(exchange.lines_of(page))
+                begun = True
             return
         between = "{\n"
         for known in await self._store.labels(10_000):
@@ -254,7 +255,8 @@ class Memory:
             Dependency(name="redis", ok=connected, detail="" if connected else "not reachable"),
         ]
 
-    async def _take(self, message: Detections) -> None:
+    async def take(self, message: Detections) -> None:
+        """Puts a frame in line; the newest win."""
         if len(self._pending) == PENDING_MAX:
             LOST.inc()
         self._pending.append(message)
@@ -272,8 +274,9 @@ class Memory:
                     LOST.inc(len(self._buffer) == self._buffer.maxlen)
                     self._buffer.append(not_after(frame, self._clock.now_s()))
 
-    async def _settle(self) -> None:
-        await self._look_at_pending(self._blind)
+    async def catch_up(self) -> None:
+        """Everything that has come is looked at and written when it returns."""
+        await self._look_at_pending(self._intake)
         await self.flush()
 
     def _put_back(self, batch: list[Frame]) -> None:

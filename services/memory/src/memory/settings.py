@@ -41,8 +41,8 @@ class Settings(BaseSettings):
     senses_timeout_s: float = Field(default=0.5, gt=0.0, le=5.0, description="for depth and map of one frame")
 
     recall_rule: RecallRule = RecallRule.BELIEF
-    candidates_max: int = Field(default=1_000, ge=1, le=50_000, description="views a label that recall chooses from")
-    views_an_object: int = Field(default=8, ge=1, le=100, description="of which recall chooses where to look from")
+    candidates_max: int = Field(default=100, ge=1, le=50_000, description="views without an object, of a label")
+    views_an_object: int = Field(default=4, ge=1, le=100, description="of which recall chooses where to look from")
     weight_belief: float = Field(default=1.0, ge=0.0, le=5.0)
     weight_agreement: float = Field(default=1.0, ge=0.0, le=5.0)
     weight_relation: float = Field(default=1.0, ge=0.0, le=5.0)
@@ -56,7 +56,7 @@ class Settings(BaseSettings):
     def _is_known(cls, url: str) -> str:
         if url.startswith(POSTGRESQL):
             server = urlsplit(url)
-            if not server.hostname or not server.path.strip("/"):
+            if not (server.hostname or "host=" in server.query) or not server.path.strip("/"):
                 raise ValueError("must name a server and a database, as in postgresql://atom@localhost/atom")
             return url
         if not url.startswith(SQLITE) or url == SQLITE or "?" in url or ":memory:" in url:

@@ -108,7 +108,10 @@ def matches(seen: Sequence[Observation], things: Sequence[Thing]) -> list[Thing 
     All observations have a usable position. Nearest first, in units of the kind's gate; another colour is a handicap.
     """
     pairs = [
-        (cost, index, thing) for index, one in enumerate(seen) for thing in things if (cost := _cost(one, thing)) <= 1.0
+        (cost, index, thing)
+        for index, one in enumerate(seen)
+        for thing in _near(one, things)
+        if (cost := _cost(one, thing)) <= 1.0
     ]
     pairs.sort(key=lambda pair: (pair[0], pair[1], pair[2].id))
     found: list[Thing | None] = [None] * len(seen)
@@ -141,12 +144,15 @@ def first_seen(observation: Observation, position: Point3D, number: int) -> Thin
 
 
 def seen_again(thing: Thing, observation: Observation, position: Point3D | None) -> Thing:
-    """The thing after one more sighting; without a position its own stays as it was."""
+    """The thing after one more sighting; without a position its own stays as it was.
+
+    What was lost and is seen again is as sure as what is seen for the first time.
+    """
     known = thing if position is None else _moved_towards(thing, observation, position)
     stamp_s = max(known.believed_s, observation.stamp_s)
     return replace(
         _embedded(known, observation),
-        belief=after_sighting(known.belief_at(observation.stamp_s), observation.confidence),
+        belief=after_sighting(max(FIRST, known.belief_at(observation.stamp_s)), observation.confidence),
         believed_s=stamp_s,
         confidence=max(known.confidence, observation.confidence),
         first_seen_s=min(known.first_seen_s, observation.stamp_s),
@@ -161,6 +167,17 @@ def seen_again(thing: Thing, observation: Observation, position: Point3D | None)
 def could_be_the_same(one: Thing, other: Thing) -> bool:
     """By what they look like: same label, and no two known colours that differ."""
     return one.label == other.label and (one.colour == other.colour or None in {one.colour, other.colour})
+
+
+def _near(observation: Observation, things: Sequence[Thing]) -> list[Thing]:
+    """A quick sieve: most things of a label are in other rooms."""
+    position = observation.position
+    if position is None:
+        return []
+    reach_m = kind_of(observation.label).radius_m + GATE_M_MAX
+    west, east = position.x - reach_m, position.x + reach_m
+    south, north = position.y - reach_m, position.y + reach_m
+    return [one for one in things if west < one.x < east and south < one.y < north]
 
 
 def _cost(observation: Observation, thing: Thing) -> float:

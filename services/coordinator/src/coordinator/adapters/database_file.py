@@ -24,6 +24,8 @@ log = structlog.get_logger()
 
 CORRUPT = frozenset({sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB})
 SIDE_FILES = ("-wal", "-shm", "-journal")
+POOL_TIMEOUT_S = 10.0
+"""One reader or writer waits for the other no longer than this."""
 
 
 @contextmanager
@@ -47,7 +49,7 @@ def engine(path: Path, *, busy_timeout_s: float) -> AsyncEngine:
         hide_parameters=True,
         pool_size=1,
         max_overflow=0,
-        pool_timeout=busy_timeout_s * 2,
+        pool_timeout=POOL_TIMEOUT_S,
         connect_args={"timeout": busy_timeout_s},
     )
 

@@ -52,6 +52,7 @@ class BridgeRobot:
         self._heartbeat_s = heartbeat_s
         self._reconnect_s = reconnect_s
         self._session_id: str | None = None
+        self._dropped = asyncio.Event()
 
     async def aclose(self) -> None:
         await self._client.aclose()
@@ -80,11 +81,17 @@ class BridgeRobot:
                 greeting = await asyncio.wait_for(ws.recv(), 2.0)
                 self._session_id = SessionGreeting.model_validate_json(greeting).session_id
                 log.info("a session with robot_bridge is held")
-                while True:
+                self._dropped.clear()
+                while not self._dropped.is_set():
                     await ws.send("beat")
                     await asyncio.sleep(self._heartbeat_s)
             finally:
                 self._session_id = None
+
+    async def drop_session(self) -> None:
+        """The next beat is not sent; the bridge ends what belonged to it when the connection closes."""
+        self._session_id = None
+        self._dropped.set()
 
     def _session(self) -> str:
         if self._session_id is None:

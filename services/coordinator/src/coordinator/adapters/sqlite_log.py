@@ -26,10 +26,16 @@ log = structlog.get_logger()
 TAIL = 2000
 RECENT = 100
 PENDING_MAX = 50_000
-SAVED_WITHIN_S = 10.0
+SAVED_WITHIN_S = 20.0
 AGAIN_S = 1.0
 
 Write = tuple[Executable, list[dict[str, Any]]]
+
+_EVENT = insert(events)
+_NEW = insert(missions)
+_MISSION = _NEW.on_conflict_do_update(
+    index_elements=[missions.c.id], set_={"over": _NEW.excluded.over, "record": _NEW.excluded.record}
+)
 
 
 class SqliteLog:
@@ -88,18 +94,14 @@ class SqliteLog:
         while len(self._recent) > RECENT:
             self._recent.popitem(last=False)
         over = mission.outcome is not None
-        row = insert(missions)
-        changed = row.on_conflict_do_update(
-            index_elements=[missions.c.id], set_={"over": row.excluded.over, "record": row.excluded.record}
-        )
-        self._write(changed, id=mission.id, over=over, record=mission.model_dump_json())
+        self._write(_MISSION, id=mission.id, over=over, record=mission.model_dump_json())
         if over:
             self._forget_the_oldest()
 
     def append(self, event: MissionEvent) -> None:
         self._next_event_id = event.id + 1
         self._tail.append(event)
-        self._write(insert(events), id=event.id, mission_id=event.mission_id, line=event.model_dump_json())
+        self._write(_EVENT, id=event.id, mission_id=event.mission_id, line=event.model_dump_json())
 
     def record(self, mission_id: str, line: str) -> None:
         self._lines[mission_id].append(line)
@@ -174,7 +176,10 @@ class SqliteLog:
 
     def _write(self, statement: Executable, **row: Any) -> None:
         """Rows of one statement in a row go together."""
-        self._pending.append((statement, [row]))
+        if self._pending and self._pending[-1][0] is statement:
+            self._pending[-1][1].append(row)
+        else:
+            self._pending.append((statement, [row]))
         if len(self._pending) > PENDING_MAX:
             del self._pending[0]
         self._news.set()

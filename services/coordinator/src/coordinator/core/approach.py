@@ -92,6 +92,9 @@ def on_look_timeout(draft: Draft) -> None:
 
 def on_overtime(draft: Draft) -> None:
     draft.stop_motion()
+    if _seen_from_afar_only(draft):
+        _look_afresh(draft)
+        return
     found(draft, surface_distance_m(draft), "as near as could be reached in time")
 
 
@@ -196,7 +199,21 @@ def _drive(draft: Draft) -> None:
     draft.drive(min(rest_m, 2.0))
 
 
+def _seen_from_afar_only(draft: Draft) -> bool:
+    """What was never measured from near is no find, wherever the robot stands: the one place it has may be wrong."""
+    return draft.candidate.distance_m is not None and draft.candidate.distance_m > draft.rules.near_m
+
+
+def _look_afresh(draft: Draft) -> None:
+    """Forgets the place; where it is not seen again either, it is told as what may have been it."""
+    draft.set_candidate(map_xy=None, odom_xy=None)
+    draft.go(MissionState.CENTERING, "not to be seen from near, only from afar before: looking again")
+
+
 def _finish(draft: Draft) -> None:
+    if _seen_from_afar_only(draft):
+        _look_afresh(draft)
+        return
     distance, approach = surface_distance_m(draft), draft.approach
     if distance is None or distance <= draft.rules.reach_m + 0.05:
         found(draft, distance, "within reach")

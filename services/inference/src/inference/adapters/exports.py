@@ -31,7 +31,7 @@ LIBRARIES = {Backend.OPENVINO: ("openvino",), Backend.ONNX: ("onnx", "onnxruntim
 FILES = {Backend.OPENVINO: f"detector{OPENVINO_FOLDER}", Backend.ONNX: "detector.onnx"}
 TIMINGS = "timings.json"
 WARM_UPS, TIMED = 3, 15
-NICE = 15
+NICE = 5
 """Exporting yields to everything else on the machine."""
 
 

@@ -10,7 +10,7 @@ from inference.ports import Prompt
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
 
 SERVICE = "openai"
-REFUSED_FORMAT = frozenset((400, 422))
+REFUSED_FORMAT = frozenset((400, 422, 500, 501))
 
 
 class _Message(BaseModel):

@@ -1,24 +1,23 @@
 """What is read, each function inside one read transaction."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Row, func, literal_column, select
+from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_column, select
 
 from contracts.memory import Area, LabelCount
-from memory.adapters.rows import thing_of, view_of
+from memory.adapters.rows import VIEW, thing_of, view_of
 from memory.adapters.tables import things, views
 from memory.ports import Candidates, Counts, Hoard, KeptView
 from memory.things import Thing
 
 PAGE = 2000
-THINGS_A_LABEL = 100
+THINGS_A_LABEL = 40
 """Recall looks at no more things of one label than this, the most believed."""
 
 
 def best_views(connection: Connection, label: str | None, limit: int) -> list[KeptView]:
-    query = select(views).order_by(views.c.confidence.desc(), views.c.id).limit(limit)
+    query = select(*VIEW).order_by(views.c.confidence.desc(), views.c.id).limit(limit)
     if label is not None:
         query = query.where(views.c.label == label)
     return _coloured(connection, connection.execute(query).all())
@@ -67,24 +66,40 @@ def labels(connection: Connection, limit: int) -> list[LabelCount]:
 
 def candidates(connection: Connection, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
     """A few rows a thing by an index each, not all rows of the label: a year leaves thousands."""
-    query = (
-        select(things)
-        .where(things.c.label == label)
-        .order_by(things.c.belief.desc(), things.c.last_seen_s.desc(), things.c.id)
-        .limit(THINGS_A_LABEL)
-    )
-    found = {row.id: thing_of(row) for row in connection.execute(query)}
-    order = (views.c.confidence.desc(), views.c.id)
-    without = select(views).where(views.c.label == label, views.c.thing_id.is_(None)).order_by(*order).limit(views_max)
-    rows = list(connection.execute(without))
+    found = {row.id: thing_of(row) for row in connection.execute(_LIKELY, {"label": label})}
+    rows: list[Sequence[Any]] = [*connection.execute(_WITHOUT_THING, {"label": label, "most": views_max}).all()]
     if found:
-        best = views.alias("best")
-        of_thing = select(best.c.id).where(best.c.thing_id == things.c.id).correlate(things)
-        of_thing = of_thing.order_by(best.c.confidence.desc(), best.c.id).limit(views_a_thing)
-        shown = select(views).select_from(things.join(views, views.c.id.in_(of_thing)))
-        rows += connection.execute(shown.where(things.c.id.in_(list(found)))).all()
-    kept = [view_of(row) for row in rows]
-    return Candidates(found, tuple(_with_colour(view, found) for view in kept))
+        rows += connection.execute(_OF_THINGS, {"numbers": list(found), "each": views_a_thing}).all()
+    return Candidates(found, tuple(_in_colour(rows, found)))
+
+
+def _of_things() -> Any:
+    best = views.alias("best")
+    of_thing = (
+        select(best.c.id)
+        .where(best.c.thing_id == things.c.id, best.c.label == things.c.label)  # both, for the index
+        .correlate(things)
+        .order_by(best.c.confidence.desc(), best.c.id)
+        .limit(bindparam("each"))
+    )
+    shown = select(*VIEW).select_from(things.join(views, views.c.id.in_(of_thing)))
+    return shown.where(things.c.id.in_(bindparam("numbers", expanding=True)))
+
+
+# Written once: to build them anew takes longer than to run them.
+_LIKELY = (
+    select(things)
+    .where(things.c.label == bindparam("label"))
+    .order_by(things.c.belief.desc(), things.c.last_seen_s.desc(), things.c.id)
+    .limit(THINGS_A_LABEL)
+)
+_WITHOUT_THING = (
+    select(*VIEW)
+    .where(views.c.label == bindparam("label"), views.c.thing_id.is_(None))
+    .order_by(views.c.confidence.desc(), views.c.id)
+    .limit(bindparam("most"))
+)
+_OF_THINGS = _of_things()
 
 
 def counts(connection: Connection, database: str) -> Counts:
@@ -112,8 +127,8 @@ def counts(connection: Connection, database: str) -> Counts:
 
 def page(connection: Connection, kind: str, after: int) -> tuple[Hoard, int | None]:
     """The next rows after an id, and the id to go on after; none at the end."""
-    table = things if kind == "things" else views
-    rows = connection.execute(select(table).where(table.c.id > after).order_by(table.c.id).limit(PAGE)).all()
+    table, wanted = (things, things.c) if kind == "things" else (views, VIEW)
+    rows = connection.execute(select(*wanted).where(table.c.id > after).order_by(table.c.id).limit(PAGE)).all()
     going_on = rows[-1].id if len(rows) == PAGE else None
     if kind == "things":
         return Hoard(things=tuple(thing_of(row) for row in rows)), going_on
@@ -127,13 +142,12 @@ def _coloured(connection: Connection, rows: Sequence[Row[Any]]) -> list[KeptView
     for start in range(0, len(numbers), 500):
         query = select(things).where(things.c.id.in_(numbers[start : start + 500]))
         known.update({row.id: thing_of(row) for row in connection.execute(query)})
-    return [_with_colour(view_of(row), known) for row in rows]
+    return _in_colour(rows, known)
 
 
-def _with_colour(view: KeptView, known: dict[int, Thing]) -> KeptView:
-    if view.thing_id is None or view.thing_id not in known:
-        return view
-    return replace(view, colour=known[view.thing_id].colour or "")
+def _in_colour(rows: Sequence[Sequence[Any]], known: dict[int, Thing]) -> list[KeptView]:
+    colours = {number: thing.colour or "" for number, thing in known.items()}
+    return [view_of(row, colours.get(row[-1])) for row in rows]
 
 
 def _by_bytes(connection: Connection) -> ColumnElement[str]:

@@ -1,11 +1,13 @@
 """Rows of the tables to things and views, and back."""
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Row
+from sqlalchemy import ColumnElement, Row
 
+from memory.adapters.tables import views
 from memory.ports import KeptView
 from memory.things import Thing
 from memory.views import Sighting
@@ -65,21 +67,26 @@ def row_of(thing: Thing) -> Values:
     }
 
 
-def view_of(row: Row[Any]) -> KeptView:
-    return KeptView(
-        id=row.id,
-        label=row.label,
-        colour=row.colour,
-        x=row.x,
-        y=row.y,
-        yaw=row.yaw,
-        confidence=row.confidence,
-        last_seen_s=row.last_seen_s,
-        count=row.sightings,
-        belief=row.belief,
-        believed_s=row.believed_s,
-        thing_id=row.thing_id,
-    )
+VIEW: tuple[ColumnElement[Any], ...] = (
+    views.c.id,
+    views.c.label,
+    views.c.colour,
+    views.c.x,
+    views.c.y,
+    views.c.yaw,
+    views.c.confidence,
+    views.c.last_seen_s,
+    views.c.sightings,
+    views.c.belief,
+    views.c.believed_s,
+    views.c.thing_id,
+)
+"""What a view is read as, in the order of `KeptView`: recall reads hundreds."""
+
+
+def view_of(row: Sequence[Any], colour: str | None = None) -> KeptView:
+    """Of a row of `VIEW`. `colour`, where given, is the thing's."""
+    return KeptView(*row) if colour is None else KeptView(row[0], row[1], colour, *row[3:])
 
 
 def row_of_sighting(sighting: Sighting, thing_id: int | None) -> Values:

@@ -82,4 +82,4 @@ PLACE: tuple[ColumnElement[Any], ...] = (
 )
 Index("views_place", *PLACE, unique=True)
 Index("views_best_first", views.c.label, views.c.confidence.desc())
-Index("views_of_thing", views.c.thing_id, views.c.confidence.desc())
+Index("views_of_thing", views.c.thing_id, views.c.label, views.c.confidence.desc())

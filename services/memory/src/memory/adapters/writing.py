@@ -8,7 +8,7 @@ from sqlalchemy import Connection, and_, bindparam, case, delete, func, insert, 
 from sqlalchemy.dialects import postgresql, sqlite
 
 from contracts.memory import ForgetRequest
-from memory.adapters.rows import Values, row_of, row_of_sighting, thing_of, view_of
+from memory.adapters.rows import VIEW, Values, row_of, row_of_sighting, thing_of, view_of
 from memory.adapters.tables import PLACE, things, views
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
@@ -115,9 +115,9 @@ def _disbelieve_views(connection: Connection, frame: Frame) -> None:
     """Views without a thing, taken from about here in about this direction, of what this look did not show."""
     reach = LOOKED_M / CELL_M + 1
     column, row = frame.pose.x / CELL_M, frame.pose.y / CELL_M
-    near = select(views).where(
+    near = select(*VIEW).where(
         views.c.thing_id.is_(None),
-        views.c.cell_x.between(int(column - reach), int(column + reach)),
+        views.c.cell_x.in_(range(int(column - reach), int(column + reach) + 1)),  # a list: each is a range of the index
         views.c.cell_y.between(int(row - reach), int(row + reach)),
     )
     for found in connection.execute(near).all():

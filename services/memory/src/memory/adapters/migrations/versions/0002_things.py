@@ -63,5 +63,5 @@ def upgrade() -> None:
         "CREATE UNIQUE INDEX views_place ON views (cell_x, cell_y, sector, label, colour, coalesce(thing_id, 0))"
     )
     op.execute("CREATE INDEX views_best_first ON views (label, confidence DESC)")
-    op.execute("CREATE INDEX views_of_thing ON views (thing_id, confidence DESC)")
+    op.execute("CREATE INDEX views_of_thing ON views (thing_id, label, confidence DESC)")
     op.drop_table("schema_version")

@@ -1,0 +1,11 @@
+"""Memory over a home in which things are carried about: each chapter's recall is right."""
+
+from pathlib import Path
+
+from bench.memory_story import told
+
+
+async def test_recall_follows_a_bottle_that_is_hidden_moved_lost_found_and_removed(tmp_path: Path) -> None:
+    chapters = await told(tmp_path, seed=0)
+    assert [(one.happened, one.recalled) for one in chapters] == [(one.happened, one.wanted) for one in chapters]
+    assert len(chapters) == 10

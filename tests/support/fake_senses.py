@@ -1,0 +1,30 @@
+"""robot_bridge's senses for memory's tests: every box shows what it is told to show."""
+
+from contracts.geometry import Point3D
+from contracts.robot import BoxQuery
+from memory.looks import Ground
+
+
+class FakeSenses:
+    """`places` by the box's x_min; `far_m` is what depth says everywhere."""
+
+    def __init__(self, *, far_m: float | None = 5.0, ground: Ground | None = None) -> None:
+        self.places: dict[float, Point3D] = {}
+        self.far_m = far_m
+        self.map = ground
+        self.asked: list[BoxQuery] = []
+        self.closed = False
+
+    async def locate(self, box: BoxQuery) -> Point3D | None:
+        self.asked.append(box)
+        return self.places.get(box.bbox_xyxy[0])
+
+    async def depth_m(self, box: BoxQuery) -> float | None:
+        self.asked.append(box)
+        return self.far_m
+
+    async def ground(self) -> Ground | None:
+        return self.map
+
+    async def aclose(self) -> None:
+        self.closed = True
