@@ -21,7 +21,7 @@ async def client(world: UiWorld) -> AsyncIterator[httpx.AsyncClient]:
     fresh_nicegui()
     deaths: list[str] = []
     app = create_app(
-        Settings(body_bytes_max=20_000),
+        Settings(),
         bus=world.bus,
         robot=world.robot,
         eyes=world.eyes,

@@ -168,26 +168,27 @@ async def test_the_end_of_a_mission_is_told_wherever_one_looks(page: Page, site:
 
 @pytest.mark.parametrize(("size", "dark"), [(DESKTOP, False), (DESKTOP, True), (PHONE, False)])
 async def test_axe_finds_nothing_serious(site: Site, browser: Browser, size: dict[str, int], dark: bool) -> None:
-    found: dict[str, object] = {}
+    found: list[str] = []
     async with site.opened(browser, size, dark=dark) as page:
         await expect(page.locator('[data-atom="live"][data-old="false"]')).to_be_visible()
         for tab in ("Timeline", "Memory", "Missions", "Robot"):
             await page.get_by_role("tab", name=tab).click()
             await expect(page.get_by_role("tab", name=tab)).to_have_attribute("aria-selected", "true")
-            found[tab] = await serious(page)
+            found += [f"{tab}: {one}" for one in await serious(page)]
         await page.get_by_role("button", name="Emergency stop").click()
         await expect(page.get_by_text("The robot is stopped and stays stopped.")).to_be_visible()
         await page.get_by_role("button", name="Resume after the emergency stop").click()
         await expect(page.get_by_text("Let the robot move again?")).to_be_visible()
-        found["stopped"] = await serious(page)
-    assert {where: what for where, what in found.items() if what} == {}
+        found += [f"stopped: {one}" for one in await serious(page)]
+    assert not found, "\n".join(found)
 
 
-async def serious(page: Page) -> list[tuple[str, list[str]]]:
+async def serious(page: Page) -> list[str]:
     """Rules that are broken badly, and where."""
     results = await Axe().run(page)
     return [
-        (one["id"], [f"{node['target']} {node['html'][:160]}" for node in one["nodes"][:4]])
+        f"{one['id']} {node['target']} {node['html'][:160]} {node['any'][:1] and node['any'][0]['message']}"
         for one in results.response["violations"]
         if one["impact"] in SERIOUS
+        for node in one["nodes"][:4]
     ]

@@ -66,6 +66,7 @@ def create_app(
         lifespan=lifespan,
         dependencies=dependencies,
         body_bytes_max=settings.body_bytes_max,
+        body_bytes_max_at={"/memory/import": settings.import_bytes_max},
         description="Shows: the operator's web page.",
     )
     for router in routers():

@@ -27,7 +27,7 @@ from ui.routes.deps import get_desk, operator
 from ui.texts import t
 
 ASSETS: Final = Path(__file__).parent / "assets"
-SCRIPTS: Final = ("base.js", "stop.js", "camera.js", "map.js", "drive.js", "speech.js")
+SCRIPTS: Final = ("base.js", "stop.js", "camera.js", "map.js", "drive.js", "memory.js", "speech.js")
 RECONNECT_S: Final = 5.0
 NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {
     words.Tone.GOOD: "positive",
@@ -65,7 +65,7 @@ class OperatorPage:
         self._news_shown = desk.news.newest
         acts = Acts(desk)
         nicegui_ui.add_head_html(_head())
-        nicegui_ui.colors(primary="#2563eb", negative="#c81e1e", positive="#15803d", warning="#a15c07")
+        nicegui_ui.colors(primary="#1d56cf", negative="#c81e1e", positive="#15803d", warning="#a15c07")
         self._top = Top()
         with box("board"):
             with box("say-or-stopped"):

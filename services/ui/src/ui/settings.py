@@ -18,7 +18,8 @@ class Settings(BaseSettings):
     inference_url: str = "http://127.0.0.1:8002"
     memory_url: str = "http://127.0.0.1:8003"
     robot_bridge_url: str = "http://127.0.0.1:8004"
-    body_bytes_max: int = Field(default=50_000_000, ge=1000, description="an imported memory is the largest")
+    body_bytes_max: int = Field(default=20_000, ge=1000)
+    import_bytes_max: int = Field(default=50_000_000, ge=1000, description="of a memory taken back from a file")
 
     call_timeout_s: float = Field(default=5.0, gt=0.0)
     command_timeout_s: float = Field(default=30.0, gt=0.0, description="reading a command may ask a language model")

@@ -23,12 +23,13 @@ class Command:
         with self._root:
             with box("row say-row"):
                 self._input = (
-                    nicegui_ui.input(placeholder=t("find the red bottle"), autocomplete=[])
+                    nicegui_ui.input(placeholder=t("find the red bottle"))
                     .props(f"outlined dense maxlength={COMMAND_MAX} autocomplete=off enterkeyhint=send autofocus")
                     .props(f'aria-label="{t("What to find")}" data-atom-say')
                     .classes("say")
                     .on("keydown.enter", self._send)
                 )
+                self._suggestions = nicegui_ui.element("datalist").props(f"id={self._input.html_id}-datalist")
                 nicegui_ui.element("button").classes("mic").props(
                     f'type=button hidden data-atom=mic aria-label="{t("Hold to speak")}"'
                 )
@@ -85,10 +86,16 @@ class Command:
         self._cancel.set_enabled(view.can_cancel)
         if remembered is not self._remembered:
             self._remembered = remembered
-            self._input.set_autocomplete(list(suggestions(remembered)))
+            self._suggest(suggestions(remembered))
         if view.queue != self._queued:
             self._queued = view.queue
             self._show_queue(view.queue)
+
+    def _suggest(self, texts: Sequence[str]) -> None:
+        self._suggestions.clear()
+        with self._suggestions:
+            for text in texts:
+                nicegui_ui.element("option").props["value"] = text
 
     def _show_queue(self, queue: Sequence[tuple[str, str]]) -> None:
         self._queue.clear()

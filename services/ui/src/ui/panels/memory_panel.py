@@ -2,7 +2,6 @@
 
 from collections.abc import Awaitable, Callable, Coroutine
 
-from nicegui import events
 from nicegui import ui as nicegui_ui
 
 from contracts.memory import LabelCount, ObjectState, RememberedObject
@@ -41,10 +40,11 @@ class MemoryPanel:
             self._kinds = nicegui_ui.element("ul").classes("things").props(f'aria-label="{t("Remembered kinds")}"')
             with box("row transfer"):
                 nicegui_ui.link(t("Export"), "/memory/export").props("download").classes("act-link")
-                nicegui_ui.upload(on_upload=self._import, auto_upload=True, label=t("Import a file")).props(
-                    "flat dense hide-upload-btn accept=.json,.jsonl,.ndjson"
-                )
-        self._dialog = nicegui_ui.dialog().props(f'aria-label="{t("Forget?")}"')
+                with nicegui_ui.element("label").classes("act-link import"):
+                    nicegui_ui.label(t("Import a file"))
+                    nicegui_ui.element("input").props("type=file data-atom=import accept=.json,.jsonl,.ndjson")
+            box("answer").props("data-atom=import-note role=status")
+        self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{t("Forget?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
             self._question = nicegui_ui.label().classes("headline")
             with box("row end"):
@@ -142,10 +142,6 @@ class MemoryPanel:
                 self.show()
 
         return clicked
-
-    async def _import(self, upload: events.UploadEventArguments) -> None:
-        self._tell(await self._acts.import_memory(await upload.file.read()))
-        self.show()
 
     def _tell(self, told: Told) -> None:
         self._answer.set_text(told.text)

@@ -26,7 +26,7 @@ class Stopped:
     def __init__(self, acts: Acts, operator: str) -> None:
         self._acts = acts
         self._operator = operator
-        self._dialog = nicegui_ui.dialog().props(f'aria-label="{t("Resume?")}"')
+        self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{t("Resume?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
             heading(t("Let the robot move again?"))
             nicegui_ui.label(

@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from contracts.base import Message
 from ui.acts import Acts
 from ui.desk import Desk
 
@@ -22,6 +23,13 @@ def operator(connection: HTTPConnection | None) -> str:
     """Who asks, for the record of a stop."""
     client = connection.client if connection is not None else None
     return f"ui {client.host}" if client is not None else "ui"
+
+
+class Said(Message):
+    """What came of an act, in words for a person."""
+
+    ok: bool
+    text: str
 
 
 DeskDep = Annotated[Desk, Depends(get_desk)]

@@ -1,15 +1,23 @@
-"""The whole memory as a file, to keep or to carry elsewhere."""
+"""The whole memory as a file, to keep or to carry elsewhere, and back."""
 
 from typing import Any, Final
 
 from fastapi import APIRouter
 from fastapi.responses import Response
+from starlette.requests import Request
 
-from ui.routes.deps import DeskDep
+from ui.routes.deps import ActsDep, DeskDep, Said
 
 router = APIRouter(tags=["memory"])
 
 FILE: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"application/x-ndjson": {}}}}
+
+BODY: Final[dict[str, Any]] = {
+    "requestBody": {
+        "required": True,
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
 
 
 @router.get("/memory/export", responses=FILE, response_class=Response)
@@ -17,3 +25,10 @@ async def export(desk: DeskDep) -> Response:
     """What memory exports, as a download."""
     headers = {"Content-Disposition": 'attachment; filename="atom-memory.jsonl"', "Cache-Control": "no-store"}
     return Response(await desk.memory.export(), media_type="application/x-ndjson", headers=headers)
+
+
+@router.post("/memory/import", openapi_extra=BODY)
+async def import_memory(request: Request, acts: ActsDep) -> Said:
+    """Takes an exported file back. A refusal is an answer: `ok` is false and `text` says why."""
+    told = await acts.import_memory(await request.body())
+    return Said(ok=told.ok, text=told.text)

@@ -5,7 +5,7 @@ from pydantic import Field
 
 from contracts.base import Message
 from mesh.errors import UnprocessableError
-from ui.routes.deps import ActsDep, DeskDep
+from ui.routes.deps import ActsDep, DeskDep, Said
 
 router = APIRouter(prefix="/place", tags=["place"])
 
@@ -16,11 +16,6 @@ class Click(Message):
     x_px: float = Field(ge=0.0, le=10_000.0)
     y_px: float = Field(ge=0.0, le=10_000.0)
     version: str = Field(max_length=40, description="of the picture that was clicked on")
-
-
-class Said(Message):
-    ok: bool
-    text: str
 
 
 @router.post("/go")
