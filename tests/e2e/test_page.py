@@ -105,7 +105,6 @@ def test_stop_in_mid_drive_brings_the_robot_to_rest_and_resume_only_permits(mesh
     assert button is not None
     pressed_sim_s, pressed_s = mesh.simulated_s(), time.time()
     page.mouse.click(button["x"] + button["width"] / 2, button["y"] + button["height"] / 2)
-    mesh.until(lambda: mesh.get("robot_bridge", "/emergency-stop")["latched"], timeout_s=30.0, what="a latched stop")
     moved_sim_s = last_motion_s(mesh)
     reached_s = mesh.get("robot_bridge", "/emergency-stop")["since_s"] - pressed_s
     log.info("press to bridge %.3f s, press to the last motion %.2f s", reached_s, moved_sim_s - pressed_sim_s)
