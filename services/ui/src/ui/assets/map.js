@@ -21,8 +21,12 @@
   }
 
   function paint() {
+    if (!scene.map) return;
     const canvas = part("map");
-    if (!canvas || !scene.map) return;
+    if (!canvas) {  // the page is still being built
+      window.setTimeout(paint, 100);
+      return;
+    }
     const [width, height] = [scene.map.width * SHARP, scene.map.height * SHARP];
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     const pen = canvas.getContext("2d");
