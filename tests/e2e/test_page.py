@@ -101,10 +101,8 @@ def test_stop_in_mid_drive_brings_the_robot_to_rest_and_resume_only_permits(mesh
     page = seat.page
     find(page)
     drives(mesh)
-    button = page.get_by_role("button", name="Emergency stop").bounding_box()
-    assert button is not None
     pressed_sim_s, pressed_s = mesh.simulated_s(), time.time()
-    page.mouse.click(button["x"] + button["width"] / 2, button["y"] + button["height"] / 2)
+    page.get_by_role("button", name="Emergency stop").click()
     moved_sim_s = last_motion_s(mesh)
     reached_s = mesh.get("robot_bridge", "/emergency-stop")["since_s"] - pressed_s
     log.info("press to bridge %.3f s, press to the last motion %.2f s", reached_s, moved_sim_s - pressed_sim_s)
