@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from robot_bridge.depth import core, depths_in_box, localise, measure, near_mode, noise_m, scaled_box
@@ -37,6 +37,7 @@ def test_too_few_pixels_measure_nothing_and_say_so() -> None:
     assert (measured.distance_m, measured.reason) == (None, "too few depth pixels in the box")
 
 
+@example(2.5, 230)  # a group whose nearest samples alone are enough to be one
 @given(st.floats(0.3, 2.8), st.integers(200, 20_000))
 def test_a_plain_surface_is_measured_within_its_noise(distance_m: float, count: int) -> None:
     measured = near_mode(np.random.default_rng(count).normal(distance_m, noise_m(distance_m), count))

@@ -14,6 +14,8 @@ RgbImage = npt.NDArray[np.uint8]
 """(height, width, 3), red first."""
 Embeddings = npt.NDArray[np.float32]
 """(n, d), unit vectors: a dot product is a cosine."""
+CONNECT_TIMEOUT_S = 3.0
+"""A server of language models that has not picked up by then is down."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,8 @@ HOLE_M = 1.0
 """Where a hole is taken to be when nothing round it was measured either."""
 MODE_SHARE_MIN = 0.15
 """A nearer group of depths counts as the thing from this share of the samples on; fewer are noise at the edges."""
+SHIFTS_MAX = 20
+"""Of the window towards the middle of the group it was first laid over the near edge of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,9 +133,13 @@ def near_mode(depths_m: NDArray[np.float64]) -> Measured:
         start += 1
     else:
         return Measured(None, None, int(ordered.size), "no depth is shared by enough pixels")
-    median = float(np.median(ordered[start:end]))
-    around = ordered[np.abs(ordered - median) <= max(0.06, 2.5 * noise_m(median))]
+    around = ordered[start:end]
     median = float(np.median(around))
+    for _ in range(SHIFTS_MAX):
+        around = ordered[np.abs(ordered - median) <= max(0.06, 2.5 * noise_m(median))]
+        before, median = median, float(np.median(around))
+        if median == before:
+            break
     spread = 1.4826 * float(np.median(np.abs(around - median)))
     return Measured(median, spread, int(around.size))
 

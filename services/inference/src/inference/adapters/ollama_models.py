@@ -5,7 +5,7 @@ from typing import Any
 import httpx
 import ollama
 
-from inference.ports import Prompt
+from inference.ports import CONNECT_TIMEOUT_S, Prompt
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
 
 SERVICE = "ollama"
@@ -19,7 +19,9 @@ class OllamaModel:
     def __init__(self, url: str, model: str, *, timeout_s: float) -> None:
         self._model = model
         # typed loosely: the client's own annotations are incomplete
-        self._client: Any = ollama.AsyncClient(host=url, timeout=httpx.Timeout(timeout_s, connect=1.0), trust_env=False)
+        self._client: Any = ollama.AsyncClient(
+            host=url, timeout=httpx.Timeout(timeout_s, connect=CONNECT_TIMEOUT_S), trust_env=False
+        )
         self.name = f"{self.backend}:{model}"
 
     async def complete(self, prompt: Prompt) -> str:

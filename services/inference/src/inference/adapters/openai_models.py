@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 from pydantic import BaseModel, Field, ValidationError
 
-from inference.ports import Prompt
+from inference.ports import CONNECT_TIMEOUT_S, Prompt
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
 
 SERVICE = "openai"
@@ -47,7 +47,7 @@ class OpenAiModel:
         self._named_format = True
         self._http = httpx.AsyncClient(
             base_url=base_url.rstrip("/") + "/",
-            timeout=httpx.Timeout(timeout_s, connect=1.0),
+            timeout=httpx.Timeout(timeout_s, connect=CONNECT_TIMEOUT_S),
             headers={"authorization": f"Bearer {api_key}"} if api_key else {},
             trust_env=False,
         )
