@@ -21,7 +21,7 @@ async def play(folder: Path) -> None:
     try:
         async with running(folder, toy, None, nav2_active_wait_s=30.0) as rig:  # ready: every topic flows
             assert (await rig.velocity(duration_s=2.0)).json()["accepted"]
-            await until(lambda: any(linear_x > 0.0 for linear_x, _ in toy.velocities))
+            await until(lambda: toy.has_driven)
             assert (await rig.goal(clear_costmaps=False)).json()["status"] == "EXECUTING"
     finally:
         robot.close()

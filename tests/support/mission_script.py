@@ -135,9 +135,9 @@ class Script:
         )
         return self.feed(ev.Localized(self.last(do.Localize).call, reply))
 
-    def voted(self, clip: Verdict, score: float = 0.1) -> "Script":
+    def voted(self, clip: Verdict, score: float = 0.1, *, detector: Verdict = Verdict.YES) -> "Script":
         votes = (
-            Vote(voter="detector", verdict=Verdict.YES, score=0.8, threshold=0.3),
+            Vote(voter="detector", verdict=detector, score=0.8 if detector is Verdict.YES else None, threshold=0.3),
             Vote(voter="clip", verdict=clip, score=score, threshold=0.4),
         )
         validation = Validation(

@@ -96,6 +96,11 @@ class ToyRobot:
         return self.give_ups >= 0
 
     @property
+    def has_driven(self) -> bool:
+        """Also on a busy machine, where a short lease may be over before a test looks."""
+        return any(linear_x > 0.0 for linear_x, _ in self.velocities)
+
+    @property
     def at_rest(self) -> bool:
         return (self.linear_x, self.angular_z) == (0.0, 0.0)
 

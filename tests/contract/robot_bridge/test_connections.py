@@ -65,7 +65,7 @@ async def rests_before_its_lease_is_over(served: Served) -> None:
 async def test_what_a_session_asked_for_ends_with_its_connection(served: Served) -> None:
     async with client(served) as http, session(served) as (socket, session_id), beating(socket):
         assert (await http.post("/velocity", json=lease(session_id))).json()["accepted"]
-        await until(lambda: served.toy.linear_x == 0.2)
+        await until(lambda: served.toy.has_driven)
         socket.transport.abort()  # as a killed process leaves it
         await rests_before_its_lease_is_over(served)
         assert (await http.post("/velocity", json=lease(session_id))).status_code == 409
@@ -75,7 +75,7 @@ async def test_a_goal_ends_with_its_session_and_nav2_moves_nothing_any_more(serv
     async with client(served) as http, session(served) as (socket, session_id), beating(socket):
         body = {"pose": INSIDE, "epoch": 0, "session_id": session_id, "clear_costmaps": False}
         assert (await http.post("/navigation/goals", json=body)).json()["status"] == "EXECUTING"
-        await until(lambda: served.toy.linear_x == 0.2)
+        await until(lambda: served.toy.has_driven)
         socket.transport.abort()
         await rests_before_its_lease_is_over(served)
         await until(lambda: served.bus.of(ROBOT_NAVIGATION)[-1].status is GoalStatus.CANCELED)
@@ -86,7 +86,7 @@ async def test_a_session_that_falls_silent_ends_though_its_connection_stands(ser
     async with client(served) as http, session(served) as (socket, session_id):
         async with beating(socket):
             assert (await http.post("/velocity", json=lease(session_id))).json()["accepted"]
-            await until(lambda: served.toy.linear_x == 0.2)
+            await until(lambda: served.toy.has_driven)
         await rests_before_its_lease_is_over(served)
         assert (await http.post("/velocity", json=lease(session_id))).status_code == 409
         await asyncio.wait_for(socket.wait_closed(), 45.0)
@@ -116,7 +116,7 @@ async def test_teleoperation_answers_every_request_and_its_lease_ends_with_the_c
         assert "malformed" in json.loads(await socket.recv())["reason"]
         await socket.send(json.dumps(lease()))
         assert json.loads(await socket.recv())["accepted"]
-        await until(lambda: served.toy.linear_x == 0.2)
+        await until(lambda: served.toy.has_driven)
         socket.transport.abort()
         await rests_before_its_lease_is_over(served)
 
@@ -191,7 +191,7 @@ async def test_with_the_bus_away_the_robot_still_obeys_and_stops(served: Served)
     served.bus.connected = False
     async with client(served) as http:
         assert (await http.post("/velocity", json=lease())).json()["accepted"]
-        await until(lambda: served.toy.linear_x == 0.2)
+        await until(lambda: served.toy.has_driven)
         assert (await http.post("/emergency-stop")).json()["state"]["latched"]
         await until(lambda: served.toy.at_rest)
         ready = await http.get("/ready")

@@ -45,6 +45,19 @@ async def test_the_stop_button_stops_and_resume_asks_first(page: Page, site: Sit
     assert len(site.world.robot.resets) == resets + 1
 
 
+async def test_stop_goes_out_when_the_button_goes_down_and_a_whole_press_is_one_stop(page: Page, site: Site) -> None:
+    before = len(site.world.robot.stops)
+    await page.get_by_role("button", name="Emergency stop").hover()
+    await page.mouse.down()
+    await until(lambda: len(site.world.robot.stops) == before + 1, timeout_s=30.0)
+    await page.mouse.up()
+    await page.locator(".stop").focus()
+    await page.keyboard.press("Enter")
+    await until(lambda: len(site.world.robot.stops) >= before + 2, timeout_s=30.0)
+    await expect(page.get_by_text("Stopped: first zero velocity after")).to_be_visible()
+    assert len(site.world.robot.stops) == before + 2
+
+
 async def test_escape_stops_from_anywhere_also_while_typing(page: Page, site: Site) -> None:
     before = len(site.world.robot.stops)
     await page.get_by_label("What to find").fill("find the")

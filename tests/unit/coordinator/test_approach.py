@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
 from contracts.robot import GoalStatus
 from contracts.vision import Verdict
@@ -123,6 +124,32 @@ def test_another_one_behind_the_refused_one_is_judged() -> None:
     script = Script().begin().centred().measured(1.0, 3).voted(Verdict.NO)
     script.see(box()).localized(2.0, 2.06)
     assert script.mission.state is S.CENTERING
+
+
+@pytest.mark.parametrize(("from_m", "state"), [(1.1, S.CENTERING), (1.4, S.SCANNING)])
+def test_what_was_refused_is_judged_again_from_much_nearer_only(from_m: float, state: MissionState) -> None:
+    script = Script(closer_looks_max=0).begin().centred().measured(2.0, 3).voted(Verdict.NO)
+    script.robot(Pose2D(x=2.0 - from_m, y=0.0, yaw=0.0)).see(box()).localized(from_m, 2.06)
+    assert script.mission.state is state
+
+
+def test_a_picture_in_which_the_detector_saw_nothing_is_looked_at_from_closer() -> None:
+    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.NO, detector=Verdict.NO)
+    assert script.mission.state is S.DRIVING_1M
+    assert not script.mission.search.rejections
+
+
+def test_a_find_whose_colour_no_look_named_says_so() -> None:
+    told = []
+    for colour in (None, "red"):
+        script = Script().begin()
+        for _ in range(4):
+            script.see(box(colour=colour))
+        for _ in range(2):
+            script.localized(0.4, 0.46).see(box(colour=colour))
+        reason = script.localized(0.4, 0.46).voted(Verdict.YES).mission.reason
+        told.append("by the votes alone" in reason)
+    assert told == [True, False]
 
 
 def test_a_narrow_no_from_afar_earns_one_closer_look() -> None:

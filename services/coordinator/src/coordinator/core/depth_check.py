@@ -13,7 +13,7 @@ from coordinator.core.events import Validated as ValidatedEvent
 from coordinator.core.geometry import base_to_frame
 from coordinator.core.measured import agreed, sigma_m
 from coordinator.core.rules import ApproachRule
-from coordinator.core.sightings import follow, is_rejected_place, lose, reject, tracked
+from coordinator.core.sightings import follow, is_refused, lose, reject, tracked
 from coordinator.core.trust import is_confirmed, plausible
 
 BOX_FRESH_S = 1.5
@@ -93,7 +93,7 @@ def _decide(draft: Draft) -> None:
     distance = reply.distance_m or 0.0
     draft.say("depth", f"{distance:.2f} m away", distance_m=round(distance, 3), samples=len(draft.candidate.samples),
               agreed=support, map_xy=draft.candidate.map_xy)  # fmt: skip
-    if is_rejected_place(draft.mission, draft.candidate.map_xy):
+    if is_refused(draft.mission, draft.candidate.map_xy, reply.distance_m):
         lose(draft)
         draft.set_search(headings=draft.search.headings[1:])  # else the next look would find it here again
         back_to_search(draft, "the same thing that was refused before")
@@ -145,10 +145,10 @@ def _validated(draft: Draft, validation: Validation) -> None:
             draft.go(MissionState.DRIVING_1M, f"{word} ({tally}): going closer first")
         return
     narrow = is_narrow(validation.votes, rules.narrow_margin) or _looked_right(draft) or by_too_few(validation.votes)
-    closer = narrow and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
+    closer = (narrow or unseen(validation.votes)) and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
     if closer and rules.approach_rule is ApproachRule.LOCALIZED:
         draft.set_candidate(closer_looks=candidate.closer_looks + 1)
-        draft.go(MissionState.DRIVING_1M, f"narrowly {word} ({tally}): looking from closer once")
+        draft.go(MissionState.DRIVING_1M, f"{'narrowly ' if narrow else ''}{word} ({tally}): looking from closer once")
         return
     text = f"a {_label(draft)} {distance:.1f} m off ({tally})"
     reject(draft, text, narrow=narrow)
@@ -175,6 +175,11 @@ def _looked_right(draft: Draft) -> bool:
 def by_too_few(votes: tuple[Vote, ...]) -> bool:
     """True when nobody said no, but too few could say anything."""
     return not any(vote.verdict is Verdict.NO for vote in votes) and any(v.verdict is Verdict.YES for v in votes)
+
+
+def unseen(votes: tuple[Vote, ...]) -> bool:
+    """True when in the picture that was judged the detector saw nothing of the kind: the others judged a bad look."""
+    return any(vote.voter == "detector" and vote.verdict is Verdict.NO for vote in votes)
 
 
 def is_narrow(votes: tuple[Vote, ...], margin: float) -> bool:

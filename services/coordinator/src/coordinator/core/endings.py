@@ -19,7 +19,7 @@ from coordinator.core.report import (
 def found(draft: Draft, distance_m: float | None, note: str) -> None:
     what = what_in_words(draft)
     away = "at an unknown distance" if distance_m is None else f"{distance_m:.2f} m away"
-    reason = f"found the {what}, {away}" + (f" ({note})" if note else "")
+    reason = f"found the {what}, {away}" + (f" ({note})" if note else "") + _doubt(draft)
     draft.set_candidate(distance_m=distance_m)
     keep_picture(draft)
     candidate = draft.candidate
@@ -39,6 +39,14 @@ def found(draft: Draft, distance_m: float | None, note: str) -> None:
     )
     draft.be(Nothing(until_s=draft.now_s + draft.rules.done_reset_s))
     draft.act(do.Celebrate())
+
+
+def _doubt(draft: Draft) -> str:
+    """What a person should know of a find that was confirmed: in poor light the votes on a crop can be wrong."""
+    colour = draft.mission.colour
+    if colour is None or draft.candidate.colour_named:
+        return ""
+    return f"; no look at it named its colour: {colour} by the votes alone"
 
 
 def end(draft: Draft, outcome: Outcome, reason: str, *, cause: str = "") -> None:

@@ -59,6 +59,8 @@ class Candidate:
 
     sighting: Sighting
     seen_s: float
+    colour_named: bool = False
+    """Whether any sighting of it named its colour: it agrees with the one asked for then, or it would be none."""
     origin: Pose2D | None = None
     since_s: float = 0.0
     centered: int = 0
@@ -79,7 +81,10 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Rejection:
-    """A thing that was looked at and is not the target; without a place only its bearing is known."""
+    """A thing that was looked at and is not the target; without a place only its bearing is known.
+
+    `distance_m` is how far off it was when it was judged, none where that was not measured.
+    """
 
     map_xy: tuple[float, float] | None
     origin: Pose2D | None
@@ -88,6 +93,7 @@ class Rejection:
     text: str
     votes: tuple[Vote, ...] = ()
     record: CandidateRecord | None = None
+    distance_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

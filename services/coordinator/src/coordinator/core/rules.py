@@ -136,3 +136,9 @@ class Rules(BaseModel):
         default=0.6, ge=0.0, le=1.0, description="a detector this sure of the right colour, outvoted: it may be it"
     )
     closer_looks_max: int = Field(default=1, ge=0)
+    rejudge_share: float = Field(
+        default=0.6,
+        ge=0.0,
+        lt=1.0,
+        description="what was refused is judged again from within this share of the distance",
+    )

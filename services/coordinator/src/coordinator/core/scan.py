@@ -12,7 +12,7 @@ from coordinator.core.mission import Sighting
 from coordinator.core.rules import Rules, ScanRule
 from coordinator.core.search import next_place, undock_first, undocked
 from coordinator.core.sightings import (
-    is_rejected_place,
+    is_refused,
     may_be_rejected,
     new_candidate,
     sightings,
@@ -58,7 +58,7 @@ def handle(draft: Draft, event: Event) -> None:
             _looked(draft, seen)
         case CheckingPlace(), Localized(reply=reply):
             place = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
-            if place is None or is_rejected_place(draft.mission, place):
+            if place is None or is_refused(draft.mission, place, reply.distance_m):
                 draft.say("sighting", "the same thing that was refused before: going on")
                 draft.set(candidate=None)
                 _next_heading(draft)

@@ -74,11 +74,13 @@ def tracked(mission: Mission, candidate: Candidate, seen: Detections) -> Sightin
 
 
 def follow(draft: Draft, sighting: Sighting) -> None:
-    draft.set_candidate(sighting=sighting, seen_s=draft.now_s)
+    named = draft.candidate.colour_named or sighting.colour is not None
+    draft.set_candidate(sighting=sighting, seen_s=draft.now_s, colour_named=named)
 
 
 def new_candidate(draft: Draft, sighting: Sighting) -> None:
-    draft.set(candidate=Candidate(sighting=sighting, seen_s=draft.now_s, origin=draft.mission.robot.pose))
+    named, here = sighting.colour is not None, draft.mission.robot.pose
+    draft.set(candidate=Candidate(sighting=sighting, seen_s=draft.now_s, colour_named=named, origin=here))
 
 
 def worth_it(mission: Mission, sighting: Sighting) -> bool:
@@ -106,20 +108,36 @@ def may_be_rejected(mission: Mission, sighting: Sighting) -> bool:
     return False
 
 
-def is_rejected_place(mission: Mission, map_xy: tuple[float, float] | None) -> bool:
+def is_refused(mission: Mission, map_xy: tuple[float, float] | None, distance_m: float | None) -> bool:
+    """True for what stands where something was refused, unless it is seen from much nearer now than it was then."""
     if map_xy is None:
         return False
-    return any(
-        r.map_xy is not None and math.dist(r.map_xy, map_xy) <= mission.rules.rejected_radius_m
+    near = [
+        r
         for r in mission.search.rejections
-    )
+        if r.map_xy is not None and math.dist(r.map_xy, map_xy) <= mission.rules.rejected_radius_m
+    ]
+    return any(not _much_nearer(mission, distance_m, r.distance_m) for r in near)
+
+
+def _much_nearer(mission: Mission, now_m: float | None, then_m: float | None) -> bool:
+    return now_m is not None and then_m is not None and now_m <= mission.rules.rejudge_share * then_m
 
 
 def reject(draft: Draft, text: str, *, narrow: bool) -> None:
     """Remembers the candidate as not the target; the search goes on without it."""
     candidate, pose = draft.candidate, draft.mission.robot.pose
     record = candidate_record(draft.mission, candidate, text, narrow=narrow, now_s=draft.now_s)
-    rejection = Rejection(candidate.map_xy, pose, candidate.sighting.bearing_rad, narrow, text, candidate.votes, record)
+    rejection = Rejection(
+        map_xy=candidate.map_xy,
+        origin=pose,
+        bearing_rad=candidate.sighting.bearing_rad,
+        narrow=narrow,
+        text=text,
+        votes=candidate.votes,
+        record=record,
+        distance_m=candidate.distance_m,
+    )
     draft.set_search(rejections=(*draft.search.rejections, rejection)[-100:])
     draft.set(candidate=None, approach=None)
 

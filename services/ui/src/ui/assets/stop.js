@@ -36,9 +36,12 @@
     }
   }
 
-  document.addEventListener("click", (event) => {
-    if (event.target instanceof Element && event.target.closest('[data-atom="stop"]')) stop("button");
-  }, true);
+  const onStop = (event) => event.target instanceof Element && event.target.closest('[data-atom="stop"]');
+
+  // Going down is the press: nobody who means STOP should have to let go first, still on the button.
+  document.addEventListener("pointerdown", (event) => { if (onStop(event)) stop("button"); }, true);
+  // By keyboard or a screen reader there is no pointer: such a click counts none.
+  document.addEventListener("click", (event) => { if (event.detail === 0 && onStop(event)) stop("button"); }, true);
   window.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !event.repeat) stop("escape");
   }, true);

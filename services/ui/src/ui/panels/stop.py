@@ -9,7 +9,7 @@ from ui.view import View
 
 
 def stop_button() -> None:
-    """Handled in the browser (assets/ui.js), so that it works while the page's own connection is down."""
+    """Handled in the browser (assets/stop.js), so that it works while the page's own connection is down."""
     with (
         nicegui_ui.element("button")
         .classes("stop")
