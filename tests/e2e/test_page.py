@@ -9,6 +9,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
+from demo.mapping import tour
+from sim.home import Home
 from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP, PHONE, Seat, seated
 from support.mesh_run import MeshRun
 
@@ -197,6 +199,18 @@ def test_two_people_see_the_same_robot_and_either_may_stop_it(mesh: MeshRun, sea
         for page in (seat.page, other.page):
             expect(page.get_by_text("The robot is stopped and stays stopped.")).to_be_visible()
         expect(seat.page.get_by_text("The robot was stopped: Esc pressed on the page")).to_be_visible()
+
+
+@pytest.mark.timeout(600)
+def test_a_typed_mission_ends_with_a_find_and_what_it_rests_on(mesh: MeshRun, seat: Seat) -> None:
+    tour(Home.load(mesh.stack.home), seed=mesh.stack.seed, ports=mesh.ports, on_frame=lambda _: None)
+    page = seat.page
+    find(page)
+    expect(page.get_by_role("status", name="Mission state")).to_have_text("Found", timeout=500_000)
+    expect(page.get_by_role("log").locator("li").filter(has_text="found the red bottle").first).to_be_visible()
+    expect(page.get_by_role("log").locator("li").filter(has_text="confirmed: detector yes").first).to_be_visible()
+    more_frames(page)
+    seat.picture("found")
 
 
 def test_on_a_phone_the_page_is_one_column_with_stop_always_on_screen(mesh: MeshRun, browser: Browser) -> None:

@@ -47,7 +47,9 @@ def _start(draft: Draft, event: ev.MissionStarted) -> None:
     draft.say("start", f"'{event.command}': looking for the {event.target.description} ({event.target.label})"
               + (f"; {event.notes}" if event.notes else ""), parser=event.parser)  # fmt: skip
     if draft.search.views:
-        draft.go(MissionState.MEMORY_NAV, f"such things were seen at {len(draft.search.views)} places: the best first")
+        places = len(draft.search.views)
+        where = "one place: going there" if places == 1 else f"{places} places: the best first"
+        draft.go(MissionState.MEMORY_NAV, f"such things were seen at {where}")
     else:
         new_scan(draft, "no place is remembered: looking round here first")
 
