@@ -3,8 +3,8 @@
     python -m bench.inference [--pictures FOLDER] [--frames 7200] [--quick]
 
 Starts the real service (`python -m inference`) with a Redis and a stand-in of the robot's camera at 30 Hz, each a
-process of its own. Run it on an otherwise idle machine: `python -m bench.votes` makes the pictures it looks at. Writes
-out/bench/inference.json, backends.png and memory.png.
+process of its own. Run it on an otherwise idle machine. Without `--pictures` it renders forty of homes that no training
+saw. Writes out/bench/inference.json, backends.png and memory.png.
 """
 
 import argparse
@@ -26,6 +26,7 @@ import numpy as np
 from bench.seeing.plots import save_bars, save_memory
 from bench.seeing.running import Running, running_service
 from bench.seeing.statistics import percentiles
+from bench.votes import HELD_OUT_SEED
 from contracts.mission import MissionTarget
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
 from contracts.vision import Detections, Target
@@ -37,8 +38,10 @@ from inference.models import Loaded, Models
 from inference.settings import Backend, Settings
 from inference.worker import Worker
 from mesh.bus import open_bus
+from sim.training.dataset import render_homes
 
 OUT = Path("out/bench")
+PICTURES, HOMES = 40, 5
 CALLERS = (1, 4, 16)
 CAMERA_HZ = 30.0
 RETRY_S = 0.02
@@ -55,17 +58,22 @@ class Plan:
     frames: int
 
 
+def rendered() -> Path:
+    """A folder of pictures of homes that no training saw; those that are there already are kept."""
+    folder = OUT / "homes/inference"
+    render_homes(folder, range(HELD_OUT_SEED, HELD_OUT_SEED + HOMES), PICTURES // HOMES, 2)
+    return folder / "images"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--pictures", type=Path, default=OUT / "homes/full/held_out/images", help="folder of JPEG files"
-    )
+    parser.add_argument("--pictures", type=Path, help="folder of JPEG files")
     parser.add_argument("--frames", type=int, default=7200, help="an hour's worth at 2 Hz (default 7200)")
     parser.add_argument("--quick", action="store_true", help="a smoke run of half a minute; its numbers mean little")
     arguments = parser.parse_args()
-    pictures = sorted(arguments.pictures.glob("*.jpg"))[:40]
+    pictures = sorted((arguments.pictures or rendered()).glob("*.jpg"))[:PICTURES]
     if not pictures:
-        raise SystemExit(f"no pictures in {arguments.pictures}: run `make bench-votes` first, or name a folder")
+        raise SystemExit(f"no JPEG files in {arguments.pictures}")
     plan = Plan(20, 1.0, 3.0, 300) if arguments.quick else Plan(300, 6.0, 30.0, arguments.frames)
     OUT.mkdir(parents=True, exist_ok=True)
     report: dict[str, Any] = {"command": " ".join(["python -m bench.inference", *sys.argv[1:]])}
