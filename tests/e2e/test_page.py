@@ -217,7 +217,7 @@ def test_a_typed_mission_ends_with_a_find_and_what_it_rests_on(mesh: MeshRun, se
     seat.picture("history")
     page.get_by_label("What to find").fill("where did you last see the red bottle?")
     page.keyboard.press("Enter")
-    expect(page.locator(".command .answer.good")).to_contain_text("bottle")
+    expect(page.locator(".command .answer.good")).to_contain_text("I saw a red bottle")
     seat.picture("asked")
 
 
