@@ -177,6 +177,7 @@ def test_a_page_that_is_gone_while_it_drives_lets_go(mesh: MeshRun, browser: Bro
 
 def test_a_service_that_hangs_and_is_killed_is_named_and_recovers_by_itself(mesh: MeshRun, seat: Seat) -> None:
     away = seat.page.locator(".away")
+    seat.page.get_by_role("tab", name="Robot").click()
     os.kill(mesh.pid("memory"), signal.SIGSTOP)
     try:
         expect(away).to_contain_text("memory")
@@ -211,6 +212,13 @@ def test_a_typed_mission_ends_with_a_find_and_what_it_rests_on(mesh: MeshRun, se
     expect(page.get_by_role("log").locator("li").filter(has_text="confirmed: detector yes").first).to_be_visible()
     more_frames(page)
     seat.picture("found")
+    page.get_by_role("tab", name="Missions").click()
+    expect(page.get_by_role("list", name="Missions, newest first")).to_contain_text("Found")
+    seat.picture("history")
+    page.get_by_label("What to find").fill("where did you last see the red bottle?")
+    page.keyboard.press("Enter")
+    expect(page.locator(".command .answer.good")).to_contain_text("I saw a red bottle")
+    seat.picture("asked")
 
 
 def test_on_a_phone_the_page_is_one_column_with_stop_always_on_screen(mesh: MeshRun, browser: Browser) -> None:

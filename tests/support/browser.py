@@ -37,7 +37,7 @@ class Seat:
 
     def picture(self, name: str) -> None:
         SCREENS.mkdir(parents=True, exist_ok=True)
-        self.page.screenshot(path=SCREENS / f"{name}.png")
+        self.page.screenshot(path=SCREENS / f"{name}.png", animations="disabled")
 
 
 @contextmanager

@@ -96,6 +96,31 @@ def test_a_whole_sentence_is_sent_as_it_is(played: Played) -> None:
     assert played.bodies == [{"command": "bring me the teddy bear"}]
 
 
+@pytest.mark.parametrize(
+    ("said", "sent"),
+    [("bottle", "find the bottle"), ("my red cup", "find my red cup"), ("Find the book", "Find the book")],
+)
+def test_a_few_words_become_a_command(played: Played, said: str, sent: str) -> None:
+    atom("find", said)
+    assert played.bodies == [{"command": sent}]
+
+
+@pytest.mark.parametrize(
+    ("changes", "now", "said"),
+    [
+        ({}, {}, "42 s  SCANNING  turning to the next of 8 headings"),
+        ({"paused": True}, {"progress": ""}, "42 s  paused, SCANNING  so far"),
+        ({}, {"waiting_for": "memory, at most 20 s"}, "42 s  SCANNING  waiting for memory, at most 20 s"),
+        ({"queue_position": 1}, {}, "queued, 1 before it"),
+    ],
+)
+def test_the_line_below_the_timeline_tells_phase_seconds_and_what_is_next(
+    changes: dict[str, object], now: dict[str, object], said: str
+) -> None:
+    of = mission(reason="so far", **changes)
+    assert cli._at(of, status(of, **now)) == said  # pyright: ignore[reportPrivateUsage]
+
+
 def test_a_refusal_is_told_in_the_services_words(played: Played) -> None:
     played.refusal = "'find the blorp' names nothing I know"
     done = atom("find", "blorp")

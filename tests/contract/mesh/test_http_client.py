@@ -54,3 +54,21 @@ async def test_reads_are_tried_again_and_writes_never() -> None:
     with pytest.raises(UnavailableError):
         await client.post("/health", None, Health)
     assert len(seen) == 1
+
+
+@pytest.mark.parametrize(
+    ("answers", "detail"),
+    [
+        ((httpx.Response(200),), ""),
+        ((httpx.Response(503),), "not ready"),
+        ((httpx.ConnectError("refused"),), "not reachable (ConnectError)"),
+        ((httpx.ReadTimeout("waits for a dependency that hangs"), HEALTHY), "not ready in time"),
+        ((httpx.ReadTimeout("hangs"),), "not reachable (ReadTimeout)"),
+    ],
+)
+async def test_a_service_that_waits_for_another_is_told_from_one_that_hangs(
+    answers: tuple[httpx.Response | Exception, ...], detail: str
+) -> None:
+    client, _ = answering(*answers)
+    found = await client.dependency()
+    assert (found.ok, found.detail) == (detail == "", detail)

@@ -6,10 +6,11 @@ from collections.abc import AsyncIterator
 import pytest
 
 from contracts.robot import EmergencyStop
-from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_EMERGENCY_STOP, ROBOT_STATE
+from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_EMERGENCY_STOP, ROBOT_STATE, VISION_DETECTIONS
+from contracts.vision import Detection, Detections
 from mesh.tasks import Tasks
 from support.fake_clock import FakeClock
-from support.ui_world import UiWorld, event, home_map, mission, robot_state, status
+from support.ui_world import STARTED_S, UiWorld, event, home_map, mission, robot_state, status, thing
 from support.waiting import until
 from ui.acts import Acts
 from ui.desk import Desk
@@ -79,6 +80,34 @@ async def test_pause_resume_and_cancel_mean_the_mission_that_is_shown(desk: Desk
     for act in (acts.pause, acts.resume, acts.cancel):
         assert (await act()).ok
     assert world.missions.acted == [("pause", "m-7"), ("resume", "m-7"), ("cancel", "m-7")]
+
+
+async def test_halting_by_hand_never_ends_what_a_mission_drives_to(desk: Desk, acts: Acts, world: UiWorld) -> None:
+    await world.bus.publish(MISSION_STATE, status(mission()))
+    await until(lambda: desk.situation.mission_id == "m-1")
+    told = await acts.halt()
+    assert (told.ok, told.text) == (False, "A mission is driving: pause it first.")
+    assert world.robot.asked == []
+    await world.bus.publish(MISSION_STATE, status(mission(paused=True)))
+    await until(lambda: desk.situation.mission is not None and desk.situation.mission.mission == mission(paused=True))
+    assert (await acts.halt()).ok
+    assert world.robot.asked == ["end motion"]
+
+
+async def test_what_is_seen_while_somebody_watches_gets_its_picture(desk: Desk, world: UiWorld) -> None:
+    stamp_s = STARTED_S + 1.0
+    one = Detection(label="bottle", confidence=0.9, bbox_xyxy=(200, 140, 270, 254))
+    seen = Detections(stamp_s=stamp_s, image_width_px=480, image_height_px=502, detections=(one,))
+    world.memory.things = [thing(1, last_seen_s=stamp_s)]
+    await world.bus.publish(VISION_DETECTIONS, seen)
+    await until(lambda: desk.situation.detections == seen)
+    assert world.robot.frames == 0
+    await desk.refresh()
+    await world.bus.publish(VISION_DETECTIONS, seen)
+    await until(lambda: world.robot.frames >= 1)
+    await until(lambda: desk.thumbnails.known("bottle", stamp_s))
+    await desk.refresh_memory(now=True)
+    assert desk.thumbnails.version(1) == stamp_s
 
 
 async def test_docking_tells_how_it_went(acts: Acts) -> None:

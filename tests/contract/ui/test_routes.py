@@ -100,6 +100,7 @@ async def test_a_crop_comes_from_the_missions_records(client: httpx.AsyncClient,
 
 async def test_a_moment_that_is_not_kept_is_not_found(client: httpx.AsyncClient) -> None:
     assert (await client.get("/album/m-1/3")).status_code == 404
+    assert (await client.get("/things/3")).status_code == 404
 
 
 @pytest.mark.parametrize(

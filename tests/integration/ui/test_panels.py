@@ -5,9 +5,10 @@ from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import Browser, Page, expect
 
 from contracts.mission import Outcome
-from contracts.topics import MISSION_EVENTS
+from contracts.topics import MISSION_EVENTS, VISION_DETECTIONS
+from contracts.vision import Detection, Detections
 from support.browser import DESKTOP, PHONE
-from support.ui_world import STARTED_S, event, mission
+from support.ui_world import STARTED_S, event, mission, thing
 from support.waiting import until
 
 from .conftest import Site
@@ -114,6 +115,28 @@ async def test_the_memory_is_searched_and_a_thing_forgotten_after_a_question(pag
     await page.get_by_role("button", name="Forget", exact=True).last.click()
     await expect(things.locator("li")).to_have_count(0)
     assert [one.description for one in site.world.memory.things] == ["blue cup"]
+
+
+async def test_a_row_stays_under_the_hand_while_what_it_tells_changes(page: Page, site: Site) -> None:
+    await page.get_by_role("tab", name="Memory").click()
+    things = page.get_by_role("list", name="Remembered things")
+    await expect(things.locator("li").first).to_contain_text("red bottle")
+    forget = things.get_by_role("button", name="Forget red bottle")
+    await forget.focus()
+    site.world.memory.things = [thing(2, "blue cup", belief=0.9), thing(1, belief=0.2), thing(3, "green vase")]
+    await expect(things.locator("li").first).to_contain_text("belief 90 %")
+    await expect(things.locator("li").last).to_contain_text("red bottle")
+    await expect(forget).to_be_focused()
+
+
+async def test_a_remembered_thing_shows_how_it_was_last_seen(page: Page, site: Site) -> None:
+    stamp_s = STARTED_S + site.world.robot.frames + 0.5
+    one = Detection(label="bottle", confidence=0.9, bbox_xyxy=(200, 140, 270, 254))
+    seen = Detections(stamp_s=stamp_s, image_width_px=480, image_height_px=502, detections=(one,))
+    site.world.memory.things = [thing(1, last_seen_s=stamp_s)]
+    await site.world.bus.publish(VISION_DETECTIONS, seen)
+    await page.get_by_role("tab", name="Memory").click()
+    await expect(page.locator('.thumb[style*="/things/1"]')).to_be_visible()
 
 
 async def test_an_exported_memory_is_imported_again(page: Page, site: Site) -> None:

@@ -31,6 +31,19 @@ def test_the_filter_knows_what_a_line_is_about(kind: str, where: Show) -> None:
     assert [show for show in Show if shown(one, show)] == [Show.ALL, where]
 
 
+@pytest.mark.parametrize(
+    ("state", "where"),
+    [
+        (MissionState.MOVING_TO_SCAN, [Show.ALL, Show.DRIVING]),
+        (MissionState.CENTERING, [Show.ALL, Show.SEEING]),
+        (MissionState.IDLE, [Show.ALL]),
+    ],
+)
+def test_a_change_of_state_is_about_what_is_done_in_it(state: MissionState, where: list[Show]) -> None:
+    one = event(1, "on to the next place", kind="state", state=state)
+    assert [show for show in Show if shown(one, show)] == where
+
+
 def test_a_stop_is_trouble_whatever_its_kind() -> None:
     assert shown(event(1, "stopped", state=MissionState.EMERGENCY_STOP), Show.TROUBLE)
 

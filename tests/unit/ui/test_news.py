@@ -2,7 +2,7 @@
 
 import pytest
 
-from contracts.mission import Outcome
+from contracts.mission import MissionState, Outcome
 from contracts.robot import EmergencyStop
 from support.ui_world import mission, status
 from ui.news import News
@@ -25,6 +25,15 @@ def test_a_mission_that_was_over_before_is_no_news() -> None:
     news = News()
     news.take_mission(status(mission(outcome=Outcome.FOUND)))
     assert news.items == ()
+
+
+def test_an_ending_by_the_stop_is_told_by_the_stop_alone() -> None:
+    news = News()
+    news.take_stop(EmergencyStop(latched=False, epoch=0))
+    news.take_mission(status(mission()))
+    news.take_mission(status(mission(outcome=Outcome.ABORTED, reason="so"), state=MissionState.EMERGENCY_STOP))
+    news.take_stop(EmergencyStop(latched=True, epoch=1, reason="STOP pressed", by="ui 10.0.0.7"))
+    assert [item.text for item in news.items] == ["The robot was stopped: STOP pressed (ui 10.0.0.7). It needs you."]
 
 
 @pytest.mark.parametrize(("outcome", "needed"), [(Outcome.UNSURE, True), (Outcome.NOT_FOUND, False)])

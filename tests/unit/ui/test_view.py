@@ -105,7 +105,10 @@ def test_who_is_missing_is_named() -> None:
     assert seen(situation).away == "Redis not reachable"
     ready = Dependency(name="inference", ok=False, detail="not ready")
     situation.services = (Dependency(name="redis", ok=False, detail="not reachable"), ready)
-    assert seen(situation).away == "Redis, inference not available"
+    assert seen(situation).away == "Redis not reachable"
+    slow = Dependency(name="memory", ok=False, detail="not ready in time")
+    situation.services = (ready, slow)
+    assert seen(situation).away == "inference, memory not available"
 
 
 def test_durations_read_like_a_clock() -> None:

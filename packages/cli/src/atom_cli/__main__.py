@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from atom_cli.services import AwayError, ServiceError, Services
-from contracts.mission import Mission, Outcome
+from contracts.mission import Mission, MissionStatus, Outcome
 from contracts.robot import RobotState
 
 T = TypeVar("T")
@@ -145,7 +145,12 @@ def memory(
 
 
 def _watched(services: Services, mission: Mission) -> Mission:
-    """Tells each event as it comes; returns the mission when it has ended."""
+    """Tells each event as it comes, below them what it is at; returns the mission when it has ended."""
+    with console.status("…") as line:  # says nothing where the output is not a terminal
+        return _told(services, mission, lambda text: line.update(escape(text)))
+
+
+def _told(services: Services, mission: Mission, at: Callable[[str], None]) -> Mission:
     after, silent = -1, 0
     while True:
         ended = mission.outcome is not None
@@ -160,12 +165,25 @@ def _watched(services: Services, mission: Mission) -> Mission:
                 return mission
             time.sleep(POLL_S)
             mission = services.mission(mission.id)
+            at(_at(mission, services.status()))
             silent = 0
         except AwayError:
+            at("the coordinator does not answer")
             silent += 1
             if silent > 30:
                 raise
             time.sleep(POLL_S)
+
+
+def _at(mission: Mission, now: MissionStatus) -> str:
+    """Phase, seconds and what is next, for as long as the mission runs."""
+    if mission.queue_position is not None:
+        return f"queued, {mission.queue_position} before it"
+    if now.mission is None or now.mission.id != mission.id:
+        return mission.state.value
+    what = f"waiting for {now.waiting_for}" if now.waiting_for else now.progress or mission.reason
+    paused = "paused, " if mission.paused else ""
+    return f"{max(0.0, now.stamp_s - mission.started_s):.0f} s  {paused}{mission.state.value}  {what}"
 
 
 def _robot(state: RobotState) -> list[tuple[str, str]]:
@@ -183,8 +201,10 @@ def _robot(state: RobotState) -> list[tuple[str, str]]:
 
 def _command(what: str) -> str:
     """One or a few words become a command; a whole sentence stays as it is."""
-    words = what.split()
-    return what if len(words) > 3 or words[:1] in (["find"], ["bring"], ["where"], ["get"]) else f"find the {what}"
+    words = what.lower().split()
+    if len(words) > 3 or words[:1] in (["find"], ["bring"], ["where"], ["get"]):
+        return what
+    return f"find {what}" if words[:1] in (["the"], ["a"], ["an"], ["my"]) else f"find the {what}"
 
 
 def _ago(stamp_s: float) -> str:

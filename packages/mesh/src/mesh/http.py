@@ -99,9 +99,20 @@ class ServiceClient:
         """This service as a line of somebody's `/ready`: is it ready itself?"""
         try:
             response = await self.http.get("/ready", timeout=1.0)
+        except httpx.ReadTimeout as error:
+            alive = await self._alive()
+            detail = "not ready in time" if alive else f"not reachable ({type(error).__name__})"
+            return Dependency(name=self.service, ok=False, detail=detail)
         except httpx.HTTPError as error:
             return Dependency(name=self.service, ok=False, detail=f"not reachable ({type(error).__name__})")
         return Dependency(name=self.service, ok=response.is_success, detail="" if response.is_success else "not ready")
+
+    async def _alive(self) -> bool:
+        """A `/ready` that is late may be waiting for a dependency of its own that hangs."""
+        try:
+            return (await self.http.get("/health", timeout=1.0)).is_success
+        except httpx.HTTPError:
+            return False
 
     def _parsed(self, response: httpx.Response, reply: type[M]) -> M:
         try:

@@ -136,9 +136,11 @@ class Acts:
         return await told(do())
 
     async def halt(self) -> Told:
-        """Ends the drive or turn that was asked for by hand; a mission goes on."""
+        """Ends the drive or turn asked for by hand; refused while a mission drives, whose goal it would end."""
 
         async def do() -> str:
+            if mission_drives(self._desk):
+                raise ConflictError(t("A mission is driving: pause it first."))
             goal = self._desk.situation.goal
             if goal is not None:
                 await self._desk.robot.cancel_goal(goal.id)
@@ -209,11 +211,13 @@ def why_not_by_hand(desk: Desk) -> str:
     """'' when nothing else is about to move the robot."""
     if desk.situation.stop is not None and desk.situation.stop.latched:
         return t("The robot is stopped: resume first.")
+    return t("A mission is driving: pause it first.") if mission_drives(desk) else ""
+
+
+def mission_drives(desk: Desk) -> bool:
     status = desk.situation.mission
     mission = status.mission if status is not None else None
-    if mission is not None and mission.outcome is None and not mission.paused and mission.queue_position is None:
-        return t("A mission is driving: pause it first.")
-    return ""
+    return mission is not None and mission.outcome is None and not mission.paused and mission.queue_position is None
 
 
 async def moved(motion: Awaitable[MotionReply], done: str, failed: str) -> str:

@@ -71,7 +71,7 @@ def create_app(
     )
     for router in routers():
         app.include_router(router)
-    page.mount(app)
+    page.mount(app, language=settings.language)
     return app
 
 

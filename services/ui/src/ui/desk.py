@@ -33,10 +33,13 @@ from ui.ports import Eyes, Memory, Missions, Robot
 from ui.settings import Settings
 from ui.situation import Remembered, Situation
 from ui.texts import t
+from ui.thumbnails import Thumbnails
 
 log = structlog.get_logger()
 
 PICTURE_WAIT_S = 1.0
+WATCHED_S = 10.0
+"""An open page asks every second; longer ago, and nobody looks."""
 HISTORY_MAX = 50
 
 
@@ -66,16 +69,19 @@ class Desk:
         )
         self.news = News()
         self.album = Album(settings.album_pictures_max)
+        self.thumbnails = Thumbnails(settings.album_pictures_max)
         self.frames = Frames(robot, clock, period_s=1.0 / settings.camera_fps_max, about=self._about)
         self.driver: object | None = None
         """Whoever drives by hand now; one at a time."""
         self.marks = Marks(settings.silence_s_max)
         self.picture: map_view.MapPicture | None = None
+        self.memory_heard = False
         self._bus = bus
         self._eyes = eyes
         self._tasks: Tasks | None = None
         self._refreshing = asyncio.Lock()
         self._scanning = False
+        self._cropping = False
         self._at_s: dict[str, float] = {}
         self._timeline_of: str | None = None
 
@@ -111,6 +117,20 @@ class Desk:
 
     async def _on_detections(self, seen: Detections) -> None:
         self.situation.detections = seen
+        if self._tasks is not None and seen.detections and not self._cropping and self._watched():
+            self._cropping = True
+            self._tasks.start("thumbnails", self._keep_things(seen), forever=False)
+
+    def _watched(self) -> bool:
+        return self.clock.now_s() - self._at_s.get("health", float("-inf")) <= WATCHED_S + self.settings.health_period_s
+
+    async def _keep_things(self, seen: Detections) -> None:
+        try:
+            shown = await self.frames.other_than(None, wait_s=PICTURE_WAIT_S)
+        finally:
+            self._cropping = False
+        if shown is not None:
+            self.thumbnails.put(seen, shown.frame)
 
     async def _on_event(self, event: MissionEvent) -> None:
         self.situation.take_events((event,))
@@ -203,6 +223,8 @@ class Desk:
         objects: Sequence[RememberedObject]
         views: Sequence[View]
         labels, objects, views = await asyncio.gather(self.memory.labels(), self.memory.objects(), self.memory.views())
+        self.memory_heard = True
+        self.thumbnails.match(objects)
         found = Remembered(tuple(labels), tuple(objects), tuple(views))
         if found != self.situation.remembered:
             self.situation.remembered = found

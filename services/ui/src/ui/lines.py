@@ -31,12 +31,29 @@ class Show(StrEnum):
     TROUBLE = mark("Trouble")
 
 
-KINDS: Final[dict[Show, tuple[str, ...]]] = {
-    Show.SEEING: ("vote", "sight", "depth", "found", "candidate", "look", "valid"),
-    Show.DRIVING: ("navigation", "goal", "drive", "approach", "path", "scan"),
-    Show.TROUBLE: ("fail", "reject", "abort", "wait", "battery", "stop", "end", "service"),
+ABOUT_KIND: Final = {
+    "votes": Show.SEEING,
+    "sighting": Show.SEEING,
+    "depth": Show.SEEING,
+    "found": Show.SEEING,
+    "navigation": Show.DRIVING,
+    "motion": Show.DRIVING,
+    "dock": Show.DRIVING,
+    "undock": Show.DRIVING,
+    "failure": Show.TROUBLE,
+    "end": Show.TROUBLE,
 }
-"""Beginnings of event kinds."""
+ABOUT_STATE: Final = {
+    MissionState.MEMORY_NAV: Show.DRIVING,
+    MissionState.MOVING_TO_SCAN: Show.DRIVING,
+    MissionState.APPROACHING: Show.DRIVING,
+    MissionState.DRIVING_1M: Show.DRIVING,
+    MissionState.SCANNING: Show.SEEING,
+    MissionState.CENTERING: Show.SEEING,
+    MissionState.DEPTH_CHECK: Show.SEEING,
+    MissionState.EMERGENCY_STOP: Show.TROUBLE,
+}
+"""What a line is about whose kind does not say: the state it was told in."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +85,11 @@ def line(event: MissionEvent, started_s: float) -> Line:
 
 
 def shown(event: MissionEvent, show: Show) -> bool:
-    if show is Show.ALL:
+    if show is Show.ALL or (show is Show.SEEING and "votes" in event.data):
         return True
-    if show is Show.SEEING and "votes" in event.data:
-        return True
-    if show is Show.TROUBLE and event.state is MissionState.EMERGENCY_STOP:
-        return True
-    return event.kind.startswith(KINDS[show])
+    if event.state is MissionState.EMERGENCY_STOP:
+        return show is Show.TROUBLE
+    return ABOUT_KIND.get(event.kind, ABOUT_STATE.get(event.state)) is show
 
 
 def picture_of(data: Mapping[str, Any]) -> int | None:

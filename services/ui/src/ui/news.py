@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from contracts.mission import Mission, MissionStatus, Outcome
+from contracts.mission import Mission, MissionState, MissionStatus, Outcome
 from contracts.robot import EmergencyStop
 from ui.texts import t
 from ui.view import OUTCOMES, Tone
@@ -35,7 +35,7 @@ class News:
         return tuple(item for item in self.items if item.number > number)
 
     def take_mission(self, status: MissionStatus) -> None:
-        """Endings of missions that were seen running; what is waited for, once a mission and reason."""
+        """Endings of missions that were seen running, but for a stop, which tells itself; what is waited for, once."""
         mission = status.mission
         if mission is None:
             return
@@ -46,7 +46,8 @@ class News:
                 self._add(Tone.WARN, t("Waiting for {what}", what=status.waiting_for))
         elif mission.id in self._open:
             self._open.discard(mission.id)
-            self._add(*ending(mission))
+            if status.state is not MissionState.EMERGENCY_STOP:
+                self._add(*ending(mission))
 
     def take_stop(self, stop: EmergencyStop) -> None:
         if stop.latched and self._latched is False:

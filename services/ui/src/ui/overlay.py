@@ -28,7 +28,7 @@ class CameraFrame:
 
 def boxes(frame: CameraFrame, seen: Detections | None, target: Target | None) -> list[Mapping[str, Any]]:
     """Boxes in fractions of the picture's sides. None where the detections are of another view than this frame's."""
-    if seen is None or not _same_view(frame, seen):
+    if seen is None or not same_view(frame, seen):
         return []
     width, height = seen.image_width_px, seen.image_height_px
     ordered = sorted(seen.detections, key=lambda one: -one.confidence)[:BOXES_MAX]
@@ -54,7 +54,7 @@ def caption(one: Detection, wanted: bool) -> str:
     return f"{'TARGET: ' if wanted else ''}{colour}{one.label} {one.confidence:.2f}"
 
 
-def _same_view(frame: CameraFrame, seen: Detections) -> bool:
+def same_view(frame: CameraFrame, seen: Detections) -> bool:
     """Boxes a little older than the frame still fit it, unless the robot has turned or driven since."""
     if abs(frame.stamp_s - seen.stamp_s) > AGE_S_MAX:
         return False

@@ -7,6 +7,7 @@ from typing import Final, Literal
 
 from fastapi import FastAPI, Request
 from nicegui import ui as nicegui_ui
+from nicegui.language import Language
 from starlette.staticfiles import StaticFiles
 
 from ui import lines, texts
@@ -20,7 +21,7 @@ from ui.panels.machine import Machine
 from ui.panels.map_panel import MapPanel
 from ui.panels.memory_panel import MemoryPanel
 from ui.panels.parts import box
-from ui.panels.stop import Stopped, stop_button
+from ui.panels.stop import StopButton, Stopped
 from ui.panels.timeline import Timeline
 from ui.panels.top import Top
 from ui.routes.deps import get_desk, operator
@@ -36,7 +37,7 @@ NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {
 }
 
 
-def mount(app: FastAPI) -> None:
+def mount(app: FastAPI, *, language: Language) -> None:
     """Adds the page and its assets to the app. Routes already there come first."""
     app.mount("/assets", StaticFiles(directory=ASSETS), name="assets")
     nicegui_ui.page("/", title="ATOM")(operator_page)
@@ -45,7 +46,7 @@ def mount(app: FastAPI) -> None:
         title="ATOM",
         favicon=(ASSETS / "icon.svg").read_text(),
         dark=None,
-        language="en-US",
+        language=language,
         tailwind=False,
         binding_refresh_interval=None,
         reconnect_timeout=RECONNECT_S,
@@ -67,14 +68,14 @@ class OperatorPage:
         nicegui_ui.add_head_html(_head())
         nicegui_ui.colors(primary="#1d56cf", negative="#c81e1e", positive="#15803d", warning="#a15c07")
         self._top = Top()
+        button = StopButton()
         with box("board"):
             with box("say-or-stopped"):
                 self._command = Command(acts)
-                self._stopped = Stopped(acts, who)
+                self._stopped = Stopped(acts, who, button)
             self._live = Live()
             self._map = MapPanel(desk)
             self._build_side(desk, acts)
-        stop_button()
         self._show()
         settings = desk.settings
         nicegui_ui.timer(settings.state_period_s, self._show)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from nicegui.language import Language
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
@@ -43,7 +44,8 @@ class Settings(BaseSettings):
     teleop_lease_s: float = Field(default=0.3, gt=0.0, le=0.5, description="what one word of the stick is worth")
     teleop_delay_s_max: float = Field(default=0.3, gt=0.0, description="a word longer on its way is worth nothing")
     texts_file: Path | None = Field(default=None, description="TOML of English = translation; none = English")
-    album_pictures_max: int = Field(default=400, ge=0, le=10_000)
+    language: Language = Field(default="en-US", description="of the texts, for screen readers and speech")
+    album_pictures_max: int = Field(default=400, ge=0, le=10_000, description="moments; of things again as many")
     events_kept: int = Field(default=300, ge=10, le=1000)
     trail_points_max: int = Field(default=2000, ge=100)
     trail_step_m: float = Field(default=0.05, gt=0.0)

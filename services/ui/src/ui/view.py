@@ -227,8 +227,9 @@ def _sensors(robot: RobotState | None) -> tuple[Chip, ...]:
 
 
 def _away(situation: Situation) -> str:
-    """Names the missing: 'memory not reachable', 'Redis, inference not available'."""
-    missing = [service for service in situation.services if not service.ok]
+    """Names the missing: 'memory not reachable'. Who only lacks one of those is not named beside them."""
+    lacking = [service for service in situation.services if not service.ok]
+    missing = [service for service in lacking if "not reachable" in service.detail] or lacking
     if not missing:
         return ""
     details = {_short(service.detail) for service in missing}

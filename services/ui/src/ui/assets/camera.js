@@ -33,7 +33,11 @@
   function paint(canvas, bitmap, about) {
     const width = Math.max(500, bitmap.width);
     const height = Math.round((width * bitmap.height) / bitmap.width);
-    if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+    if (canvas.width !== width || canvas.height !== height) {
+      canvas.width = width;
+      canvas.height = height;
+      canvas.style.setProperty("--ratio", String(width / height));
+    }
     const pen = canvas.getContext("2d");
     pen.drawImage(bitmap, 0, 0, width, height);
     pen.font = "500 14px Roboto, system-ui, sans-serif";

@@ -3,6 +3,10 @@
   "use strict";
   const { t, part, say, pull } = window.atom;
   const SHARP = 4;  // canvas pixels a map cell
+  const ROBOT_M = 0.34;
+  const OPEN_M = 1.8;  // round a point to come: as far as things are made out well
+  const RAYS = 60;
+  const floor = { of: "", free: null };
   const scene = {};
   let picked = null;
 
@@ -101,6 +105,7 @@
 
   function search(pen, colour, unit) {
     pen.fillStyle = colour.todo;
+    stillOpen(pen, scene.search.todo);
     pen.globalAlpha = 0.8;
     scene.search.todo.forEach((at) => dot(pen, at, unit));
     pen.globalAlpha = 1;
@@ -120,6 +125,44 @@
       pen.globalAlpha = 1;
       dot(pen, scene.search.target, unit * 1.3);
     }
+  }
+
+  // The area still open: the free floor in sight of the points to come, one wash however much they overlap.
+  function stillOpen(pen, points) {
+    const free = freeFloor();
+    if (!free || points.length === 0) return;
+    const reach = OPEN_M * (scene.map.robot_px / ROBOT_M);
+    pen.globalAlpha = 0.2;
+    pen.beginPath();
+    for (const [x, y] of points) {
+      for (let ray = 0; ray < RAYS; ray++) {
+        const [across, down] = [Math.cos((ray * 2 * Math.PI) / RAYS), Math.sin((ray * 2 * Math.PI) / RAYS)];
+        let far = 0;
+        while (far < reach && free(x + far * across, y + far * down)) far += 1;
+        pen[ray ? "lineTo" : "moveTo"](x + far * across, y + far * down);
+      }
+      pen.closePath();
+    }
+    pen.fill();
+  }
+
+  // Read once a version from the picture below: free floor is the part that shines through a little.
+  function freeFloor() {
+    const image = part("stage") && part("stage").querySelector("img");
+    if (!image || !image.complete || !image.naturalWidth) return null;
+    if (floor.of !== image.src) {
+      const { naturalWidth: width, naturalHeight: height } = image;
+      const pen = new OffscreenCanvas(width, height).getContext("2d");
+      pen.drawImage(image, 0, 0);
+      const pixels = pen.getImageData(0, 0, width, height).data;
+      floor.of = image.src;
+      floor.free = (x, y) => {
+        if (x < 0 || y < 0 || x >= width || y >= height) return false;
+        const alpha = pixels[4 * (Math.floor(y) * width + Math.floor(x)) + 3];
+        return alpha > 0 && alpha < 255;
+      };
+    }
+    return floor.free;
   }
 
   function laser(pen, colour, unit) {

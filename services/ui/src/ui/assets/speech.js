@@ -2,12 +2,13 @@
 (() => {
   "use strict";
   const { part } = window.atom;
+  const spoken = () => document.documentElement.lang || "en-US";
   const Recognition = window.SpeechRecognition || window.webkitSpeechRecognition;
 
   async function here() {
     if (!Recognition || typeof Recognition.available !== "function") return false;
     try {
-      return (await Recognition.available({ langs: ["en-US"], processLocally: true })) === "available";
+      return (await Recognition.available({ langs: [spoken()], processLocally: true })) === "available";
     } catch {
       return false;
     }
@@ -18,9 +19,9 @@
     if (!button || !(await here())) return;
     button.hidden = false;
     let listening = null;
-    button.addEventListener("pointerdown", () => {
+    const begin = () => {
       listening = new Recognition();
-      listening.lang = "en-US";
+      listening.lang = spoken();
       listening.processLocally = true;
       listening.interimResults = true;
       listening.onresult = (event) => {
@@ -30,8 +31,13 @@
         box.dispatchEvent(new Event("input", { bubbles: true }));
       };
       listening.start();
-    });
+    };
     const end = () => { if (listening) listening.stop(); listening = null; };
+    const held = (event) => event.key === " " || event.key === "Enter";
+    button.addEventListener("keydown", (event) => { if (held(event) && !event.repeat) begin(); });
+    button.addEventListener("keyup", (event) => { if (held(event)) end(); });
+    button.addEventListener("blur", end);
+    button.addEventListener("pointerdown", begin);
     button.addEventListener("pointerup", end);
     button.addEventListener("pointercancel", end);
   }

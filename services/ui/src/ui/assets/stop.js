@@ -3,16 +3,32 @@
   "use strict";
   const { t, part } = window.atom;
   const STOP_TIMEOUT_MS = 8000;
+  const SHOWN_MS = 8000;
+  const LOOK_MS = 200;
   let presses = 0;
   let fading = 0;
 
   function tell(text, tone) {
     const result = part("stop-result");
     if (!result) return;
-    window.clearTimeout(fading);
+    window.clearInterval(fading);
     result.textContent = text;
     result.dataset.tone = tone;
-    if (tone === "good") fading = window.setTimeout(() => { result.textContent = ""; }, 8000);
+    if (tone !== "good") return;
+    let left = SHOWN_MS / LOOK_MS;
+    fading = window.setInterval(() => {
+      left -= 1;
+      if (left > 0 && !panelInSight()) return;
+      window.clearInterval(fading);
+      result.textContent = "";
+    }, LOOK_MS);
+  }
+
+  // The red panel tells the same, once the page's own connection has brought it.
+  function panelInSight() {
+    const panel = part("stopped");
+    const area = panel && panel.getBoundingClientRect();
+    return Boolean(area) && area.height > 0 && area.bottom > 0 && area.top < window.innerHeight;
   }
 
   async function stop(how) {

@@ -10,7 +10,7 @@ from mesh.errors import MeshError
 from ui import lines
 from ui.acts import in_words
 from ui.desk import Desk
-from ui.panels.parts import ChipRow, box
+from ui.panels.parts import ChipRow, Rows, box
 from ui.panels.timeline import Timeline
 from ui.texts import t
 
@@ -20,11 +20,12 @@ class History:
         self._desk = desk
         self._timeline = timeline
         self._open_timeline = open_timeline
-        self._shown: tuple[Mission, ...] = ()
         with box("history"):
             self._note = nicegui_ui.label(t("No mission yet.")).classes("empty").props("role=status")
-            self._list = (
-                nicegui_ui.element("ol").classes("missions").props(f'aria-label="{t("Missions, newest first")}"')
+            self._rows = Rows[Mission](
+                nicegui_ui.element("ol").classes("missions").props(f'aria-label="{t("Missions, newest first")}"'),
+                key=lambda mission: mission.id,
+                make=lambda: PastRow(self._fill),
             )
 
     async def show(self) -> None:
@@ -37,16 +38,10 @@ class History:
             return
         self._note.set_text(t("No mission yet."))
         self._note.set_visibility(not missions)
-        if missions == self._shown:
-            return
-        self._shown = missions
-        self._list.clear()
-        with self._list:
-            for mission in missions:
-                self._row(mission)
+        self._rows.show(missions)
 
-    def _row(self, mission: Mission) -> None:
-        with nicegui_ui.element("li").classes("past"):
+    def _fill(self, mission: Mission) -> None:
+        with box("past"):
             with box("row between"):
                 nicegui_ui.label(f"“{mission.command}”").classes("headline")
                 nicegui_ui.label(_when(mission.started_s)).classes("event-time")
@@ -81,6 +76,23 @@ class History:
             self._open_timeline()
 
         return clicked
+
+
+class PastRow:
+    """Written anew when its mission has changed; one that has ended never does."""
+
+    def __init__(self, fill: Callable[[Mission], None]) -> None:
+        self._fill = fill
+        self._shown: Mission | None = None
+        self.root = nicegui_ui.element("li")
+
+    def show(self, mission: Mission, /) -> None:
+        if mission == self._shown:
+            return
+        self._shown = mission
+        self.root.clear()
+        with self.root:
+            self._fill(mission)
 
 
 def _when(stamp_s: float) -> str:

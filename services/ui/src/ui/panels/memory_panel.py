@@ -1,14 +1,14 @@
 """What is remembered: things with their place, age and belief; searching, forgetting, carrying elsewhere."""
 
 from collections.abc import Awaitable, Callable, Coroutine
+from typing import TypeVar
 
 from nicegui import ui as nicegui_ui
 
 from contracts.memory import LabelCount, ObjectState, RememberedObject
 from ui.acts import Acts, Told
 from ui.desk import Desk
-from ui.panels.parts import box, heading, told_classes
-from ui.situation import Remembered
+from ui.panels.parts import Rows, box, heading, told_classes
 from ui.texts import mark, t
 from ui.view import ago
 
@@ -19,14 +19,14 @@ STATES = {
     ObjectState.MOVED: mark("moved"),
 }
 ROWS_MAX = 80
-Doing = Callable[[], Coroutine[object, object, None]]
+T = TypeVar("T")
+Doing = Callable[[T], Coroutine[object, object, None]]
 
 
 class MemoryPanel:
     def __init__(self, desk: Desk, acts: Acts) -> None:
         self._desk = desk
         self._acts = acts
-        self._shown: tuple[Remembered, str] | None = None
         with box("memory"):
             self._search = (
                 nicegui_ui.input(placeholder=t("search: bottle, red, gone …"), on_change=self.show)
@@ -34,10 +34,18 @@ class MemoryPanel:
                 .classes("say search")
             )
             self._answer = nicegui_ui.label().classes("answer").props("role=status")
-            self._list = nicegui_ui.element("ul").classes("things").props(f'aria-label="{t("Remembered things")}"')
+            self._things = Rows[RememberedObject](
+                nicegui_ui.element("ul").classes("things").props(f'aria-label="{t("Remembered things")}"'),
+                key=lambda one: one.id,
+                make=lambda: ThingRow(desk, look=self._look, forget=self._forget_thing),
+            )
             self._empty = nicegui_ui.label(t("Nothing is remembered yet.")).classes("empty")
             heading(t("Kinds"), "h3")
-            self._kinds = nicegui_ui.element("ul").classes("things").props(f'aria-label="{t("Remembered kinds")}"')
+            self._kinds = Rows[LabelCount](
+                nicegui_ui.element("ul").classes("things").props(f'aria-label="{t("Remembered kinds")}"'),
+                key=lambda count: count.label,
+                make=lambda: KindRow(desk, forget=self._forget_kind),
+            )
             with box("row transfer"):
                 nicegui_ui.link(t("Export"), "/memory/export").props("download").classes("act-link")
                 with nicegui_ui.element("label").classes("act-link import"):
@@ -56,92 +64,38 @@ class MemoryPanel:
                 ).classes("go")
 
     def show(self) -> None:
-        """Draws again when memory or the search has changed."""
+        """What changed since; ages are told anew each time."""
         remembered = self._desk.situation.remembered
         words = str(self._search.value or "").strip().lower()
-        if self._shown is not None and self._shown[0] is remembered and self._shown[1] == words:
-            return
-        self._shown = (remembered, words)
         objects = [one for one in remembered.objects if _matches(words, one)]
         labels = [one for one in remembered.labels if not words or words in one.label]
-        self._list.clear()
-        with self._list:
-            for one in sorted(objects, key=lambda one: (-one.belief, one.description))[:ROWS_MAX]:
-                self._thing(one)
-        self._kinds.clear()
-        with self._kinds:
-            for count in labels[:ROWS_MAX]:
-                self._kind(count)
-        self._empty.set_text(t("Nothing like that is remembered.") if words else t("Nothing is remembered yet."))
+        self._things.show(sorted(objects, key=lambda one: (-one.belief, one.description, one.id))[:ROWS_MAX])
+        self._kinds.show(labels[:ROWS_MAX])
+        self._empty.set_text(
+            t("Memory has not been heard of yet.")
+            if not self._desk.memory_heard
+            else t("Nothing like that is remembered.")
+            if words
+            else t("Nothing is remembered yet.")
+        )
         self._empty.set_visibility(not objects and not labels)
 
-    def _thing(self, one: RememberedObject) -> None:
-        now_s = self._desk.clock.now_s()
-        with nicegui_ui.element("li").classes(f"item state-{one.state.value}"):
-            box("belief").style(f"--belief:{one.belief:.2f}").props("aria-hidden=true")
-            with box("saying"):
-                nicegui_ui.label(one.description).classes("headline")
-                nicegui_ui.label(
-                    t(
-                        "{state}, belief {percent:.0f} %, seen {ago}, at {x:.1f} / {y:.1f} m",
-                        state=t(STATES[one.state]),
-                        percent=100.0 * one.belief,
-                        ago=ago(now_s - one.last_seen_s),
-                        x=one.position.x,
-                        y=one.position.y,
-                    )
-                ).classes("reason")
-            with box("row"):
-                self._button(t("Look"), t("Look at {what}", what=one.description), self._looker(one))
-                self._button(
-                    t("Forget"),
-                    t("Forget {what}", what=one.description),
-                    self._forgetter(
-                        t("Forget the {what}? It cannot be undone.", what=one.description),
-                        lambda: self._acts.forget_object(one.id),
-                    ),
-                )
+    async def _look(self, one: RememberedObject) -> None:
+        self._tell(await self._acts.look(one.position.x, one.position.y))
 
-    def _kind(self, count: LabelCount) -> None:
-        now_s = self._desk.clock.now_s()
-        with nicegui_ui.element("li").classes("item"):
-            with box("saying"):
-                nicegui_ui.label(count.label).classes("headline")
-                nicegui_ui.label(
-                    t(
-                        "{n} views, best {best:.2f}, seen {ago}",
-                        n=count.views,
-                        best=count.best_confidence,
-                        ago=ago(now_s - count.last_seen_s),
-                    )
-                ).classes("reason")
-            self._button(
-                t("Forget"),
-                t("Forget every {what}", what=count.label),
-                self._forgetter(
-                    t("Forget every {what}? It cannot be undone.", what=count.label),
-                    lambda: self._acts.forget_label(count.label),
-                ),
-            )
+    async def _forget_thing(self, one: RememberedObject) -> None:
+        question = t("Forget the {what}? It cannot be undone.", what=one.description)
+        await self._forget(question, lambda: self._acts.forget_object(one.id))
 
-    def _button(self, text: str, label: str, doing: Doing) -> None:
-        button = nicegui_ui.button(text, on_click=doing, color=None).props("outline dense no-caps").classes("act")
-        button.props["aria-label"] = label
+    async def _forget_kind(self, count: LabelCount) -> None:
+        question = t("Forget every {what}? It cannot be undone.", what=count.label)
+        await self._forget(question, lambda: self._acts.forget_label(count.label))
 
-    def _looker(self, one: RememberedObject) -> Doing:
-        async def clicked() -> None:
-            self._tell(await self._acts.look(one.position.x, one.position.y))
-
-        return clicked
-
-    def _forgetter(self, question: str, forget: Callable[[], Awaitable[Told]]) -> Doing:
-        async def clicked() -> None:
-            self._question.set_text(question)
-            if await self._dialog:
-                self._tell(await forget())
-                self.show()
-
-        return clicked
+    async def _forget(self, question: str, forget: Callable[[], Awaitable[Told]]) -> None:
+        self._question.set_text(question)
+        if await self._dialog:
+            self._tell(await forget())
+            self.show()
 
     def _tell(self, told: Told) -> None:
         self._answer.set_text(told.text)
@@ -152,3 +106,79 @@ def _matches(words: str, one: RememberedObject) -> bool:
     """Every word is in its description, label or state."""
     text = f"{one.description} {one.label} {one.colour or ''} {t(STATES[one.state])}".lower()
     return all(word in text for word in words.split())
+
+
+class ThingRow:
+    def __init__(self, desk: Desk, *, look: Doing[RememberedObject], forget: Doing[RememberedObject]) -> None:
+        self._desk = desk
+        self._one: RememberedObject | None = None
+        self.root = nicegui_ui.element("li").classes("item")
+        with self.root:
+            self._picture = box("thumb").props("aria-hidden=true")
+            self._belief = box("belief").props("aria-hidden=true")
+            with box("saying"):
+                self._name = nicegui_ui.label().classes("headline")
+                self._facts = nicegui_ui.label().classes("reason")
+            with box("row"):
+                self._look = small_button(t("Look"), lambda: look(self._shown()))
+                self._forget = small_button(t("Forget"), lambda: forget(self._shown()))
+
+    def _shown(self) -> RememberedObject:
+        assert self._one is not None, "a row is shown before it can be pressed"
+        return self._one
+
+    def show(self, one: RememberedObject, /) -> None:
+        if one != self._one:
+            self._one = one
+            self.root.classes(replace=f"item state-{one.state.value}")
+            self._belief.style(f"--belief:{one.belief:.2f}")
+            self._name.set_text(one.description)
+            self._look.props["aria-label"] = t("Look at {what}", what=one.description)
+            self._forget.props["aria-label"] = t("Forget {what}", what=one.description)
+        seen_s = self._desk.thumbnails.version(one.id)
+        if seen_s is not None:
+            self._picture.style(f"background-image:url(/things/{one.id}?v={seen_s})")
+        self._facts.set_text(
+            t(
+                "{state}, belief {percent:.0f} %, seen {ago}, at {x:.1f} / {y:.1f} m",
+                state=t(STATES[one.state]),
+                percent=100.0 * one.belief,
+                ago=ago(self._desk.clock.now_s() - one.last_seen_s),
+                x=one.position.x,
+                y=one.position.y,
+            )
+        )
+
+
+class KindRow:
+    def __init__(self, desk: Desk, *, forget: Doing[LabelCount]) -> None:
+        self._desk = desk
+        self._count: LabelCount | None = None
+        self.root = nicegui_ui.element("li").classes("item")
+        with self.root:
+            with box("saying"):
+                self._name = nicegui_ui.label().classes("headline")
+                self._facts = nicegui_ui.label().classes("reason")
+            self._forget = small_button(t("Forget"), lambda: forget(self._shown()))
+
+    def _shown(self) -> LabelCount:
+        assert self._count is not None, "a row is shown before it can be pressed"
+        return self._count
+
+    def show(self, count: LabelCount, /) -> None:
+        self._count = count
+        self._name.set_text(count.label)
+        self._forget.props["aria-label"] = t("Forget every {what}", what=count.label)
+        views = t("1 view") if count.views == 1 else t("{n} views", n=count.views)
+        self._facts.set_text(
+            t(
+                "{views}, best {best:.2f}, seen {ago}",
+                views=views,
+                best=count.best_confidence,
+                ago=ago(self._desk.clock.now_s() - count.last_seen_s),
+            )
+        )
+
+
+def small_button(text: str, doing: Callable[[], Coroutine[object, object, None]]) -> nicegui_ui.button:
+    return nicegui_ui.button(text, on_click=doing, color=None).props("outline dense no-caps").classes("act")

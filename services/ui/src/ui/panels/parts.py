@@ -1,12 +1,16 @@
 """Small things several parts of the page are made of."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
+from typing import Generic, Protocol, TypeVar
 
 from nicegui import ui as nicegui_ui
 from nicegui.element import Element
 
 from ui.acts import Told
 from ui.view import Chip
+
+T = TypeVar("T")
+Shown_contra = TypeVar("Shown_contra", contravariant=True)
 
 
 def section(name: str, *classes: str, title: str = "") -> Element:
@@ -66,3 +70,32 @@ class ChipView:
 
     def delete(self) -> None:
         self._root.delete()
+
+
+class Row(Protocol[Shown_contra]):
+    root: Element
+
+    def show(self, item: Shown_contra, /) -> None: ...
+
+
+class Rows(Generic[T]):
+    """A list whose rows stay while what they show changes: a button under a finger, or with the focus, stays too."""
+
+    def __init__(self, root: Element, *, key: Callable[[T], Hashable], make: Callable[[], Row[T]]) -> None:
+        self._root = root
+        self._key = key
+        self._make = make
+        self._rows: dict[Hashable, Row[T]] = {}
+
+    def show(self, items: Sequence[T]) -> None:
+        wanted = {self._key(item) for item in items}
+        for key in [key for key in self._rows if key not in wanted]:
+            self._rows.pop(key).root.delete()
+        for index, item in enumerate(items):
+            row = self._rows.get(self._key(item))
+            if row is None:
+                with self._root:
+                    row = self._rows[self._key(item)] = self._make()
+            row.show(item)
+            if self._root.default_slot.children[index] is not row.root:
+                row.root.move(target_index=index)

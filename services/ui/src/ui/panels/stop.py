@@ -8,23 +8,32 @@ from ui.texts import t
 from ui.view import View
 
 
-def stop_button() -> None:
+class StopButton:
     """Handled in the browser (assets/stop.js), so that it works while the page's own connection is down."""
-    with (
-        nicegui_ui.element("button")
-        .classes("stop")
-        .props(f'type=button data-atom=stop aria-label="{t("Emergency stop")}" aria-keyshortcuts=Escape')
-    ):
-        nicegui_ui.label(t("STOP"))
-        nicegui_ui.label(t("Esc")).classes("key").props("aria-hidden=true")
-    box("stop-result").props("data-atom=stop-result role=alert")
+
+    def __init__(self) -> None:
+        with box() as self._place:
+            with (
+                nicegui_ui.element("button")
+                .classes("stop")
+                .props(f'type=button data-atom=stop aria-label="{t("Emergency stop")}" aria-keyshortcuts=Escape')
+            ):
+                self._word = nicegui_ui.label(t("STOP"))
+                nicegui_ui.label(t("Esc")).classes("key").props("aria-hidden=true")
+            box("stop-result").props("data-atom=stop-result role=alert")
+
+    def show(self, *, stopped: bool) -> None:
+        """It says so when the robot is stopped; pressed again it stops once more."""
+        self._word.set_text(t("STOPPED") if stopped else t("STOP"))
+        self._place.classes(replace="stopped-now" if stopped else "")
 
 
 class Stopped:
     """Says that the robot is stopped and by whom, in the place of the command box."""
 
-    def __init__(self, acts: Acts, operator: str) -> None:
+    def __init__(self, acts: Acts, operator: str, button: StopButton) -> None:
         self._acts = acts
+        self._button = button
         self._operator = operator
         self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{t("Resume?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
@@ -38,7 +47,9 @@ class Stopped:
                 )
                 nicegui_ui.button(t("Resume"), on_click=self._reset).props("unelevated no-caps").classes("go")
         self._root = (
-            nicegui_ui.element("section").classes("card stopped").props(f'aria-label="{t("The robot is stopped")}"')
+            nicegui_ui.element("section")
+            .classes("card stopped")
+            .props(f'data-atom=stopped aria-label="{t("The robot is stopped")}"')
         )
         with self._root:
             self._ask = nicegui_ui.button(t("Resume …"), on_click=self._dialog.open, color=None)
@@ -56,6 +67,7 @@ class Stopped:
 
     def show(self, view: View) -> None:
         self._root.set_visibility(view.stopped)
+        self._button.show(stopped=view.stopped)
         self._detail.set_text(view.stop_detail)
         if not view.stopped:
             self._refusal.set_text("")

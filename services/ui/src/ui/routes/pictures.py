@@ -7,6 +7,7 @@ from fastapi import APIRouter, Path, Query
 from fastapi.responses import Response
 
 from mesh.errors import NotFoundError
+from ui import thumbnails
 from ui.drawing import annotated
 from ui.routes.deps import DeskDep
 
@@ -42,3 +43,12 @@ async def moment(mission_id: MissionId, event_id: Number, desk: DeskDep) -> Resp
 async def crop(mission_id: MissionId, number: Number, desk: DeskDep) -> Response:
     """The crop that was voted on, from the coordinator's records."""
     return Response(await desk.missions.picture(mission_id, number), media_type="image/jpeg", headers=LASTING)
+
+
+@router.get("/things/{object_id}", responses=JPEG, response_class=Response)
+async def thing(object_id: Annotated[int, Path(ge=0, le=2**53)], desk: DeskDep) -> Response:
+    """A remembered thing as it was last seen; the page asks for it once a sighting (`?v=`). 404 where it was not."""
+    found = desk.thumbnails.get(object_id)
+    if found is None:
+        raise NotFoundError("no picture of that thing is kept")
+    return Response(await asyncio.to_thread(thumbnails.cropped, found), media_type="image/jpeg", headers=LASTING)
