@@ -5,7 +5,9 @@ from contextlib import asynccontextmanager
 
 import httpx
 import pytest
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, Request, WebSocket
+from fastapi.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
 
 from contracts.base import Message
 from contracts.problem import Dependency, Problem, Readiness
@@ -27,7 +29,8 @@ def make(*, ok: bool = True) -> FastAPI:
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return [Dependency(name="redis", ok=ok, detail="" if ok else "away")]
 
-    app = make_app("sample", lifespan=nothing, dependencies=dependencies, body_bytes_max=1000)
+    app = make_app("sample", lifespan=nothing, dependencies=dependencies, body_bytes_max=1000,
+                   origins_allowed=["https://robot.lan"], open_to_pages={"/open"})  # fmt: skip
 
     @app.post("/echo")
     async def echo(word: Word) -> Word:
@@ -39,7 +42,50 @@ def make(*, ok: bool = True) -> FastAPI:
             raise RuntimeError("a secret detail")
         return word
 
+    @app.post("/open")
+    async def open_to_all() -> Word:
+        return Word(word="stopped")
+
+    @app.websocket("/talk")
+    async def talk(socket: WebSocket) -> None:
+        await socket.accept()
+        await socket.send_text("hello")
+        await socket.close()
+
     return app
+
+
+OWN, FOREIGN = "http://sample", "http://evil.example"
+
+
+@pytest.mark.parametrize(
+    ("origin", "status"),
+    [(None, 200), (OWN, 200), ("https://robot.lan", 200), (FOREIGN, 403), ("http://sample:81", 403), ("null", 403)],
+)
+async def test_what_a_foreign_page_asks_for_is_refused(
+    client: httpx.AsyncClient, origin: str | None, status: int
+) -> None:
+    headers = {"origin": origin} if origin else {}
+    answer = await client.post("/echo", json={"word": "drive"}, headers=headers)
+    assert answer.status_code == status
+    assert (await client.get("/health", headers=headers)).status_code == 200
+    assert (await client.post("/open", headers=headers)).status_code == 200
+
+
+@pytest.mark.parametrize("origin", [None, OWN])
+def test_a_socket_opens_for_programs_and_the_own_page(origin: str | None) -> None:
+    with (
+        TestClient(make(), base_url=OWN) as client,
+        client.websocket_connect("ws://sample/talk", headers={"origin": origin} if origin else {}) as socket,
+    ):
+        assert socket.receive_text() == "hello"
+
+
+def test_a_socket_does_not_open_for_a_foreign_page() -> None:
+    with TestClient(make(), base_url=OWN) as client, pytest.raises(WebSocketDisconnect) as refused:  # noqa: SIM117
+        with client.websocket_connect("ws://sample/talk", headers={"origin": FOREIGN}):
+            pass
+    assert refused.value.code == 1008
 
 
 @pytest.fixture

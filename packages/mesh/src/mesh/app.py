@@ -1,19 +1,19 @@
-"""What every service's FastAPI app has in common: problems, health, readiness, metrics, body limits."""
+"""What every service's FastAPI app has in common: problems, health, readiness, metrics, middleware."""
 
-import contextlib
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import prometheus_client
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse, Response
+from fastapi.responses import Response
 from fastapi_offline import FastAPIOffline
 from starlette.exceptions import HTTPException
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from contracts.problem import Dependency, Health, Problem, Readiness
-from mesh.errors import MeshError, TooLargeError, TooManyError
+from contracts.problem import Dependency, Health, Readiness
+from mesh.errors import MeshError, TooManyError
+from mesh.middleware import BodyLimit, SameOrigin
+from mesh.problems import problem
 
 Readies = Callable[[Request], Awaitable[Sequence[Dependency]]]
 
@@ -30,11 +30,14 @@ def make_app(
     dependencies: Readies,
     body_bytes_max: int = 1_000_000,
     body_bytes_max_at: Mapping[str, int | None] | None = None,
+    origins_allowed: Collection[str] = (),
+    open_to_pages: Collection[str] = (),
     description: str = "",
 ) -> FastAPI:
     """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`.
 
     `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
+    What web pages of another origin ask for is refused, but at the paths `open_to_pages`; see `SameOrigin`.
     """
     app = FastAPIOffline(
         redoc_url=None,
@@ -44,6 +47,7 @@ def make_app(
         lifespan=lifespan,
         responses=PROBLEM_RESPONSES,
     )
+    app.add_middleware(SameOrigin, allowed=origins_allowed, open_paths=open_to_pages)
     app.add_middleware(BodyLimit, bytes_max=body_bytes_max, bytes_max_at=body_bytes_max_at or {})
     app.add_exception_handler(MeshError, _mesh_problem)
     app.add_exception_handler(RequestValidationError, _validation_problem)
@@ -70,12 +74,7 @@ def make_app(
     return app
 
 
-def problem(status: int, title: str, detail: str, instance: str = "") -> JSONResponse:
-    body = Problem(title=title, status=status, detail=detail, instance=instance)
-    return JSONResponse(body.model_dump(), status_code=status, media_type="application/problem+json")
-
-
-async def _mesh_problem(request: Request, error: Exception) -> JSONResponse:
+async def _mesh_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, MeshError)
     response = problem(error.status, error.title, error.detail, request.url.path)
     if isinstance(error, TooManyError):
@@ -83,61 +82,18 @@ async def _mesh_problem(request: Request, error: Exception) -> JSONResponse:
     return response
 
 
-async def _validation_problem(request: Request, error: Exception) -> JSONResponse:
+async def _validation_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     detail = "; ".join(f"{'.'.join(str(part) for part in e['loc'])}: {e['msg']}" for e in error.errors()[:10])
     return problem(422, "Malformed request", detail, request.url.path)
 
 
-async def _http_problem(request: Request, error: Exception) -> JSONResponse:
+async def _http_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     response = problem(error.status_code, str(error.detail), "", request.url.path)
     response.headers.update(error.headers or {})
     return response
 
 
-async def _unexpected_problem(request: Request, error: Exception) -> JSONResponse:
+async def _unexpected_problem(request: Request, error: Exception) -> Response:
     return problem(500, "Internal error", type(error).__name__, request.url.path)
-
-
-class BodyLimit:
-    """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
-
-    def __init__(self, app: ASGIApp, *, bytes_max: int, bytes_max_at: Mapping[str, int | None] | None = None) -> None:
-        """`bytes_max_at` names paths with another limit; none = they look after their bodies themselves."""
-        self.app = app
-        self.bytes_max = bytes_max
-        self.bytes_max_at = bytes_max_at or {}
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        bytes_max = self.bytes_max_at.get(scope.get("path", ""), self.bytes_max)
-        if scope["type"] != "http" or bytes_max is None:
-            await self.app(scope, receive, send)
-            return
-        declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
-        if not declared.isdigit() or int(declared) > bytes_max:
-            await self._refuse(bytes_max, scope, receive, send)
-            return
-        seen = 0
-
-        async def counted() -> Message:
-            nonlocal seen
-            message = await receive()
-            seen += len(message.get("body", b""))
-            if seen > bytes_max:
-                raise TooLargeError(f"the limit is {bytes_max} bytes")
-            return message
-
-        async def unless_refused(message: Message) -> None:
-            if seen <= bytes_max:
-                await send(message)
-
-        with contextlib.suppress(TooLargeError):
-            await self.app(scope, counted, unless_refused)
-        if seen > bytes_max:
-            await self._refuse(bytes_max, scope, receive, send)
-
-    async def _refuse(self, bytes_max: int, scope: Scope, receive: Receive, send: Send) -> None:
-        refusal = problem(413, TooLargeError.title, f"the limit is {bytes_max} bytes", scope["path"])
-        refusal.headers["Connection"] = "close"
-        await refusal(scope, receive, send)

@@ -45,6 +45,7 @@ def create_app(
         dependencies=_dependencies,
         body_bytes_max=settings.body_bytes_max,
         body_bytes_max_at={STOP_PATH: None},
+        open_to_pages={STOP_PATH},
         description="The one hand on the robot: what moves it, and what it senses.",
     )
     for router in routers():

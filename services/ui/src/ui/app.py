@@ -67,6 +67,8 @@ def create_app(
         dependencies=dependencies,
         body_bytes_max=settings.body_bytes_max,
         body_bytes_max_at={"/memory/import": settings.import_bytes_max},
+        origins_allowed=settings.origins_allowed,
+        open_to_pages={"/stop"},
         description="Shows: the operator's web page.",
     )
     for router in routers():

@@ -19,6 +19,9 @@ class Settings(BaseSettings):
     inference_url: str = "http://127.0.0.1:8002"
     memory_url: str = "http://127.0.0.1:8003"
     robot_bridge_url: str = "http://127.0.0.1:8004"
+    origins_allowed: tuple[str, ...] = Field(
+        default=(), description='of the page behind a proxy that changes the Host header, e.g. ["https://robot.lan"]'
+    )
     body_bytes_max: int = Field(default=20_000, ge=1000)
     import_bytes_max: int = Field(default=50_000_000, ge=1000, description="of a memory taken back from a file")
 

@@ -1,0 +1,88 @@
+"""ASGI middleware of every service: how much may be sent, and from which pages."""
+
+import contextlib
+from collections.abc import Collection, Mapping
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocketClose
+
+from mesh.errors import TooLargeError
+from mesh.problems import problem
+
+READING = frozenset({"GET", "HEAD", "OPTIONS"})
+
+
+class BodyLimit:
+    """ASGI middleware: a request body over the limit is answered 413, whether its length was declared or not."""
+
+    def __init__(self, app: ASGIApp, *, bytes_max: int, bytes_max_at: Mapping[str, int | None] | None = None) -> None:
+        """`bytes_max_at` names paths with another limit; none = they look after their bodies themselves."""
+        self.app = app
+        self.bytes_max = bytes_max
+        self.bytes_max_at = bytes_max_at or {}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        bytes_max = self.bytes_max_at.get(scope.get("path", ""), self.bytes_max)
+        if scope["type"] != "http" or bytes_max is None:
+            await self.app(scope, receive, send)
+            return
+        declared = next((value for name, value in scope["headers"] if name == b"content-length"), b"0")
+        if not declared.isdigit() or int(declared) > bytes_max:
+            await self._refuse(bytes_max, scope, receive, send)
+            return
+        seen = 0
+
+        async def counted() -> Message:
+            nonlocal seen
+            message = await receive()
+            seen += len(message.get("body", b""))
+            if seen > bytes_max:
+                raise TooLargeError(f"the limit is {bytes_max} bytes")
+            return message
+
+        async def unless_refused(message: Message) -> None:
+            if seen <= bytes_max:
+                await send(message)
+
+        with contextlib.suppress(TooLargeError):
+            await self.app(scope, counted, unless_refused)
+        if seen > bytes_max:
+            await self._refuse(bytes_max, scope, receive, send)
+
+    async def _refuse(self, bytes_max: int, scope: Scope, receive: Receive, send: Send) -> None:
+        refusal = problem(413, TooLargeError.title, f"the limit is {bytes_max} bytes", scope["path"])
+        refusal.headers["Connection"] = "close"
+        await refusal(scope, receive, send)
+
+
+class SameOrigin:
+    """ASGI middleware: what a foreign web page asks for through the browser of somebody who may is answered 403.
+
+    Browsers say with `Origin` which page a request comes from; programs (curl, the other services) send none. Without
+    this any page on the internet could drive the robot of whoever looks at it. Reading is not refused: a browser keeps
+    the answer from a foreign page by itself. Sockets are, before they open.
+    """
+
+    def __init__(self, app: ASGIApp, *, allowed: Collection[str] = (), open_paths: Collection[str] = ()) -> None:
+        """`allowed` are further origins (`https://robot.lan`, behind a proxy); `open_paths` take what anybody asks."""
+        self.app = app
+        self.allowed = frozenset(origin.rstrip("/") for origin in allowed)
+        self.open_paths = frozenset(open_paths)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "websocket" and self._foreign(scope):
+            await WebSocketClose(code=1008, reason="from another page")(scope, receive, send)
+        elif scope["type"] == "http" and scope["method"] not in READING and self._foreign(scope):
+            refusal = problem(403, "Asked by another page", "its origin is not this service's", scope["path"])
+            await refusal(scope, receive, send)
+        else:
+            await self.app(scope, receive, send)
+
+    def _foreign(self, scope: Scope) -> bool:
+        headers = Headers(scope=scope)
+        origin = headers.get("origin")
+        if origin is None or scope["path"] in self.open_paths or origin in self.allowed:
+            return False
+        return urlsplit(origin).netloc != headers.get("host", "")
