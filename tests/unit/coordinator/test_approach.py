@@ -139,6 +139,28 @@ def test_a_picture_in_which_the_detector_saw_nothing_is_looked_at_from_closer() 
     assert not script.mission.search.rejections
 
 
+def test_from_near_a_picture_that_did_not_show_it_is_no_refusal_until_it_happened_three_times() -> None:
+    script = Script().begin().centred()
+    for _ in range(2):
+        script.measured(1.0, 3).voted(Verdict.NO, detector=Verdict.NO)
+        assert script.mission.state is S.CENTERING
+        assert not script.mission.search.rejections
+        script.see(box()).see(box()).see(box())
+    script.measured(1.0, 3).voted(Verdict.NO, detector=Verdict.NO)
+    assert script.mission.state is S.SCANNING
+    assert len(script.mission.search.rejections) == 1
+
+
+def test_what_was_confirmed_is_not_dropped_for_standing_beside_something_refused() -> None:
+    script = Script(closer_looks_max=0).begin().centred().measured(2.0, 3).voted(Verdict.NO)
+    script.robot(Pose2D(x=1.0, y=0.0, yaw=0.0)).see(box()).localized(1.1, 2.16).see(box()).see(box()).see(box())
+    script.measured(1.7, 3).voted(Verdict.YES).path().arrived().see(box()).see(box()).see(box())
+    for _ in range(3):
+        script.localized(1.6, 2.2).see(box())
+    assert "the same thing that was refused before" not in script.said()
+    assert script.asked(do.Validate)[-1].call == script.mission.activity.call
+
+
 def test_a_find_whose_colour_no_look_named_says_so() -> None:
     told = []
     for colour in (None, "red"):

@@ -74,6 +74,8 @@ class Candidate:
     votes: tuple[Vote, ...] = ()
     confirmed: bool = False
     closer_looks: int = 0
+    unseen_again: int = 0
+    """Times it was judged on a picture in which the detector saw nothing, and looked at again for that."""
     unjudged: int = 0
     picture: int | None = None
     judged_s: float | None = None

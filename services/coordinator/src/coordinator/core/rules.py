@@ -136,6 +136,7 @@ class Rules(BaseModel):
         default=0.6, ge=0.0, le=1.0, description="a detector this sure of the right colour, outvoted: it may be it"
     )
     closer_looks_max: int = Field(default=1, ge=0)
+    unseen_again_max: int = Field(default=2, ge=0, description="a no on a picture without its box is asked again")
     rejudge_share: float = Field(
         default=0.6,
         ge=0.0,
