@@ -333,3 +333,10 @@ def test_a_drive_cut_off_by_something_else_than_an_obstacle_is_taken_up_again() 
     assert script.mission.state is S.APPROACHING
     script.wait(3.0)
     assert len(script.asked(do.Drive)) == 2
+
+
+def test_a_goal_refused_twice_in_the_approach_is_done_without() -> None:
+    script = approaching().path().arrived(GoalStatus.REJECTED).wait(2.4).path().arrived(GoalStatus.REJECTED)
+    assert "REJECTED 0: straight on from here" in script.said()
+    script.wait(3.0)
+    assert script.asked(do.Drive)
