@@ -131,6 +131,8 @@ class Search:
     looked: tuple[Pose2D, ...] = ()
     unreachable: tuple[Pose2D, ...] = ()
     missed_in_row: int = 0
+    glimpsed: tuple[Sighting, ...] = ()
+    """What the last picture on the way showed of it."""
     headings: tuple[float, ...] = ()
     sweeps: int = 0
     scan_from: Pose2D | None = None

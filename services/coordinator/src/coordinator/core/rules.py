@@ -80,6 +80,7 @@ class Rules(BaseModel):
     camera_hfov_rad: float = Field(default=0.942, gt=0.1, lt=3.0, description="54 degrees")
     camera_forward_m: float = Field(default=0.06, ge=0.0, description="camera ahead of the base's centre")
     moving_confidence_min: float = Field(default=0.45, ge=0.0, le=1.0, description="for stopping a drive at a sighting")
+    moving_twice: bool = Field(default=True, description="and in two pictures in a row; else in one (requirement A13)")
 
     # A6
     look_range_m: float = Field(default=1.8, gt=0.0, description="what lies nearer than this has been looked at")
