@@ -67,6 +67,23 @@ def test_fifteen_seconds_without_being_centred_are_enough() -> None:
     assert script.mission.state is S.SCANNING
 
 
+def test_what_turns_out_to_be_of_another_colour_is_left_with_that_reason() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60, colour=None))
+    for colour in ("white", "white", None, "white", "red", "white", "white", "white"):
+        script.see(box(60, colour=colour))
+        assert script.mission.state is S.CENTERING
+    script.see(box(60, colour="white"))
+    assert script.mission.state is S.SCANNING
+    assert "it is white, not red" in script.said()
+
+
+def test_a_thing_of_another_colour_beside_it_does_not_count_against_it() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60))
+    for _ in range(8):
+        script.see(box(60), box(90, colour="white"))
+    assert script.mission.state is S.CENTERING
+
+
 def test_what_was_lost_twice_in_a_direction_is_not_followed_a_third_time() -> None:
     script = Script().begin().see(box()).wait(4.4).see(box()).wait(4.4)
     assert script.mission.state is S.SCANNING
@@ -333,6 +350,19 @@ def test_a_drive_cut_off_by_something_else_than_an_obstacle_is_taken_up_again() 
     assert script.mission.state is S.APPROACHING
     script.wait(3.0)
     assert len(script.asked(do.Drive)) == 2
+
+
+def test_a_rejected_step_nearer_is_driven_straight() -> None:
+    script = Script().begin().centred().measured(2.8).path().arrived(GoalStatus.REJECTED)
+    assert script.mission.state is S.DRIVING_1M
+    assert script.last(do.Drive).distance_m == pytest.approx(1.0)
+
+
+def test_a_thing_of_unknown_colour_is_not_given_its_neighbours() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60, colour=None))
+    for _ in range(8):
+        script.see(box(60, colour=None), box(90, colour="white"))
+    assert script.mission.state is S.CENTERING
 
 
 def test_a_goal_refused_twice_in_the_approach_is_done_without() -> None:

@@ -63,6 +63,8 @@ class Candidate:
     """Whether any sighting of it named its colour: it agrees with the one asked for then, or it would be none."""
     origin: Pose2D | None = None
     since_s: float = 0.0
+    other_colour: int = 0
+    """Pictures that named another colour in its place, less those that named the one asked for."""
     centered: int = 0
     rounds: int = 0
     samples: tuple[LocalizeReply, ...] = ()

@@ -95,6 +95,7 @@ class Rules(BaseModel):
     centering_detections: int = Field(default=3, ge=1)
     centering_lost_s: float = Field(default=4.0, gt=0.0)
     centering_timeout_s: float = Field(default=15.0, gt=0.0)
+    other_colour_looks: int = Field(default=6, ge=1, description="more pictures that name another colour than its own")
     track_rad: float = Field(default=0.35, gt=0.0, description="a box this far from where it was is another thing")
     lease_s: float = Field(default=0.4, gt=0.0, le=2.0)
 
