@@ -66,7 +66,8 @@ def told(run: Run) -> str:
 
 
 def test_what_was_moved_since_mapping_is_found_where_it_is_now(place: SimulatedPlace) -> None:
-    run, verdict = played(mission(Faults(), remembered=Remembered.MOVED), place)
+    elsewhere = mission(Faults(), remembered=Remembered.MOVED, seed=HOME + HOMES, rules={})
+    run, verdict = played(elsewhere, place)
     ended(run, verdict, Outcome.FOUND)
     assert verdict.correct
     assert "looked all round, not here" in told(run)

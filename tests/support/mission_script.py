@@ -27,9 +27,11 @@ class Script:
         self.now_s = 100.0
         self.actions: list[do.Action] = []
         self.states: list[MissionState] = []
+        self.fed: list[ev.Event] = []
         self.robot()
 
     def feed(self, event: ev.Event) -> "Script":
+        self.fed.append(event)
         self.mission, actions = step(self.mission, event, self.now_s)
         self.actions += actions
         if not self.states or self.states[-1] is not self.mission.state:

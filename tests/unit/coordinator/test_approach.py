@@ -1,10 +1,9 @@
-"""Centring, measuring, judging, driving up to it."""
+"""Centring, and driving up to it."""
 
 import math
 
 import pytest
 
-from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
 from contracts.robot import GoalStatus
 from contracts.vision import Verdict
@@ -67,100 +66,34 @@ def test_fifteen_seconds_without_being_centred_are_enough() -> None:
     assert script.mission.state is S.SCANNING
 
 
+def test_what_turns_out_to_be_of_another_colour_is_left_with_that_reason() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60, colour=None))
+    for colour in ("white", "white", None, "white", "red", "white", "white", "white"):
+        script.see(box(60, colour=colour))
+        assert script.mission.state is S.CENTERING
+    script.see(box(60, colour="white"))
+    assert script.mission.state is S.SCANNING
+    assert "it is white, not red" in script.said()
+
+
+def test_a_thing_of_another_colour_beside_it_does_not_count_against_it() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60))
+    for _ in range(8):
+        script.see(box(60), box(90, colour="white"))
+    assert script.mission.state is S.CENTERING
+
+
+def test_a_thing_of_unknown_colour_is_not_given_its_neighbours() -> None:
+    script = Script(centering_rule="proportional").begin().see(box(60, colour=None))
+    for _ in range(8):
+        script.see(box(60, colour=None), box(90, colour="white"))
+    assert script.mission.state is S.CENTERING
+
+
 def test_what_was_lost_twice_in_a_direction_is_not_followed_a_third_time() -> None:
     script = Script().begin().see(box()).wait(4.4).see(box()).wait(4.4)
     assert script.mission.state is S.SCANNING
     assert script.see(box()).mission.state is S.SCANNING
-
-
-@pytest.mark.parametrize(
-    ("distance_m", "samples", "state"),
-    [(0.44, 3, S.DONE), (1.2, 3, S.APPROACHING), (2.0, 3, S.DRIVING_1M)],
-)
-def test_after_a_yes_the_distance_decides(distance_m: float, samples: int, state: MissionState) -> None:
-    script = Script().begin().centred().measured(distance_m, samples).voted(Verdict.YES)
-    assert script.mission.state is state
-
-
-def test_beyond_two_and_a_half_metres_it_goes_closer_without_asking() -> None:
-    script = Script().begin().centred().measured(2.8)
-    assert script.mission.state is S.DRIVING_1M
-    assert not script.asked(do.Validate)
-
-
-def test_the_plain_rule_counts_reach_as_done_without_asking() -> None:
-    script = Script(approach_rule="seeds").begin().centred().measured(0.44, 3)
-    assert script.mission.state is S.DONE
-    assert not script.asked(do.Validate)
-
-
-def test_three_measurements_have_to_agree_and_their_middle_counts() -> None:
-    script = Script().begin().centred()
-    for distance_m in (1.2, 0.6, 1.25):
-        script.localized(distance_m, distance_m + 0.06).see(box())
-    assert not script.asked(do.Validate)
-    script.localized(1.3, 1.36)
-    assert script.mission.candidate is not None
-    assert script.mission.candidate.distance_m == pytest.approx(1.25)
-
-
-def test_of_measurements_that_never_agree_the_farther_are_believed() -> None:
-    script = Script().begin().centred()
-    for distance_m in (0.5, 1.0, 1.5, 0.5, 1.0, 1.5, 2.2):
-        script.localized(distance_m, distance_m + 0.06).see(box())
-    assert script.mission.candidate is not None
-    assert script.mission.candidate.distance_m == pytest.approx(1.5)
-
-
-def test_a_clear_no_is_remembered_and_the_same_thing_is_not_judged_again() -> None:
-    script = Script().begin().centred().measured(1.2, 3).voted(Verdict.NO)
-    assert script.mission.state is S.SCANNING
-    script.see(box()).localized(1.2, 1.26)
-    assert script.mission.state is S.SCANNING
-    assert len(script.asked(do.Validate)) == 1
-
-
-def test_another_one_behind_the_refused_one_is_judged() -> None:
-    script = Script().begin().centred().measured(1.0, 3).voted(Verdict.NO)
-    script.see(box()).localized(2.0, 2.06)
-    assert script.mission.state is S.CENTERING
-
-
-@pytest.mark.parametrize(("from_m", "state"), [(1.1, S.CENTERING), (1.4, S.SCANNING)])
-def test_what_was_refused_is_judged_again_from_much_nearer_only(from_m: float, state: MissionState) -> None:
-    script = Script(closer_looks_max=0).begin().centred().measured(2.0, 3).voted(Verdict.NO)
-    script.robot(Pose2D(x=2.0 - from_m, y=0.0, yaw=0.0)).see(box()).localized(from_m, 2.06)
-    assert script.mission.state is state
-
-
-def test_a_picture_in_which_the_detector_saw_nothing_is_looked_at_from_closer() -> None:
-    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.NO, detector=Verdict.NO)
-    assert script.mission.state is S.DRIVING_1M
-    assert not script.mission.search.rejections
-
-
-def test_a_find_whose_colour_no_look_named_says_so() -> None:
-    told = []
-    for colour in (None, "red"):
-        script = Script().begin()
-        for _ in range(4):
-            script.see(box(colour=colour))
-        for _ in range(2):
-            script.localized(0.4, 0.46).see(box(colour=colour))
-        reason = script.localized(0.4, 0.46).voted(Verdict.YES).mission.reason
-        told.append("by the votes alone" in reason)
-    assert told == [True, False]
-
-
-def test_a_narrow_no_from_afar_earns_one_closer_look() -> None:
-    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.NO, score=0.38)
-    assert script.mission.state is S.DRIVING_1M
-
-
-def test_a_narrow_no_from_near_makes_the_ending_unsure() -> None:
-    script = Script(mission_timeout_s=40.0, look_timeout_s=60.0).begin().centred()
-    script.measured(1.0, 3).voted(Verdict.NO, score=0.38).wait(41.0)
-    assert script.mission.outcome is Outcome.UNSURE
 
 
 def approaching(distance_m: float = 1.2, **rules: object) -> Script:
@@ -311,3 +244,16 @@ def test_a_drive_cut_off_by_something_else_than_an_obstacle_is_taken_up_again() 
     assert script.mission.state is S.APPROACHING
     script.wait(3.0)
     assert len(script.asked(do.Drive)) == 2
+
+
+def test_a_rejected_step_nearer_is_driven_straight() -> None:
+    script = Script().begin().centred().measured(2.8).path().arrived(GoalStatus.REJECTED)
+    assert script.mission.state is S.DRIVING_1M
+    assert script.last(do.Drive).distance_m == pytest.approx(1.0)
+
+
+def test_a_goal_refused_twice_in_the_approach_is_done_without() -> None:
+    script = approaching().path().arrived(GoalStatus.REJECTED).wait(2.4).path().arrived(GoalStatus.REJECTED)
+    assert "REJECTED 0: straight on from here" in script.said()
+    script.wait(3.0)
+    assert script.asked(do.Drive)

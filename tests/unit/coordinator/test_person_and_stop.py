@@ -6,6 +6,7 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
+from contracts.robot import GoalStatus
 from contracts.vision import Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
@@ -148,3 +149,27 @@ def test_metres_are_counted_by_odometry_and_jumps_are_not() -> None:
         script.robot(Pose2D(x=x, y=0.0, yaw=0.0))
     script.robot(Pose2D(x=9.0, y=0.0, yaw=0.0)).robot(Pose2D(x=9.1, y=0.0, yaw=0.0))
     assert script.mission.metres_m == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("state", [S.MEMORY_NAV, S.MOVING_TO_SCAN, S.APPROACHING])
+def test_a_goal_that_a_stop_cancelled_is_not_said_to_be_tried_again(state: MissionState) -> None:
+    script = REACH[state]().path()
+    call = script.last(do.Navigate).call
+    script.feed(ev.GoalEnded(call, GoalStatus.CANCELED, 0, "emergency stop")).feed(ev.StopLatched(1, "a person"))
+    assert "navigation: cut off by the emergency stop" in script.said()
+    assert "trying again" not in script.said()
+    assert script.mission.reason == "emergency stop: a person"
+
+
+@pytest.mark.parametrize("state", [S.SCANNING, S.APPROACHING])
+def test_a_motion_that_a_stop_cut_off_is_not_said_to_be_tried_again(state: MissionState) -> None:
+    script = {
+        S.SCANNING: lambda: REACH[S.SCANNING]().see(),
+        S.APPROACHING: lambda: REACH[S.APPROACHING]().arrived().wait(3.0),
+    }[state]()
+    assert script.mission.state is state
+    script.feed(ev.MotionEnded(script.mission.activity.call, completed=False, moved=0.1, reason="emergency stop"))
+    assert "robot_bridge: " in script.said()
+    assert "trying again" not in script.said()
+    script.wait(1.0)
+    assert script.mission.running

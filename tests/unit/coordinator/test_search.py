@@ -8,6 +8,7 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
 from contracts.robot import GoalStatus
+from contracts.vision import Detection
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from support.mission_script import ORIGIN, Script, box
@@ -106,10 +107,28 @@ def test_when_no_view_is_reachable_it_looks_round_here() -> None:
     assert script.mission.state is S.SCANNING
 
 
-def test_a_sighting_on_the_way_stops_the_drive() -> None:
+def test_a_sighting_on_the_way_stops_the_drive_when_the_next_picture_shows_it_too() -> None:
     script = Script().begin(VIEW).path().see(box(40))
+    assert script.mission.state is S.MEMORY_NAV
+    script.see(box(50))
     assert script.mission.state is S.CENTERING
     assert script.asked(do.StopMotion)
+
+
+def test_the_plain_rule_stops_the_drive_at_the_first_sighting() -> None:
+    assert Script(moving_twice=False).begin(VIEW).path().see(box(40)).mission.state is S.CENTERING
+
+
+@pytest.mark.parametrize("then", [(), (box(300),)])
+def test_a_flicker_on_the_way_does_not_stop_the_drive(then: tuple[Detection, ...]) -> None:
+    script = Script().begin(VIEW).path().see(box(40)).see(*then)
+    assert script.mission.state is S.MEMORY_NAV
+
+
+def test_the_same_picture_told_twice_is_one_sighting() -> None:
+    script = Script().begin(VIEW).path().see(box(40))
+    script.feed(script.fed[-1])
+    assert script.mission.state is S.MEMORY_NAV
 
 
 def test_another_colour_or_an_unsure_box_does_not_stop_the_drive() -> None:

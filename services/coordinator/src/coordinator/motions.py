@@ -24,7 +24,7 @@ class Motions:
     sure that nothing moves any more, it drops the session, and everything ends that was ever asked for in it.
     """
 
-    def __init__(self, robot: Robot, clock: Clock, spawn: Callable[[Coroutine[Any, Any, None]], "asyncio.Task[None]"],
+    def __init__(self, robot: Robot, clock: Clock, spawn: Callable[[Coroutine[Any, Any, Any]], "asyncio.Task[Any]"],
                  *, goal_poll_s: float) -> None:  # fmt: skip
         self._robot = robot
         self._clock = clock
@@ -33,14 +33,17 @@ class Motions:
         self._open: set[asyncio.Task[None]] = set()
         self._running: asyncio.Task[None] | None = None
         self._lease: asyncio.Task[None] | None = None
-        self._sending: asyncio.Task[Goal] | None = None
+        self._sending: asyncio.Task[Goal | MeshError] | None = None
         self._goal: Goal | None = None
         self._over: asyncio.Future[Goal] | None = None
         self._in_doubt = False
 
-    def doubt(self) -> None:
-        """A call that moves the robot was not answered: it may be moving all the same."""
+    def doubt(self, epoch: int) -> None:
+        """A call that moves the robot was not answered: it may be moving all the same, and is stopped before anything
+        else begins.
+        """
         self._in_doubt = True
+        self._chain(lambda: self._halt(None, epoch))
 
     def start(self, work: Callable[[], Awaitable[None]]) -> None:
         self._running = self._chain(work)
@@ -69,13 +72,12 @@ class Motions:
     async def navigate(self, pose: Pose2D, timeout_s: float, epoch: int) -> Goal:
         """The goal when it is over. A goal whose sending is interrupted is cancelled as soon as its id is known."""
         self._over = asyncio.get_running_loop().create_future()
-        self._sending = asyncio.ensure_future(self._robot.navigate(pose, timeout_s=timeout_s, epoch=epoch))
-        try:
-            goal = await asyncio.shield(self._sending)
-        except MeshError:
-            self._sending = None
-            raise
-        self._sending, self._goal = None, goal
+        self._sending = self._spawn(self._send(pose, timeout_s, epoch))
+        sent = await asyncio.shield(self._sending)
+        self._sending = None
+        if isinstance(sent, MeshError):
+            raise sent
+        self._goal = goal = sent
         while goal.status not in OVER:
             polling = asyncio.ensure_future(self._clock.sleep(self._goal_poll_s))
             try:
@@ -85,6 +87,13 @@ class Motions:
             goal = self._over.result() if self._over.done() else await self._robot.goal(goal.id)
         self._goal = None
         return goal
+
+    async def _send(self, pose: Pose2D, timeout_s: float, epoch: int) -> Goal | MeshError:
+        """The failure is given back, not raised: whoever waited for it may be gone."""
+        try:
+            return await self._robot.navigate(pose, timeout_s=timeout_s, epoch=epoch)
+        except MeshError as error:
+            return error
 
     def _chain(self, work: Callable[[], Awaitable[None]]) -> "asyncio.Task[None]":
         before = {task for task in self._open if not task.done()}
@@ -100,19 +109,24 @@ class Motions:
     async def _halt(self, leased: "asyncio.Task[None] | None", epoch: int) -> None:
         if leased is not None:
             await asyncio.wait({leased})
+        if self._in_doubt:
+            self._in_doubt, self._goal = False, None
+            await self._robot.drop_session()
+            if self._sending is None:
+                return
         try:
             await self._end(leased, epoch)
         except MeshError as error:
             log.warning("the motion could not be ended: dropping the session, which ends it", error=error.detail)
-            self._in_doubt = True
-        if self._in_doubt:
-            self._in_doubt = False
             await self._robot.drop_session()
 
     async def _end(self, leased: "asyncio.Task[None] | None", epoch: int) -> None:
         if self._sending is not None:
             sending, self._sending = self._sending, None
-            self._goal = await sending
+            sent = await sending
+            if isinstance(sent, MeshError):
+                raise sent
+            self._goal = sent
         if self._goal is not None:
             goal, self._goal = self._goal, None
             await self._robot.cancel_goal(goal.id)

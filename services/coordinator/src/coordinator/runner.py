@@ -192,7 +192,7 @@ class Runner:
         try:
             return await self._moved(action, epoch)
         except UnavailableError:
-            self._motions.doubt()
+            self._motions.doubt(epoch)
             raise
 
     async def _moved(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
@@ -278,5 +278,5 @@ class Runner:
             self._log.put(record)
         self._announcer.changed()
 
-    def _spawn(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
+    def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
         return self._tasks.start("call", work, forever=False)

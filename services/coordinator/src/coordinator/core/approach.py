@@ -8,7 +8,7 @@ from contracts.mission import MissionState
 from contracts.robot import GoalStatus, LocalizeReply
 from coordinator.core.activities import ChoosingPath, Driving, Going, Looking, Measuring, Stage, Turning
 from coordinator.core.depth_check import take_measurement
-from coordinator.core.draft import Draft
+from coordinator.core.draft import STOP_WORDS, Draft
 from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
 from coordinator.core.hindrance import furniture_before, hindrance
@@ -23,7 +23,7 @@ DRIVES_MAX = 3
 DISPUTES_MAX = 4
 SETTLED_RAD = 0.12
 APPROACH_TIMEOUT_S = 240.0
-CUT_OFF_WORDS = ("session", "client", "odometry", "laser scan", "cancel", "the wheels", "took over")
+CUT_OFF_WORDS = ("session", "client", "odometry", "laser scan", "cancel", "the wheels", "took over", STOP_WORDS)
 
 
 def begin(draft: Draft) -> None:
@@ -111,7 +111,9 @@ def _goal_ended(draft: Draft, event: GoalEnded) -> None:
                   error_code=event.error_code)  # fmt: skip
         draft.navigate(going.goal, tries=1)
         return
-    if event.status in {GoalStatus.CANCELED, GoalStatus.REJECTED} and draft.mission.failures == 0:
+    refused = event.status in {GoalStatus.CANCELED, GoalStatus.REJECTED} and draft.search.refusals == 0
+    draft.set_search(refusals=1 if refused else 0)
+    if refused:
         draft.fail("navigation", f"{event.status.value} {event.error}".strip())
         return
     if event.status is not GoalStatus.SUCCEEDED:

@@ -60,7 +60,7 @@ def _tick(draft: Draft, steering: Steering) -> None:
         steering = replace(steering, moving_s=now)
     if now - steering.moving_s > BLOCKED_S:
         draft.stop_motion()
-        found(draft, draft.candidate.distance_m, "as near as the map allows: an obstacle is in the way")
+        found(draft, draft.candidate.distance_m, "no nearer straight ahead: an obstacle is in the way")
         return
     draft.act(do.SetVelocity(Twist2D(linear_x=rules.approach_speed_m_s), rules.lease_s))
     if steering.call == 0 and now >= steering.next_depth_s:

@@ -13,7 +13,7 @@ from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Sighting
 from coordinator.core.rules import ApproachRule, CenteringRule, Rules
 from coordinator.core.search import new_scan
-from coordinator.core.sightings import bearing_error_rad, follow, lose, reject, tracked
+from coordinator.core.sightings import bearing_error_rad, colour_in_its_place, follow, lose, reject, tracked
 
 TURN_SPEED_RAD_S = 0.8
 MOVED_AWAY_M = 1.0
@@ -81,6 +81,12 @@ def _seen(draft: Draft, seen: Detections) -> None:
         draft.stop_motion()
         on_look_timeout(draft)
         return
+    other = _other_colour(draft, seen)
+    if other:
+        draft.stop_motion()
+        lose(draft)
+        back_to_search(draft, f"it is {other}, not {draft.mission.colour}")
+        return
     sighting = tracked(draft.mission, draft.candidate, seen)
     if sighting is None:
         draft.set_candidate(centered=0)
@@ -96,6 +102,16 @@ def _seen(draft: Draft, seen: Detections) -> None:
         return
     draft.set_candidate(centered=0)
     _turn(draft, sighting)
+
+
+def _other_colour(draft: Draft, seen: Detections) -> str:
+    """The colour it has after all, once enough pictures have named it; empty until then."""
+    asked, named = draft.mission.colour, colour_in_its_place(draft.mission, draft.candidate, seen)
+    if asked is None or named is None:
+        return ""
+    count = draft.candidate.other_colour + (1 if named != asked else -1)
+    draft.set_candidate(other_colour=max(0, count))
+    return named if count >= draft.rules.other_colour_looks else ""
 
 
 def _turn(draft: Draft, sighting: Sighting) -> None:

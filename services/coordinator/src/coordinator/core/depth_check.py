@@ -93,7 +93,7 @@ def _decide(draft: Draft) -> None:
     distance = reply.distance_m or 0.0
     draft.say("depth", f"{distance:.2f} m away", distance_m=round(distance, 3), samples=len(draft.candidate.samples),
               agreed=support, map_xy=draft.candidate.map_xy)  # fmt: skip
-    if is_refused(draft.mission, draft.candidate.map_xy, reply.distance_m):
+    if not draft.candidate.confirmed and is_refused(draft.mission, draft.candidate.map_xy, reply.distance_m):
         lose(draft)
         draft.set_search(headings=draft.search.headings[1:])  # else the next look would find it here again
         back_to_search(draft, "the same thing that was refused before")
@@ -149,6 +149,10 @@ def _validated(draft: Draft, validation: Validation) -> None:
     if closer and rules.approach_rule is ApproachRule.LOCALIZED:
         draft.set_candidate(closer_looks=candidate.closer_looks + 1)
         draft.go(MissionState.DRIVING_1M, f"{'narrowly ' if narrow else ''}{word} ({tally}): looking from closer once")
+        return
+    if unseen(validation.votes) and candidate.unseen_again < rules.unseen_again_max:
+        draft.set_candidate(unseen_again=candidate.unseen_again + 1)
+        draft.go(MissionState.CENTERING, f"{word} ({tally}), on a picture that did not show it: looking again")
         return
     text = f"a {_label(draft)} {distance:.1f} m off ({tally})"
     reject(draft, text, narrow=narrow)

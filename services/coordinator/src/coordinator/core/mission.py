@@ -63,6 +63,8 @@ class Candidate:
     """Whether any sighting of it named its colour: it agrees with the one asked for then, or it would be none."""
     origin: Pose2D | None = None
     since_s: float = 0.0
+    other_colour: int = 0
+    """Pictures that named another colour in its place, less those that named the one asked for."""
     centered: int = 0
     rounds: int = 0
     samples: tuple[LocalizeReply, ...] = ()
@@ -74,6 +76,8 @@ class Candidate:
     votes: tuple[Vote, ...] = ()
     confirmed: bool = False
     closer_looks: int = 0
+    unseen_again: int = 0
+    """Times it was judged on a picture in which the detector saw nothing, and looked at again for that."""
     unjudged: int = 0
     picture: int | None = None
     judged_s: float | None = None
@@ -129,6 +133,8 @@ class Search:
     looked: tuple[Pose2D, ...] = ()
     unreachable: tuple[Pose2D, ...] = ()
     missed_in_row: int = 0
+    glimpsed: tuple[Sighting, ...] = ()
+    """What the last picture on the way showed of it."""
     headings: tuple[float, ...] = ()
     sweeps: int = 0
     scan_from: Pose2D | None = None

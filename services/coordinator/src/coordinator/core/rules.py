@@ -80,6 +80,7 @@ class Rules(BaseModel):
     camera_hfov_rad: float = Field(default=0.942, gt=0.1, lt=3.0, description="54 degrees")
     camera_forward_m: float = Field(default=0.06, ge=0.0, description="camera ahead of the base's centre")
     moving_confidence_min: float = Field(default=0.45, ge=0.0, le=1.0, description="for stopping a drive at a sighting")
+    moving_twice: bool = Field(default=True, description="and in two pictures in a row; else in one (requirement A13)")
 
     # A6
     look_range_m: float = Field(default=1.8, gt=0.0, description="what lies nearer than this has been looked at")
@@ -94,6 +95,7 @@ class Rules(BaseModel):
     centering_detections: int = Field(default=3, ge=1)
     centering_lost_s: float = Field(default=4.0, gt=0.0)
     centering_timeout_s: float = Field(default=15.0, gt=0.0)
+    other_colour_looks: int = Field(default=6, ge=1, description="more pictures that name another colour than its own")
     track_rad: float = Field(default=0.35, gt=0.0, description="a box this far from where it was is another thing")
     lease_s: float = Field(default=0.4, gt=0.0, le=2.0)
 
@@ -136,6 +138,7 @@ class Rules(BaseModel):
         default=0.6, ge=0.0, le=1.0, description="a detector this sure of the right colour, outvoted: it may be it"
     )
     closer_looks_max: int = Field(default=1, ge=0)
+    unseen_again_max: int = Field(default=2, ge=0, description="a no on a picture without its box is asked again")
     rejudge_share: float = Field(
         default=0.6,
         ge=0.0,

@@ -10,11 +10,13 @@ from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningC
 from coordinator.core.draft import Draft
 from coordinator.core.endings import abort, give_up
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
-from coordinator.core.geometry import around, distance_m, near_any
+from coordinator.core.geometry import around, distance_m, near_any, wrap
+from coordinator.core.mission import Sighting
 from coordinator.core.rules import CoverageRule
 from coordinator.core.sightings import may_be_rejected, new_candidate, sightings, worth_it
 
 ARRIVED_M = 0.3
+GLIMPSE_S = 2.0
 
 
 def undock_first(draft: Draft) -> bool:
@@ -114,15 +116,33 @@ def handle(draft: Draft, event: Event) -> None:
 
 
 def _maybe_seen(draft: Draft, event: DetectionsSeen) -> None:
-    for sighting in sightings(draft.mission, event.detections):
-        sure = sighting.confidence >= draft.rules.moving_confidence_min
-        if sure and worth_it(draft.mission, sighting) and not may_be_rejected(draft.mission, sighting):
-            draft.stop_motion()
-            new_candidate(draft, sighting)
-            draft.set_search(headings=())
-            draft.say("sighting", "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
-            draft.go(MissionState.CENTERING, "seen on the way: stopping to look")
-            return
+    """A drive is stopped for what two pictures in a row show: for a flicker it would end in one more look round."""
+    sure = tuple(
+        s
+        for s in sightings(draft.mission, event.detections)
+        if s.confidence >= draft.rules.moving_confidence_min
+        and worth_it(draft.mission, s)
+        and not may_be_rejected(draft.mission, s)
+    )
+    before = draft.search.glimpsed
+    if sure != before:
+        draft.set_search(glimpsed=sure)
+    sighting = next((s for s in sure if not draft.rules.moving_twice or _again(s, before, draft.rules.track_rad)), None)
+    if sighting is None:
+        return
+    draft.stop_motion()
+    new_candidate(draft, sighting)
+    draft.set_search(headings=(), glimpsed=())
+    draft.say("sighting", "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
+    draft.go(MissionState.CENTERING, "seen on the way: stopping to look")
+
+
+def _again(sighting: Sighting, before: tuple[Sighting, ...], within_rad: float) -> bool:
+    return any(
+        0.0 < sighting.stamp_s - other.stamp_s <= GLIMPSE_S
+        and abs(wrap(sighting.bearing_rad - other.bearing_rad)) <= within_rad
+        for other in before
+    )
 
 
 def _goal_ended(draft: Draft, event: GoalEnded) -> None:

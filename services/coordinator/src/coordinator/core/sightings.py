@@ -1,6 +1,7 @@
 """Which boxes of a frame may be the target, which of them is the one followed, and which were judged already."""
 
 import math
+from collections.abc import Sequence
 
 from contracts.geometry import Pose2D
 from contracts.robot import BoxQuery
@@ -65,11 +66,31 @@ def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:
 
 def tracked(mission: Mission, candidate: Candidate, seen: Detections) -> Sighting | None:
     """The box nearest to where the candidate is expected, none when none is near enough."""
-    expected_rad = candidate.sighting.bearing_rad
-    if candidate.map_xy is not None and mission.robot.pose is not None:
-        pose = mission.robot.pose
-        expected_rad = math.atan2(candidate.map_xy[1] - pose.y, candidate.map_xy[0] - pose.x)
-    near = [s for s in sightings(mission, seen) if abs(wrap(s.bearing_rad - expected_rad)) <= mission.rules.track_rad]
+    return _nearest(sightings(mission, seen), _expected_rad(mission, candidate), mission.rules.track_rad)
+
+
+def colour_in_its_place(mission: Mission, candidate: Candidate, seen: Detections) -> str | None:
+    """What colour this frame names for the thing of the class where the candidate is expected, none where it names
+    none; whatever colour was asked for.
+    """
+    if mission.target is None:
+        return None
+    yaw = seen.pose.yaw if seen.pose is not None else mission.robot.yaw
+    alike = [_sighting(mission, seen, d, yaw) for d in seen.detections if d.label == mission.target.label]
+    there = _nearest(alike, _expected_rad(mission, candidate), mission.rules.rejected_bearing_rad)
+    return _plain(there.colour) if there is not None and there.colour is not None else None
+
+
+def _expected_rad(mission: Mission, candidate: Candidate) -> float:
+    """By its place where that is known, else where it was last seen."""
+    pose, xy = mission.robot.pose, candidate.map_xy
+    if xy is None or pose is None:
+        return candidate.sighting.bearing_rad
+    return math.atan2(xy[1] - pose.y, xy[0] - pose.x)
+
+
+def _nearest(some: Sequence[Sighting], expected_rad: float, within_rad: float) -> Sighting | None:
+    near = [s for s in some if abs(wrap(s.bearing_rad - expected_rad)) <= within_rad]
     return min(near, key=lambda s: abs(wrap(s.bearing_rad - expected_rad)), default=None)
 
 

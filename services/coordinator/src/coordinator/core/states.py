@@ -60,7 +60,7 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
         _S.APPROACHING: "validated, nearer than 1.5 m",
         _S.DRIVING_1M: "too far to judge, or validated from afar",
         _S.SCANNING: "refused by the votes",
-        _S.CENTERING: "the box grew old",
+        _S.CENTERING: "the box grew old, or was not in the picture that was judged",
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },

@@ -36,6 +36,9 @@ def handle(draft: Draft, event: Event) -> None:
             if status is GoalStatus.ABORTED and tries == 0:
                 draft.say("navigation", f"aborted with error {code}: once more from here", error_code=code)
                 draft.navigate(goal, tries=1)
+            elif status is GoalStatus.REJECTED:
+                draft.say("navigation", "the goal was rejected: straight on")
+                _straight(draft)
             else:
                 draft.go(MissionState.CENTERING, f"the step ended ({status.value}): looking from here")
         case Driving(), MotionEnded(completed=completed, moved=moved, reason=reason):

@@ -1,0 +1,138 @@
+"""One motion after the other: whatever interrupts the sending of a goal, that goal is not left running."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Any, cast
+
+import pytest
+
+from contracts.geometry import Pose2D
+from contracts.robot import Goal, GoalStatus
+from coordinator.motions import Motions
+from coordinator.ports import Robot
+from mesh.errors import UnavailableError
+from mesh.tasks import Tasks
+from support.fake_clock import FakeClock
+
+A, B = Pose2D(x=1.0, y=0.0, yaw=0.0), Pose2D(x=2.0, y=0.0, yaw=0.0)
+
+
+class Bridge:
+    """Takes each goal when it is told to; `told` is what was asked of it, in order."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+        self.answers = asyncio.Event()
+        self.loses: set[str] = set()
+
+    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
+        name = f"to {pose.x:.0f}"
+        self.told.append(name)
+        await self.answers.wait()
+        if name in self.loses:
+            raise UnavailableError("robot_bridge", "no answer in time")
+        return Goal(id=name, pose=pose, status=GoalStatus.EXECUTING, stamp_s=0.0)
+
+    async def goal(self, goal_id: str) -> Goal:
+        raise UnavailableError("robot_bridge", "no answer in time")
+
+    async def cancel_goal(self, goal_id: str) -> None:
+        self.told.append(f"cancel {goal_id}")
+
+    async def drop_session(self) -> None:
+        self.told.append("drop")
+
+    async def end_motion(self) -> None:
+        self.told.append("end")
+
+
+class Bench:
+    def __init__(self, tasks: Tasks) -> None:
+        self.bridge, self.clock = Bridge(), FakeClock()
+        self.motions = Motions(
+            cast("Robot", self.bridge), self.clock, lambda work: tasks.start("call", work, forever=False),
+            goal_poll_s=1.0,
+        )  # fmt: skip
+
+    def go(self, pose: Pose2D) -> None:
+        async def work() -> None:
+            try:
+                await self.motions.navigate(pose, 10.0, 0)
+            except UnavailableError:
+                self.motions.doubt(0)
+
+        self.motions.start(work)
+
+
+@pytest.fixture
+async def bench() -> AsyncIterator[Bench]:
+    died: list[Any] = []
+    async with Tasks(on_death=lambda: died.append(1)) as tasks:
+        yield Bench(tasks)
+    assert not died
+
+
+async def test_a_goal_interrupted_while_it_is_sent_is_cancelled_before_the_next_is_sent(bench: Bench) -> None:
+    bench.go(A)
+    await bench.clock.settle()
+    bench.motions.stop(0)
+    bench.go(B)
+    await bench.clock.settle()
+    assert bench.bridge.told == ["to 1"]
+    bench.bridge.answers.set()
+    await bench.clock.settle()
+    assert bench.bridge.told == ["to 1", "cancel to 1", "to 2"]
+
+
+async def test_of_many_interrupted_goals_only_the_last_is_left(bench: Bench) -> None:
+    bench.go(A)
+    await bench.clock.settle()
+    for pose in (B, A, B):
+        bench.motions.stop(0)
+        bench.go(pose)
+        await bench.clock.settle()
+    bench.bridge.answers.set()
+    await bench.clock.settle()
+    assert [one for one in bench.bridge.told if one.startswith(("to", "cancel"))] == ["to 1", "cancel to 1", "to 2"]
+
+
+async def test_an_interrupted_goal_whose_answer_is_lost_ends_with_the_session_before_the_next(bench: Bench) -> None:
+    bench.bridge.loses = {"to 1"}
+    bench.go(A)
+    await bench.clock.settle()
+    bench.motions.stop(0)
+    bench.go(B)
+    bench.bridge.answers.set()
+    await bench.clock.settle()
+    assert bench.bridge.told == ["to 1", "drop", "to 2"]
+
+
+async def test_a_goal_that_may_have_been_taken_is_ended_at_once_without_being_told_to(bench: Bench) -> None:
+    bench.bridge.loses = {"to 1"}
+    bench.bridge.answers.set()
+    bench.go(A)
+    await bench.clock.settle()
+    assert bench.bridge.told == ["to 1", "drop"]
+
+
+async def test_a_goal_that_can_no_longer_be_asked_about_is_ended_too(bench: Bench) -> None:
+    bench.bridge.answers.set()
+    bench.go(A)
+    await bench.clock.advance(1.1)
+    assert bench.bridge.told == ["to 1", "drop"]
+    bench.motions.stop(0)
+    await bench.clock.settle()
+    assert bench.bridge.told == ["to 1", "drop"]
+
+
+async def test_leaving_while_a_goal_is_sent_leaves_no_task_and_no_error_behind() -> None:
+    before = asyncio.all_tasks()
+    async with Tasks() as tasks:
+        bench = Bench(tasks)
+        bench.bridge.loses = {"to 1"}
+        bench.go(A)
+        await bench.clock.settle()
+        bench.motions.stop(0)
+        await bench.clock.settle()
+        assert asyncio.all_tasks() != before
+    assert asyncio.all_tasks() == before
