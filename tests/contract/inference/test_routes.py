@@ -77,6 +77,7 @@ async def test_embeddings_are_unit_vectors_in_the_order_sent(opened: Opened) -> 
     ("path", "body"),
     [
         ("/clip-score", {"texts": []}),
+        ("/clip-score", {"texts": ["x" * 201]}),
         ("/clip-score", {"texts": ["red"], "bbox_xyxy": [10, 10, 5, 20]}),
         ("/validate", {"target": {"label": "bottle"}}),
         ("/validate", {"target": {"label": "bottle", "description": "b"}, "bbox_xyxy": [5, 5, 5, 5]}),

@@ -12,10 +12,8 @@ def overlap(a: BboxXyxy, b: BboxXyxy) -> float:
     """Intersection over union, 0..1."""
     width = min(a[2], b[2]) - max(a[0], b[0])
     height = min(a[3], b[3]) - max(a[1], b[1])
-    if width <= 0 or height <= 0:
-        return 0.0
-    shared = width * height
-    return shared / (area(a) + area(b) - shared)
+    shared = width * height if width > 0 and height > 0 else 0.0
+    return shared / (area(a) + area(b) - shared) if shared > 0 else 0.0  # a sliver's area may round to nothing
 
 
 def area(box: BboxXyxy) -> float:
