@@ -30,7 +30,8 @@ def decode(data: bytes) -> RgbImage:
         image = kind(io.BytesIO(data))
         _refuse_unusual(image, data)
         image.load()
-        return np.asarray(ImageOps.exif_transpose(image).convert("RGB"))
+        ImageOps.exif_transpose(image, in_place=True)  # without a copy, as below: they cost more than the header
+        return np.asarray(image if image.mode == "RGB" else image.convert("RGB"))
     except (OSError, SyntaxError, ValueError, EOFError, IndexError, struct.error) as error:
         raise UnprocessableError("the image is truncated or damaged") from error
 
