@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from PIL import Image
+from PIL import Image, ImageOps
 
 from contracts.coco import COLOURS
 from contracts.vision import Detection, Target
@@ -155,10 +155,33 @@ def test_every_ordinary_png_becomes_rgb(mode: str) -> None:
     assert decode(encoded(Image.new(mode, (30, 20)))).shape == (20, 30, 3)
 
 
-def test_a_jpeg_is_turned_upright() -> None:
-    exif = Image.Exif()
-    exif[0x0112] = 6
-    assert decode(encoded(Image.new("RGB", (30, 20)), "JPEG", exif=exif)).shape == (30, 20, 3)
+def exif(orientation: int) -> Image.Exif:
+    told = Image.Exif()
+    told[0x0112] = orientation
+    told[0x010E] = "held so"
+    return told
+
+
+@pytest.mark.parametrize("kind", ["JPEG", "PNG"])
+@pytest.mark.parametrize("orientation", range(10))
+def test_an_image_is_turned_upright(orientation: int, kind: str) -> None:
+    body = encoded(Image.effect_noise((30, 20), 50.0), kind, exif=exif(orientation))
+    upright = ImageOps.exif_transpose(Image.open(io.BytesIO(body))).convert("RGB")
+    assert np.array_equal(decode(body), np.asarray(upright))
+
+
+@pytest.mark.filterwarnings("ignore")  # Pillow warns of what it skips
+@pytest.mark.parametrize("at", range(6, 52))
+def test_an_image_is_read_whatever_became_of_its_exif(at: int) -> None:
+    body = bytearray(encoded(Image.new("RGB", (30, 20)), "JPEG", exif=exif(6)))
+    body[body.index(b"Exif") + at] ^= 0x0F
+    assert sorted(decode(bytes(body)).shape) == [3, 20, 30]
+
+
+def without_palette() -> bytes:
+    body = encoded(Image.new("P", (8, 8)))
+    at = body.index(b"PLTE") - 4
+    return body[:at] + body[at + 12 + struct.unpack_from(">I", body, at)[0] :]
 
 
 @pytest.mark.parametrize(
@@ -171,6 +194,7 @@ def test_a_jpeg_is_turned_upright() -> None:
         (encoded(Image.new("CMYK", (8, 8)), "JPEG"), UnprocessableError, "CMYK"),
         (encoded(Image.new("I;16", (8, 8))), UnprocessableError, "16 bits"),
         (png_header_only(8, 8, bit_depth=16), UnprocessableError, "16 bits"),
+        (without_palette(), UnprocessableError, "palette"),
         (png_header_only(5000, 10), TooLargeError, "4096"),
         (png_header_only(60000, 60000), TooLargeError, "4096"),
         (png_header_only(12000, 12000), TooLargeError, "4096"),
@@ -186,9 +210,16 @@ def test_an_image_no_camera_sends_is_refused_by_name(body: bytes, error: type[Me
         decode(body)
 
 
-@given(st.binary(max_size=300), st.integers(0, 200))
-def test_damaged_bytes_are_a_named_error_or_an_image(noise: bytes, at: int) -> None:
-    good = encoded(Image.new("RGB", (16, 16), "red"), "JPEG")
+SOUND = [
+    encoded(Image.new("RGB", (16, 16), "red"), "JPEG"),
+    encoded(Image.new("L", (16, 16)), "JPEG", exif=exif(6)),
+    *(encoded(Image.new(mode, (16, 16)), exif=exif(8)) for mode in ("RGB", "P", "RGBA", "LA", "1")),
+]
+
+
+@pytest.mark.filterwarnings("ignore")  # Pillow warns of what it skips
+@given(st.sampled_from(SOUND), st.binary(max_size=300), st.integers(0, 250))
+def test_damaged_bytes_are_a_named_error_or_an_image(good: bytes, noise: bytes, at: int) -> None:
     with contextlib.suppress(MeshError):
         assert decode(good[:at] + noise + good[at + len(noise) :]).shape[2] == 3
 
