@@ -181,6 +181,14 @@ async def test_each_part_of_a_command_is_read_in_its_turn(opened: Opened) -> Non
     assert (told.yolo_class, told.memory_object, told.description) == ("bottle", "bottle", "red bottle")
 
 
+async def test_a_list_too_long_says_that_its_end_was_not_read(opened: Opened) -> None:
+    things = ("cup", "book", "fork", "spoon", "knife", "bowl", "vase", "clock", "bottle", "apple")
+    async with opened() as house:
+        eight, ten = [await parsed(house, "find the " + ", the ".join(things[:count])) for count in (8, 10)]
+    assert [one.yolo_class for one in eight.targets] == [one.yolo_class for one in ten.targets] == list(things[:8])
+    assert (eight.notes, ten.notes) == ("", "the rest was not read: 8 things at most, one command")
+
+
 async def test_a_model_is_asked_for_each_part_and_the_rules_stand_in_for_what_it_leaves(opened: Opened) -> None:
     model = FakeLanguageModel(says=CLAIM)
     async with opened(House(language_model=model), **ENOUGH) as house:

@@ -76,7 +76,9 @@ class Validator:
         description, unknown = clip.known(target.description)
         said = colour_said(target.description, target.label)
         if not description or (said is not None and colour_said(description, target.label) is None):
-            return abstain("clip", f"does not know the word {', '.join(unknown)}", model=clip.name)
+            return abstain(
+                "clip", f"does not know the word {', '.join(unknown) or target.description}", model=clip.name
+            )
         if said is not None and said not in clip.colours:
             return abstain("clip", f"was never taught what {said} looks like", model=clip.name)
         if said is None:  # whatever its colour: the best of the description in each colour, and in none
