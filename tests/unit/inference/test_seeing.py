@@ -16,7 +16,7 @@ from contracts.vision import Detection, Target
 from inference.annotate import RED, STATUS_HEIGHT_PX, annotate, caption, status_line, to_jpeg
 from inference.boxes import best_target, meant_box, overlap, scaled
 from inference.breaker import Breaker
-from inference.colours import agrees, colour_prompts, colour_said, colours_in, phrase, pick_colour, with_colour
+from inference.colours import agrees, colour_prompts, colours_in, colours_said, phrase, pick_colour, with_colour
 from inference.images import decode
 from mesh.errors import MeshError, TooLargeError, UnprocessableError
 from support.inference_fakes import picture
@@ -64,7 +64,7 @@ def test_colours_are_read_in_the_systems_spelling() -> None:
     ],
 )
 def test_a_fruit_is_not_a_colour(description: str, label: str, colour: str | None) -> None:
-    assert colour_said(description, label) == colour
+    assert colours_said(description, label) == ((colour,) if colour else ())
 
 
 def test_a_contrast_prompt_differs_in_the_colour_alone() -> None:
@@ -88,9 +88,10 @@ def test_a_colour_is_believed_only_when_it_leads() -> None:
 
 
 def test_an_unknown_colour_disagrees_with_nothing() -> None:
-    assert agrees(None, "red")
-    assert agrees("red", None)
-    assert not agrees("blue", "red")
+    assert agrees(None, ("red",))
+    assert agrees("red", ())
+    assert agrees("white", ("black", "white"))
+    assert not agrees("blue", ("red",))
 
 
 def test_the_announced_one_is_of_the_right_colour_where_that_is_known() -> None:
