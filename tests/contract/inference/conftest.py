@@ -64,6 +64,8 @@ Opened = Callable[..., AbstractAsyncContextManager[House]]
 
 @pytest.fixture
 def opened() -> Opened:
+    """Opens a house; its models are loaded, unless it brings a `load` of its own."""
+
     @asynccontextmanager
     async def open_house(house: House | None = None, **changed: Any) -> AsyncIterator[House]:
         inside = house or House()
@@ -83,6 +85,8 @@ def opened() -> Opened:
             httpx.AsyncClient(transport=httpx.ASGITransport(managed.app), base_url="http://inference") as client,
         ):
             inside.client = client
+            if inside.load is None:
+                await inside.until_loaded()
             yield inside
         assert inside.deaths == []
 

@@ -8,6 +8,7 @@ import pytest
 
 from contracts.language import ReasonReply
 from contracts.vision import ParsedTarget, ParsedTask, Validation
+from coordinator.parse_validation import check_parse
 from support.inference_fakes import FakeLanguageModel, bottle, picture
 from support.language_servers import OllamaHandler, running
 from support.waiting import until
@@ -37,6 +38,25 @@ async def test_the_language_model_answers_first_and_is_named(opened: Opened) -> 
         told = await parsed(house, "find my coffee mug", "bottle")
     assert (told.yolo_class, told.memory_object, told.description) == ("cup", "bottle", "coffee mug")
     assert (told.parser, told.targets[0].parser) == ("fake:llm", "fake:llm")
+
+
+@pytest.mark.parametrize(
+    ("command", "description"),
+    [
+        ("find the yelow cup", "yellow cup"),
+        ("bring the balck bottle", "black bottle"),
+        ("a bottle that is orenge", "orange bottle"),
+        ("the garey teddy", "grey teddy"),
+        ("find the pine chair", "pine chair"),
+    ],
+)
+async def test_a_colour_the_rules_correct_outlives_the_coordinators_check(
+    opened: Opened, command: str, description: str
+) -> None:
+    async with opened() as house:
+        checked = check_parse(command, await parsed(house, command), ())
+    assert checked is not None
+    assert checked.target.description == description
 
 
 @pytest.mark.parametrize("mood", [{"hangs": True}, {"away": True}])
@@ -159,6 +179,14 @@ async def test_each_part_of_a_command_is_read_in_its_turn(opened: Opened) -> Non
         ("and the blue one", "bottle", "blue bottle"),
     ]
     assert (told.yolo_class, told.memory_object, told.description) == ("bottle", "bottle", "red bottle")
+
+
+async def test_a_list_too_long_says_that_its_end_was_not_read(opened: Opened) -> None:
+    things = ("cup", "book", "fork", "spoon", "knife", "bowl", "vase", "clock", "bottle", "apple")
+    async with opened() as house:
+        eight, ten = [await parsed(house, "find the " + ", the ".join(things[:count])) for count in (8, 10)]
+    assert [one.yolo_class for one in eight.targets] == [one.yolo_class for one in ten.targets] == list(things[:8])
+    assert (eight.notes, ten.notes) == ("", "the rest was not read: 8 things at most, one command")
 
 
 async def test_a_model_is_asked_for_each_part_and_the_rules_stand_in_for_what_it_leaves(opened: Opened) -> None:

@@ -84,6 +84,12 @@ async def test_clip_abstains_on_a_colour_it_never_learnt(house: House, opened: O
     assert (said(told), told.votes[1].reason) == ("yes abstain abstain", "does not know the word red")
 
 
+async def test_of_two_colours_asked_for_neither_speaks_against_the_other(house: House, opened: Opened) -> None:
+    told = await judged(house, opened, request("blue and red bottle", RED))
+    clip = told.votes[1]
+    assert clip.rival not in {"", "blue", "red"}
+
+
 async def test_clip_abstains_on_a_colour_it_has_no_picture_of(house: House, opened: Opened) -> None:
     house.clip.colours = ("blue", "green")
     told = await judged(house, opened, request("red bottle", RED))

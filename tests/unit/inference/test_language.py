@@ -82,6 +82,13 @@ def test_of_a_claim_only_labels_and_said_words_are_left(label: str, place: str, 
     assert (kept.description == "") == (kept.yolo_class == "none")
 
 
+def test_a_colour_that_was_misspelt_counts_as_said_and_is_told_rightly() -> None:
+    request = ParseTaskRequest(command="find the yelow cup by the back door")
+    claims = [TaskAnswer(yolo_class="cup", description=said) for said in ("yellow cup", "yelow cup", "black cup")]
+    kept = [checked(claim, request, said=request.command, by="model").description for claim in claims]
+    assert kept == ["yellow cup", "yellow cup", "cup"]
+
+
 GIVEN = ("where is the mug?", "A red cup was seen 3 times in the kitchen at 07:30, 0.5 m from the fridge.")
 
 

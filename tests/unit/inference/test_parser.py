@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from contracts.coco import COCO_LABELS, COLOURS
+from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
 from contracts.vision import ParseTaskRequest
 from inference.colours import SPELLINGS
 from inference.lexicon import lexicon
@@ -22,7 +22,9 @@ TUNED = [row for row in ROWS if row["part"] == "tuning"]
 UNSEEN = [row for row in ROWS if row["part"] == "unseen"]
 FRESH = [row for row in ROWS if row["part"] == "fresh"]
 WORDS = sorted(
-    {word for name in lexicon().names for word in name} | set(COLOURS) | {"the", "on", "not", "of", "and", "that", "is"}
+    {word for name in lexicon().names for word in name}
+    | {*COLOURS, *NOT_COLOURS}
+    | {"the", "on", "not", "of", "and", "that", "is"}
 )
 
 
@@ -114,6 +116,20 @@ def test_no_attribute_is_ever_invented(command: str, memory: list[str]) -> None:
     assert len(told) <= 5
     assert task.memory_object is None or task.memory_object in memory
     assert (task.yolo_class == "none") == (task.description == "")
+
+
+@pytest.mark.parametrize(
+    ("command", "description"),
+    [
+        ("find the pine chair", "pine chair"),
+        ("get me a pint glass", "pint glass"),
+        ("the blown glass vase", "glass vase"),
+        ("bring the bottle by the back door", "bottle"),
+        ("where is gary's cup", "cup"),
+    ],
+)
+def test_a_word_that_only_looks_like_a_colour_is_none(command: str, description: str) -> None:
+    assert read(command)[2] == description
 
 
 def test_slips_of_the_finger_and_spelling_by_ear_are_undone() -> None:

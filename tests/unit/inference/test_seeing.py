@@ -7,16 +7,16 @@ import zlib
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
-from PIL import Image
+from PIL import Image, ImageOps
 
 from contracts.coco import COLOURS
 from contracts.vision import Detection, Target
 from inference.annotate import RED, STATUS_HEIGHT_PX, annotate, caption, status_line, to_jpeg
 from inference.boxes import best_target, meant_box, overlap, scaled
 from inference.breaker import Breaker
-from inference.colours import agrees, colour_prompts, colour_said, colours_in, phrase, pick_colour, with_colour
+from inference.colours import agrees, colour_prompts, colours_in, colours_said, phrase, pick_colour, with_colour
 from inference.images import decode
 from mesh.errors import MeshError, TooLargeError, UnprocessableError
 from support.inference_fakes import picture
@@ -64,7 +64,7 @@ def test_colours_are_read_in_the_systems_spelling() -> None:
     ],
 )
 def test_a_fruit_is_not_a_colour(description: str, label: str, colour: str | None) -> None:
-    assert colour_said(description, label) == colour
+    assert colours_said(description, label) == ((colour,) if colour else ())
 
 
 def test_a_contrast_prompt_differs_in_the_colour_alone() -> None:
@@ -88,9 +88,10 @@ def test_a_colour_is_believed_only_when_it_leads() -> None:
 
 
 def test_an_unknown_colour_disagrees_with_nothing() -> None:
-    assert agrees(None, "red")
-    assert agrees("red", None)
-    assert not agrees("blue", "red")
+    assert agrees(None, ("red",))
+    assert agrees("red", ())
+    assert agrees("white", ("black", "white"))
+    assert not agrees("blue", ("red",))
 
 
 def test_the_announced_one_is_of_the_right_colour_where_that_is_known() -> None:
@@ -120,6 +121,7 @@ BOX = st.tuples(*[st.floats(0, 100)] * 2, *[st.floats(0, 100)] * 2).map(
 
 
 @given(BOX, BOX)
+@example((0.0, 0.0, 1e-170, 1e-170), (0.0, 0.0, 1e-170, 1e-170))
 def test_overlap_is_symmetric_and_bounded(a: tuple[float, ...], b: tuple[float, ...]) -> None:
     assert overlap(a, b) == pytest.approx(overlap(b, a))
     assert 0.0 <= overlap(a, b) <= 1.0 + 1e-9
@@ -154,10 +156,33 @@ def test_every_ordinary_png_becomes_rgb(mode: str) -> None:
     assert decode(encoded(Image.new(mode, (30, 20)))).shape == (20, 30, 3)
 
 
-def test_a_jpeg_is_turned_upright() -> None:
-    exif = Image.Exif()
-    exif[0x0112] = 6
-    assert decode(encoded(Image.new("RGB", (30, 20)), "JPEG", exif=exif)).shape == (30, 20, 3)
+def exif(orientation: int) -> Image.Exif:
+    told = Image.Exif()
+    told[0x0112] = orientation
+    told[0x010E] = "held so"
+    return told
+
+
+@pytest.mark.parametrize("kind", ["JPEG", "PNG"])
+@pytest.mark.parametrize("orientation", range(10))
+def test_an_image_is_turned_upright(orientation: int, kind: str) -> None:
+    body = encoded(Image.effect_noise((30, 20), 50.0), kind, exif=exif(orientation))
+    upright = ImageOps.exif_transpose(Image.open(io.BytesIO(body))).convert("RGB")
+    assert np.array_equal(decode(body), np.asarray(upright))
+
+
+@pytest.mark.filterwarnings("ignore")  # Pillow warns of what it skips
+@pytest.mark.parametrize("at", range(6, 52))
+def test_an_image_is_read_whatever_became_of_its_exif(at: int) -> None:
+    body = bytearray(encoded(Image.new("RGB", (30, 20)), "JPEG", exif=exif(6)))
+    body[body.index(b"Exif") + at] ^= 0x0F
+    assert sorted(decode(bytes(body)).shape) == [3, 20, 30]
+
+
+def without_palette() -> bytes:
+    body = encoded(Image.new("P", (8, 8)))
+    at = body.index(b"PLTE") - 4
+    return body[:at] + body[at + 12 + struct.unpack_from(">I", body, at)[0] :]
 
 
 @pytest.mark.parametrize(
@@ -170,6 +195,7 @@ def test_a_jpeg_is_turned_upright() -> None:
         (encoded(Image.new("CMYK", (8, 8)), "JPEG"), UnprocessableError, "CMYK"),
         (encoded(Image.new("I;16", (8, 8))), UnprocessableError, "16 bits"),
         (png_header_only(8, 8, bit_depth=16), UnprocessableError, "16 bits"),
+        (without_palette(), UnprocessableError, "palette"),
         (png_header_only(5000, 10), TooLargeError, "4096"),
         (png_header_only(60000, 60000), TooLargeError, "4096"),
         (png_header_only(12000, 12000), TooLargeError, "4096"),
@@ -185,9 +211,16 @@ def test_an_image_no_camera_sends_is_refused_by_name(body: bytes, error: type[Me
         decode(body)
 
 
-@given(st.binary(max_size=300), st.integers(0, 200))
-def test_damaged_bytes_are_a_named_error_or_an_image(noise: bytes, at: int) -> None:
-    good = encoded(Image.new("RGB", (16, 16), "red"), "JPEG")
+SOUND = [
+    encoded(Image.new("RGB", (16, 16), "red"), "JPEG"),
+    encoded(Image.new("L", (16, 16)), "JPEG", exif=exif(6)),
+    *(encoded(Image.new(mode, (16, 16)), exif=exif(8)) for mode in ("RGB", "P", "RGBA", "LA", "1")),
+]
+
+
+@pytest.mark.filterwarnings("ignore")  # Pillow warns of what it skips
+@given(st.sampled_from(SOUND), st.binary(max_size=300), st.integers(0, 250))
+def test_damaged_bytes_are_a_named_error_or_an_image(good: bytes, noise: bytes, at: int) -> None:
     with contextlib.suppress(MeshError):
         assert decode(good[:at] + noise + good[at + len(noise) :]).shape[2] == 3
 

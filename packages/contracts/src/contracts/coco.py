@@ -1,4 +1,4 @@
-"""The 80 COCO labels, in the order every COCO detector numbers them."""
+"""The 80 COCO labels, in the order every COCO detector numbers them, and the colour words."""
 
 COCO_LABELS: tuple[str, ...] = (
     "person", "bicycle", "car", "motorcycle", "airplane", "bus", "train", "truck", "boat", "traffic light",
@@ -16,3 +16,13 @@ COLOURS: tuple[str, ...] = (
     "red", "green", "blue", "yellow", "white", "black", "purple", "orange", "brown", "pink", "grey",
 )  # fmt: skip
 """Colour words the system knows; a parser may use no other."""
+
+NOT_COLOURS: frozenset[str] = frozenset((
+    "back", "blacks", "blank", "block", "blown", "blub", "blued", "bluer", "blues", "blum", "blume", "blur", "brack",
+    "brawn", "bronn", "brow", "browne", "browns", "brows", "gary", "gay", "gorey", "grab", "grad", "grady", "graf",
+    "gram", "gran", "gras", "gravy", "grays", "gree", "greed", "greek", "greene", "greens", "greer", "greet", "greg",
+    "grep", "grew", "greys", "orang", "oranges", "pick", "pin", "pina", "pine", "ping", "pinks", "pinky", "pino",
+    "pins", "pint", "plink", "punk", "purpled", "purples", "reed", "viole", "violent", "violeta", "violets", "waite",
+    "while", "whine", "whit", "whited", "whiten", "whiter", "whites", "whitey", "whitt", "whyte", "write", "yellows",
+))  # fmt: skip
+"""Words and names that stand one slip of the finger from a colour and are none: 'the back door', 'a pine chair'."""

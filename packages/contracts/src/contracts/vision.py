@@ -122,7 +122,7 @@ class ParsedTask(Message):
 class ScoreRequest(Message):
     """Image-text scores of the newest frame, or of the crop at `bbox_xyxy` in it."""
 
-    texts: tuple[str, ...] = Field(min_length=1, max_length=64)
+    texts: tuple[Annotated[str, Field(max_length=200)], ...] = Field(min_length=1, max_length=64)
     bbox_xyxy: BboxXyxy | None = None
 
 

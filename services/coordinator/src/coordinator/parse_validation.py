@@ -2,9 +2,9 @@
 
 import re
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
-from contracts.coco import COCO_LABELS, COLOURS
+from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
 from contracts.vision import ParsedTask, Target
 
 NONE = "none"
@@ -15,6 +15,7 @@ MATERIALS: frozenset[str] = frozenset({
 })  # fmt: skip
 
 _COLOUR_WORDS = frozenset({*COLOURS, "gray", "beige", "violet", "turquoise", "magenta", "cyan", "navy", "maroon"})
+_SPELT_COLOURS = (*COLOURS, "gray", "violet")
 _SAME = {"gray": "grey", "violet": "purple", "wood": "wooden", "golden": "gold", "metallic": "metal"}
 
 
@@ -74,8 +75,11 @@ def match_memory_object(claimed: str | None, labels_in_memory: tuple[str, ...]) 
 
 
 def check_description(command: str, claimed: str, label: str) -> str:
-    """Without colours and materials the user never said, with the one he put before the thing; never empty."""
-    said, own = {_plain(w) for w in words(command)}, set(words(label))
+    """Without colours and materials the user never said, with the one he put before the thing; never empty.
+
+    A colour that was said with a slip of the finger counts as said ("yelow").
+    """
+    said, own = {_plain(colour_meant(w) or w) for w in words(command)}, set(words(label))
     kept = [w for w in words(claimed) if w in own or not _is_attribute(w) or _plain(w) in said]
     if not any(w for w in kept if not _is_attribute(w) or w in own):
         kept += words(label)
@@ -92,8 +96,34 @@ def colour_of(target: Target) -> str | None:
     return found[0] if found else None
 
 
+def colour_meant(word: str) -> str | None:
+    """The one colour that `word` is a slip of: a letter too many, too few, wrong or swapped, or letters doubled.
+
+    None for words of their own ("back", "write") and where two colours are as near. The beginning must be right, and
+    colours of three letters are known by doubled ones alone: too many words are a letter away from "red".
+    """
+    if word in NOT_COLOURS or _is_attribute(word):
+        return None
+    doubled = {_plain(colour) for colour in _SPELT_COLOURS if _undoubled(word) == _undoubled(colour)}
+    slips = doubled or {_plain(colour) for colour in _SPELT_COLOURS if _is_slip(word, colour)}
+    return slips.pop() if len(slips) == 1 else None
+
+
 def words(text: str) -> list[str]:
     return re.findall(r"[a-z]+", text.lower())
+
+
+def _is_slip(word: str, colour: str) -> bool:
+    if len(colour) < 4 or not (word[:1] == colour[0] or word[:2] == colour[1::-1]):
+        return False
+    same = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(word, colour, strict=False)))
+    written, meant = word[same:], colour[same:]
+    swapped = written[1::-1] + written[2:]
+    return meant in (written[1:], swapped) or meant[1:] in (written, written[1:])
+
+
+def _undoubled(word: str) -> str:
+    return re.sub(r"(.)\1+", r"\1", word)
 
 
 def _is_attribute(word: str) -> bool:

@@ -82,7 +82,7 @@ def create_app(
             yield {"inference": inference}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
-        return get_inference(request).dependencies()
+        return (await get_inference(request)).dependencies()
 
     app = make_app(
         "inference",

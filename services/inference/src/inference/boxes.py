@@ -5,17 +5,15 @@ from collections.abc import Sequence
 
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target
-from inference.colours import agrees, colour_said
+from inference.colours import agrees, colours_said
 
 
 def overlap(a: BboxXyxy, b: BboxXyxy) -> float:
     """Intersection over union, 0..1."""
     width = min(a[2], b[2]) - max(a[0], b[0])
     height = min(a[3], b[3]) - max(a[1], b[1])
-    if width <= 0 or height <= 0:
-        return 0.0
-    shared = width * height
-    return shared / (area(a) + area(b) - shared)
+    shared = width * height if width > 0 and height > 0 else 0.0
+    return shared / (area(a) + area(b) - shared) if shared > 0 else 0.0  # a sliver's area may round to nothing
 
 
 def area(box: BboxXyxy) -> float:
@@ -28,16 +26,16 @@ def centre_distance(a: BboxXyxy, b: BboxXyxy) -> float:
 
 
 def matches(detection: Detection, target: Target) -> bool:
-    """The target's class, in no other colour than the one asked for."""
-    wanted = colour_said(target.description, target.label)
+    """The target's class, in no other colour than those asked for."""
+    wanted = colours_said(target.description, target.label)
     return detection.label == target.label and agrees(detection.colour, wanted)
 
 
 def best_target(detections: Sequence[Detection], target: Target) -> Detection | None:
     """The detection to announce: a known right colour first, then confidence; none when no one matches."""
-    wanted = colour_said(target.description, target.label)
+    wanted = colours_said(target.description, target.label)
     candidates = [one for one in detections if matches(one, target)]
-    return max(candidates, key=lambda one: (wanted is not None and one.colour == wanted, one.confidence), default=None)
+    return max(candidates, key=lambda one: (one.colour in wanted, one.confidence), default=None)
 
 
 def meant_box(detections: Sequence[Detection], target: Target, bbox_xyxy: BboxXyxy | None) -> Detection | None:

@@ -26,16 +26,19 @@ def checked(answer: TaskAnswer, request: ParseTaskRequest, *, said: str, by: str
 
 
 def _description(claimed: str, command: str, label: str) -> str:
-    """At most four words, each said or a plain name of the class; the label where none of them names anything."""
+    """At most four words, each said or a plain name of the class; the label where none of them names anything.
+
+    A colour that was misspelt counts as said, and is told in its right spelling.
+    """
     words = lexicon()
     plain = words.attributes | words.colours
     said: set[str] = set()
     for token in words_of(command):
-        said.update((token, SPELLINGS.get(token, token), *singular_forms(token)))
+        said.update((token, words.attribute(token), SPELLINGS.get(token, token), *singular_forms(token)))
     names = {word for name in words.names.values() if name.label == label for word in name.words}
     kept = [
         word
-        for word in words_of(claimed)
+        for word in map(words.attribute, words_of(claimed))
         if (word in said and word not in words.fillers)
         or word in label.split()
         or (word in names and word not in plain)

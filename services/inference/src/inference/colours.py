@@ -1,7 +1,7 @@
 """Colour words: which a text names, how a colour is asked for, and when the answer may be believed."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from contracts.coco import COLOURS
 
@@ -15,12 +15,12 @@ def colours_in(text: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(word for word in found if word in COLOURS))
 
 
-def colour_said(description: str, label: str) -> str | None:
-    """The colour a description asks for; the fruit 'orange' is not one ('orange' as a label, said once)."""
-    words = list(colours_in(description))
+def colours_said(description: str, label: str) -> tuple[str, ...]:
+    """The colours a description asks for; the fruit 'orange' is not one ('orange' as a label, said once)."""
+    words = colours_in(description)
     if label == "orange" and len(re.findall(r"\boranges?\b", description.lower())) < 2:
-        words = [word for word in words if word != "orange"]
-    return words[0] if words else None
+        return tuple(word for word in words if word != "orange")
+    return words
 
 
 def with_colour(description: str, said: str, other: str) -> str:
@@ -50,6 +50,6 @@ def pick_colour(colours: Sequence[str], scores: Sequence[float], margin: float) 
     return colours[ranked[0]]
 
 
-def agrees(seen: str | None, wanted: str | None) -> bool:
-    """A colour not known, or not asked for, does not disagree."""
-    return seen is None or wanted is None or seen == wanted
+def agrees(seen: str | None, wanted: Collection[str]) -> bool:
+    """A colour not known, or not asked for, does not disagree; of several asked for, each will do."""
+    return seen is None or not wanted or seen in wanted

@@ -4,7 +4,7 @@ import io
 import struct
 
 import numpy as np
-from PIL import Image, ImageOps, JpegImagePlugin, PngImagePlugin
+from PIL import Image, JpegImagePlugin, PngImagePlugin
 
 from inference.ports import RgbImage
 from mesh.errors import TooLargeError, UnprocessableError
@@ -12,6 +12,13 @@ from mesh.errors import TooLargeError, UnprocessableError
 SIDE_PX_MAX = 4096
 PLUGINS = {b"\xff\xd8\xff": JpegImagePlugin.JpegImageFile, b"\x89PNG\r\n\x1a\n": PngImagePlugin.PngImageFile}
 """First bytes of a file and who reads it."""
+ORIENTATION = 0x0112
+UPRIGHT = {
+    2: Image.Transpose.FLIP_LEFT_RIGHT, 3: Image.Transpose.ROTATE_180, 4: Image.Transpose.FLIP_TOP_BOTTOM,
+    5: Image.Transpose.TRANSPOSE, 6: Image.Transpose.ROTATE_270, 7: Image.Transpose.TRANSVERSE,
+    8: Image.Transpose.ROTATE_90,
+}  # fmt: skip
+"""What undoes each EXIF orientation. (`ImageOps.exif_transpose` also rewrites the EXIF, and fails on a damaged one.)"""
 PNG_BIT_DEPTH_AT = 24
 """Offset of the bit depth in a PNG's header (PNG specification, IHDR)."""
 
@@ -30,7 +37,9 @@ def decode(data: bytes) -> RgbImage:
         image = kind(io.BytesIO(data))
         _refuse_unusual(image, data)
         image.load()
-        return np.asarray(ImageOps.exif_transpose(image).convert("RGB"))
+        turn = UPRIGHT.get(image.getexif().get(ORIENTATION, 1))
+        upright = image if turn is None else image.transpose(turn)
+        return np.asarray(upright if upright.mode == "RGB" else upright.convert("RGB"))
     except (OSError, SyntaxError, ValueError, EOFError, IndexError, struct.error) as error:
         raise UnprocessableError("the image is truncated or damaged") from error
 
@@ -44,3 +53,5 @@ def _refuse_unusual(image: Image.Image, data: bytes) -> None:
         raise UnprocessableError("the image has 16 bits a channel; send 8")
     if getattr(image, "n_frames", 1) > 1:
         raise UnprocessableError("the image is animated; send one frame")
+    if image.mode == "P" and image.palette is None:
+        raise UnprocessableError("the image has lost its palette")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from contracts.coco import COCO_LABELS, COLOURS
+from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
 from inference.colours import SPELLINGS
 from inference.spelling import correction, singular_forms
 
@@ -78,7 +78,8 @@ class Lexicon:
     def attribute(self, word: str) -> str:
         """The word itself, or the colour it is a slip of ('yelow')."""
         known = (word, *singular_forms(word))
-        if self.is_attribute(word) or any(one in self.vocabulary or one in self.never_corrected for one in known):
+        words = (self.vocabulary, self.never_corrected, NOT_COLOURS)
+        if self.is_attribute(word) or any(one in group for group in words for one in known):
             return word
         if word in self.spelled:
             return self.spelled[word]

@@ -9,7 +9,7 @@ from inference import parser
 from inference.claims import checked
 from inference.prompts import TaskAnswer, parse_prompt
 from inference.providers import NoAnswerError, Providers
-from inference.splitting import Part, split
+from inference.splitting import PARTS_MAX, Part, split
 
 NONE = "none"
 
@@ -34,6 +34,8 @@ class Reader:
             target, note = await self._read(part, request.labels_in_memory, share_s)
             targets.append(target)
             notes += [note] if note else []
+        if len(split(parts[-1].meaning)) > 1:
+            notes.append(f"the rest was not read: {PARTS_MAX} things at most, one command")
         first = next((one for one in targets if one.yolo_class != NONE), targets[0])
         return ParsedTask(
             yolo_class=first.yolo_class,

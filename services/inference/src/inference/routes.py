@@ -40,7 +40,8 @@ JPEG_RESPONSE: dict[int | str, dict[str, Any]] = {
 }
 
 
-def get_inference(request: Request) -> Inference:
+async def get_inference(request: Request) -> Inference:
+    """Async, because FastAPI sends a plain function to another thread and back, on every call."""
     return request.state.inference
 
 

@@ -8,7 +8,7 @@ from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target, ValidateRequest, Validation, Verdict, Vote
 from inference.annotate import to_jpeg
 from inference.boxes import area, meant_box
-from inference.colours import colour_said, phrase, with_colour
+from inference.colours import colours_said, phrase, with_colour
 from inference.models import Models
 from inference.ports import Camera, Frame, ImageText, RgbImage, VisionLanguageModel
 from inference.votes import VOTES_NEEDED, ClipScores, abstain, clip_vote, decide, detector_vote
@@ -74,16 +74,19 @@ class Validator:
         if clip is None:
             return abstain("clip", self.models.problem or "no image-text model")
         description, unknown = clip.known(target.description)
-        said = colour_said(target.description, target.label)
-        if not description or (said is not None and colour_said(description, target.label) is None):
-            return abstain("clip", f"does not know the word {', '.join(unknown)}", model=clip.name)
+        named = colours_said(target.description, target.label)
+        said = named[0] if named else None
+        if not description or (named and not colours_said(description, target.label)):
+            return abstain(
+                "clip", f"does not know the word {', '.join(unknown) or target.description}", model=clip.name
+            )
         if said is not None and said not in clip.colours:
             return abstain("clip", f"was never taught what {said} looks like", model=clip.name)
         if said is None:  # whatever its colour: the best of the description in each colour, and in none
             texts = [description, *(f"{colour} {description}" for colour in clip.colours)]
             asked, contrast = [phrase(clip.template, text) for text in texts], list[str]()
         else:
-            contrast = [colour for colour in clip.colours if colour != said]
+            contrast = [colour for colour in clip.colours if colour not in named]
             texts = [description, *(with_colour(description, said, other) for other in contrast)]
             asked = [phrase(clip.template, text) for text in texts]
         seen = await self.models.score(image, bbox, asked)
