@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from typing import TypeVar
@@ -82,13 +82,21 @@ class FakeStore:
         ]
         return sorted(counts, key=lambda one: (-one.views, one.label.encode()))[:limit]
 
-    async def candidates(self, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
+    async def candidates(
+        self, wanted: Mapping[str, Collection[str]], *, views_a_thing: int, views_max: int
+    ) -> dict[str, Candidates]:
+        """All things there are, so that no colour can be left out."""
         self._there()
-        things = {one.id: one for one in self._things.values() if one.label == label}
-        views = self._best(lambda place: place.label == label and place.thing_id is None)[:views_max]
-        for number in things:
-            views += self._best(lambda place, number=number: place.thing_id == number)[:views_a_thing]
-        return Candidates(things, tuple(views))
+        found: dict[str, Candidates] = {}
+        for label, colours in wanted.items():
+            things = {one.id: one for one in self._things.values() if one.label == label}
+            loose = self._best(lambda place, label=label: place.label == label and place.thing_id is None)
+            coloured = [one for one in loose[views_max:] if one.colour in colours]
+            views = [*loose[:views_max], *coloured[:views_max]]
+            for number in things:
+                views += self._best(lambda place, number=number: place.thing_id == number)[:views_a_thing]
+            found[label] = Candidates(things, tuple(sorted(views, key=lambda one: one.id)))
+        return found
 
     async def forget(self, what: ForgetRequest) -> int:
         self._there()

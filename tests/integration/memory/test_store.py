@@ -149,6 +149,18 @@ async def test_what_one_store_gives_away_another_takes_in_once(make: Make, store
             assert len(await other.things(None, None, 10)) == 3
 
 
+async def test_what_is_of_the_colour_asked_for_is_a_candidate_among_however_many_others(store: Store) -> None:
+    """Less sure than all others, so that no limit would let it in; and one that is only a view."""
+    await add(store, [seen(x=k, at=(k, 2.0), confidence=0.9, colour="blue") for k in map(float, range(60))])
+    await add(store, [seen(x=k, y=9.0, confidence=0.9, colour="blue") for k in map(float, range(20))])
+    await add(store, [seen(x=90.0, at=(90.0, 2.0), confidence=0.3, colour="red")])
+    await add(store, [seen(x=95.0, y=9.0, confidence=0.3, colour="red"), seen("cup", x=1.0, colour="red")])
+    found = await store.candidates({"bottle": {"red"}, "cup": set()}, views_a_thing=4, views_max=10)
+    assert {view.x for view in found["bottle"].views if view.colour == "red"} == {90.0, 95.0}
+    assert "red" in {thing.colour for thing in found["bottle"].things.values()}
+    assert [view.label for view in found["cup"].views] == ["cup"]
+
+
 async def test_ghosts_and_what_is_too_old_are_tidied_away(store: Store) -> None:
     await add(store, [seen(at=(1.0, 0.0), confidence=0.3), seen("cup", at=(1.0, 0.5)), seen("vase", x=2.0)])
     await add(store, [seen("clock", at=(1.0, 0.0), stamp_s=50.0)])
@@ -229,8 +241,8 @@ async def test_sqlite_and_the_dict_agree_after_any_story(
         assert sorted(map(told, await store.views(None, 1000))) == sorted(map(told, await model.views(None, 1000)))
         assert await store.labels(1000) == await model.labels(1000)
         for label in ("bottle", "cup"):
-            one = await store.candidates(label, views_a_thing=3, views_max=5)
-            other = await model.candidates(label, views_a_thing=3, views_max=5)
+            one = (await store.candidates({label: {"red"}}, views_a_thing=3, views_max=5))[label]
+            other = (await model.candidates({label: {"red"}}, views_a_thing=3, views_max=5))[label]
             assert one.things == other.things
             assert sorted(one.confidence for one in one.views) == sorted(one.confidence for one in other.views)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from contracts.geometry import Pose2D
 from contracts.memory import Embedding, Observation, RecalledView, RecallRequest, RecallRule
 from memory.ports import Candidates, KeptView
-from memory.recall import SAME_PLACE_M, Weights, colours_in
+from memory.recall import SAME_PLACE_M, Weights, asked_for, colours_in
 from memory.recall import rank as rank_by
 from memory.things import Thing
 from support.observations import observations, seen, view
@@ -18,6 +18,7 @@ from support.observations import observations, seen, view
 RED_BOTTLE = RecallRequest(label="bottle", description="red bottle")
 A5 = RecallRule.CONFIDENCE
 NOW_S = 1.0
+PLAIN = Weights()
 
 
 def rank(
@@ -27,10 +28,11 @@ def rank(
     *things: Thing,
     rule: RecallRule = A5,
     now_s: float = NOW_S,
+    weights: Weights = PLAIN,
 ) -> tuple[RecalledView, ...]:
-    first = Candidates(views=tuple(of_memory_object))
-    own = Candidates({one.id: one for one in things}, tuple(of_label))
-    return rank_by(request, first, own, rule=rule, weights=Weights(), now_s=now_s)
+    found = {request.memory_object or "": Candidates(views=tuple(of_memory_object))}
+    found[request.label] = Candidates({one.id: one for one in things}, tuple(of_label))
+    return rank_by(request, found, rule=rule, weights=weights, now_s=now_s)
 
 
 def ids(request: RecallRequest, of_memory_object: list[KeptView], of_label: list[KeptView]) -> list[int]:
@@ -217,6 +219,24 @@ def test_a_second_view_of_one_thing_waits_for_the_first_view_of_another() -> Non
         view(3, seen(x=4.0, confidence=0.6), 8),
     ]
     assert by_belief(RecallRequest(label="bottle"), views, thing(7, 0.0), thing(8, 4.0)) == [1, 3, 2]
+
+
+def test_without_its_weight_a_second_view_of_one_thing_is_as_good_as_the_first() -> None:
+    views = [view(1, seen(confidence=0.9), 7), view(2, seen(x=2.0, confidence=0.9), 7), view(3, seen(x=4.0), 8)]
+    things, request = (thing(7, 0.0), thing(8, 4.0)), RecallRequest(label="bottle")
+    found = rank(request, [], views, *things, rule=RecallRule.BELIEF, weights=Weights(again=0.0))
+    assert [one.view.id for one in found] == [1, 2, 3]
+    assert found[0].score == found[1].score
+
+
+def test_the_colour_said_is_the_things_and_not_the_memory_objects() -> None:
+    request = RecallRequest(label="cup", memory_object="bottle", description="red cup")
+    near = [view(1, seen("bottle", colour="red", confidence=0.5)), view(2, seen("bottle", x=4.0, colour="blue"))]
+    first, other = rank(request, near, [], rule=RecallRule.BELIEF)
+    assert first.score == other.score
+    assert "colour" not in first.reason
+    assert asked_for(request) == {"cup": {"red"}, "bottle": set()}
+    assert asked_for(RecallRequest(label="cup", description="gray cup")) == {"cup": {"grey", "gray"}}
 
 
 def test_of_two_equally_good_places_the_nearer_is_first_and_the_score_is_the_product_of_its_parts() -> None:

@@ -1,6 +1,6 @@
 """What the service needs of the world: a place that keeps things and views, and robot_bridge's senses."""
 
-from collections.abc import AsyncGenerator, Sequence
+from collections.abc import AsyncGenerator, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -12,10 +12,13 @@ from memory.looks import Ground
 from memory.things import Thing
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class KeptView:
     """A view as it is kept. `colour` is the thing's where there is one, empty where it is not known; `belief` is as of
-    `believed_s`, and means something only where there is no thing."""
+    `believed_s`, and means something only where there is no thing.
+
+    Nobody changes one: it is not frozen because a recall makes hundreds, and to freeze one takes seven times as long.
+    """
 
     id: int
     label: str
@@ -50,7 +53,7 @@ class KeptView:
 
 @dataclass(frozen=True, slots=True)
 class Candidates:
-    """What recall chooses from: a label's things by id, and views of them and without them, best first."""
+    """What recall chooses from: a label's things by id, and views of them and without them, by id."""
 
     things: dict[int, Thing] = field(default_factory=dict[int, Thing])
     views: tuple[KeptView, ...] = ()
@@ -100,8 +103,11 @@ class Store(Protocol):
         """Most views first, of equals by name."""
         ...
 
-    async def candidates(self, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
-        """Of each thing so many of its best views; the best views without a thing."""
+    async def candidates(
+        self, wanted: Mapping[str, Collection[str]], *, views_a_thing: int, views_max: int
+    ) -> dict[str, Candidates]:
+        """By label, as things are at one moment. Of each thing so many of its best views; the best views without a
+        thing. `wanted` maps each label to the colours asked for: a limit leaves none of them out for others."""
         ...
 
     async def forget(self, what: ForgetRequest) -> int:

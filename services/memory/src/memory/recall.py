@@ -11,10 +11,11 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from contracts.coco import COLOURS
 from contracts.geometry import Pose2D
-from contracts.memory import Embedding, RecalledView, RecallRequest, RecallRule, ScoreParts
+from contracts.memory import Embedding, RecalledView, RecallRequest, RecallRule, RememberedObject, ScoreParts
 from memory.belief import LOST_BELOW, aged
 from memory.kinds import kind_of
 from memory.ports import Candidates, KeptView
@@ -34,6 +35,7 @@ AGAIN = 0.5
 LIKENESS = 0.05
 """A difference of cosines that makes a thing 2.7 times less likely to be the one described."""
 SPELLINGS = {"gray": "grey", "violet": "purple"}
+SCORE = attrgetter("score")
 WORD = re.compile(r"[a-z]+")
 
 
@@ -63,26 +65,35 @@ class Scored:
     again: float = 1.0
 
 
+def asked_for(request: RecallRequest) -> dict[str, frozenset[str]]:
+    """The labels whose places may be worth a look, with the colours, however spelled, that a view of them should have.
+
+    What is said of the thing's colour says nothing of the memory object's.
+    """
+    wanted = colours_in(request.description, request.label)
+    spelled = wanted | {other for other, word in SPELLINGS.items() if word in wanted}
+    found = {request.label: spelled}
+    if request.memory_object is not None:
+        found.setdefault(request.memory_object, frozenset())
+    return found
+
+
 def rank(
-    request: RecallRequest,
-    of_memory_object: Candidates,
-    of_label: Candidates,
-    *,
-    rule: RecallRule,
-    weights: Weights,
-    now_s: float,
+    request: RecallRequest, found: Mapping[str, Candidates], *, rule: RecallRule, weights: Weights, now_s: float
 ) -> tuple[RecalledView, ...]:
-    """Best first, no more than `request.limit`; a view close to a chosen one that looks the same way is left out."""
-    things = (*of_label.things.values(), *of_memory_object.things.values())
-    scoring = Scoring(request, weights, now_s, likenesses(request.embedding, things))
-    groups = [("label", of_label)]
+    """Best first, no more than `request.limit`; a view close to a chosen one that looks the same way is left out.
+
+    `found`: by label, of those that were `asked_for`.
+    """
+    scoring = Scoring.of(request, found[request.label].things.values(), weights, now_s)
+    groups = [scoring.scored(found[request.label], "label")]
     if request.memory_object is not None and request.memory_object != request.label:
-        groups.insert(0, ("memory_object", of_memory_object))
-    scored = [[scoring.of(view, kept.things, source) for view in kept.views] for source, kept in groups]
+        groups.insert(0, scoring.scored(found[request.memory_object], "memory_object"))
     if rule is RecallRule.CONFIDENCE:
-        ordered = [one for group in scored for one in _by_confidence(group, request.pose)]
+        ordered = [one for group in groups for one in _by_confidence(group, request.pose)]
     else:
-        ordered = _by_score(one for group in scored for one in group if not _given_up(one))
+        alive = (one for group in groups for one in group if not _given_up(one))
+        ordered = _by_score(alive, weights.again)
     taken = Taken(max(request.min_separation_m, SAME_PLACE_M))
     chosen: list[RecalledView] = []
     for one in ordered:
@@ -104,61 +115,65 @@ def colours_in(description: str, label: str = "") -> frozenset[str]:
 
 @dataclass
 class Scoring:
-    """One request's way of weighing a view."""
+    """One request's way of weighing a view. What is alike for all views of a thing is worked out once."""
 
     request: RecallRequest
     weights: Weights
     now_s: float
+    wanted: frozenset[str]
+    """Colours."""
     likenesses: Mapping[int, float]
-    """Of things by id, where the request and they have vectors."""
-    wanted: frozenset[str] = field(init=False)
-    _known: dict[int, tuple[float, float]] = field(default_factory=dict[int, tuple[float, float]])
-    """Belief and agreement of things by id: alike for all their views."""
+    """Of the label's things by id, where the request and they have vectors."""
+    _told: dict[int, RememberedObject] = field(default_factory=dict[int, RememberedObject])
 
-    def __post_init__(self) -> None:
-        self.wanted = colours_in(self.request.description, self.request.label)
+    @classmethod
+    def of(cls, request: RecallRequest, things: Iterable[Thing], weights: Weights, now_s: float) -> "Scoring":
+        wanted = colours_in(request.description, request.label)
+        return cls(request, weights, now_s, wanted, likenesses(request.embedding, things))
 
-    def of(self, view: KeptView, things: dict[int, Thing], source: str) -> Scored:
-        thing = things.get(view.thing_id) if view.thing_id is not None else None
-        if thing is not None:
-            if thing.id not in self._known:
-                self._known[thing.id] = thing.belief_at(self.now_s), self._agreement(view, thing)
-            belief, agreement = self._known[thing.id]
-            last_seen_s = thing.last_seen_s
-        else:
-            belief = aged(view.belief, self.now_s - view.believed_s, kind_of(view.label).half_life_s)
-            agreement = self._agreement(view, None)
-            last_seen_s = view.last_seen_s
-        here = self.request.pose
-        travel_m = 0.0 if here is None else math.hypot(view.x - here.x, view.y - here.y)
-        parts = (
-            belief,
-            agreement,
-            1.0 if source == "label" else RELATED,
-            view.confidence,
-            0.5 ** (max(0.0, self.now_s - last_seen_s) / RECENT_S),
-            TRAVEL_M / (TRAVEL_M + travel_m),
-        )
+    def scored(self, kept: Candidates, source: str) -> list[Scored]:
+        """Every view of a label, as the label's own or as the memory object's."""
+        own = source == "label"
+        relation = 1.0 if own else RELATED
+        here, w = self.request.pose, self.weights
+        of_thing = {
+            thing.id: self._known(
+                thing.belief_at(self.now_s), self._likeness(thing) if own else self._elsewhere, thing.last_seen_s
+            )
+            for thing in kept.things.values()
+        }
+        found: list[Scored] = []
+        for view in kept.views:
+            thing = kept.things.get(view.thing_id) if view.thing_id is not None else None
+            if thing is not None:
+                belief, agreement, recency, known = of_thing[thing.id]
+            else:
+                belief, agreement, recency, known = self._known(
+                    aged(view.belief, self.now_s - view.believed_s, kind_of(view.label).half_life_s),
+                    self._of_colour(view.colour) if own else self._elsewhere,
+                    view.last_seen_s,
+                )
+            travel_m = 0.0 if here is None else math.hypot(view.x - here.x, view.y - here.y)
+            travel = TRAVEL_M / (TRAVEL_M + travel_m)
+            parts = belief, agreement, relation, view.confidence, recency, travel
+            score = known * relation**w.relation * view.confidence**w.confidence * travel**w.travel
+            found.append(Scored(view, thing, source, agreement, parts, score))
+        return found
+
+    def _known(self, belief: float, agreement: float, last_seen_s: float) -> tuple[float, float, float, float]:
+        """Belief, agreement and recency, and what the three come to."""
+        recency = 0.5 ** (max(0.0, self.now_s - last_seen_s) / RECENT_S)
         w = self.weights
-        score = (
-            parts[0] ** w.belief
-            * parts[1] ** w.agreement
-            * parts[2] ** w.relation
-            * parts[3] ** w.confidence
-            * parts[4] ** w.recency
-            * parts[5] ** w.travel
-        )
-        return Scored(view, thing, source, agreement, parts, score)
+        return belief, agreement, recency, belief**w.belief * agreement**w.agreement * recency**w.recency
 
     def told(self, one: Scored) -> RecalledView:
         belief, agreement, relation, confidence, recency, travel = one.parts
-        thing = one.thing
         return RecalledView(
             view=one.view.told(),
             source=one.source,
             reason=self._reason(one),
-            pose=facing(one.view, thing),
-            score=min(1.0, one.score * one.again**self.weights.again),
+            pose=facing(one.view, one.thing),
+            score=min(1.0, one.score),
             parts=ScoreParts(
                 belief=belief,
                 agreement=agreement,
@@ -168,13 +183,21 @@ class Scoring:
                 travel=travel,
                 again=one.again,
             ),
-            thing=remembered(thing, self.now_s) if thing is not None else None,
+            thing=self._remembered(one.thing) if one.thing is not None else None,
         )
 
-    def _agreement(self, view: KeptView, thing: Thing | None) -> float:
-        if thing is None:
-            return self._of_colour(view.colour)
+    def _remembered(self, thing: Thing) -> RememberedObject:
+        if thing.id not in self._told:
+            self._told[thing.id] = remembered(thing, self.now_s)
+        return self._told[thing.id]
+
+    def _likeness(self, thing: Thing) -> float:
         return self.likenesses[thing.id] if thing.id in self.likenesses else self._of_colour(thing.colour or "")
+
+    @property
+    def _elsewhere(self) -> float:
+        """Of a view of the memory object: whether what is described is there is not known."""
+        return UNKNOWN if self.wanted else AGREES
 
     def _of_colour(self, colour: str) -> float:
         if not self.wanted:
@@ -189,7 +212,7 @@ class Scoring:
         told = f"saw {named} from here with confidence {view.confidence:.2f}"
         if one.source == "memory_object":
             told = f"{told}, where {self.request.label} may be near"
-        if thing is not None and thing.id in self.likenesses:
+        elif thing is not None and thing.id in self.likenesses:
             told = f"{told}: looks {one.agreement:.0%} like the description"
         elif self.wanted:
             told = f"{told}: {_of_agreement(one.agreement)}"
@@ -239,19 +262,16 @@ def _by_confidence(group: Sequence[Scored], here: Pose2D | None) -> list[Scored]
     return sorted(group, key=key)
 
 
-def _by_score(candidates: Iterable[Scored]) -> list[Scored]:
-    """Each thing's best view counts in full, its further ones less and less."""
-
-    def order(one: Scored) -> tuple[float, int]:
-        return -one.score * one.again, one.view.id
-
+def _by_score(candidates: Iterable[Scored], weight_again: float) -> list[Scored]:
+    """Each thing's best view counts in full, its further ones less and less. Equals stay in order."""
     views_of: dict[int, int] = defaultdict(int)
-    ordered = sorted(candidates, key=order)
+    ordered = sorted(candidates, key=SCORE, reverse=True)
     for one in ordered:
         if one.thing is not None:
             one.again = AGAIN ** views_of[one.thing.id]
+            one.score *= one.again**weight_again
             views_of[one.thing.id] += 1
-    return sorted(ordered, key=order)
+    return sorted(ordered, key=SCORE, reverse=True)
 
 
 def _given_up(one: Scored) -> bool:

@@ -32,7 +32,7 @@ from memory import exchange, recall
 from memory.frames import Exclusion, Frame, frames_of, not_after
 from memory.intake import Intake
 from memory.picture import map_svg
-from memory.ports import Candidates, Senses, Store
+from memory.ports import Senses, Store
 from memory.recall import Weights
 from memory.settings import Settings
 from memory.things import remembered
@@ -176,16 +176,12 @@ class Memory:
     async def recall(self, request: RecallRequest) -> RecallReply:
         """Requirement A5; see `memory.recall`."""
         rule = request.rule if request.rule is not None else self._settings.recall_rule
-        first = request.memory_object
-        of_label = await self._candidates(request.label)
-        of_first = await self._candidates(first) if first is not None and first != request.label else Candidates()
-        views = recall.rank(request, of_first, of_label, rule=rule, weights=self._weights, now_s=self._clock.now_s())
-        return RecallReply(views=views, rule=rule)
-
-    async def _candidates(self, label: str) -> Candidates:
-        return await self._store.candidates(
-            label, views_a_thing=self._settings.views_an_object, views_max=self._settings.candidates_max
+        wanted = recall.asked_for(request)
+        found = await self._store.candidates(
+            wanted, views_a_thing=self._settings.views_an_object, views_max=self._settings.candidates_max
         )
+        views = recall.rank(request, found, rule=rule, weights=self._weights, now_s=self._clock.now_s())
+        return RecallReply(views=views, rule=rule)
 
     async def forget(self, what: ForgetRequest) -> DeletedReply:
         """What still waits in the buffer goes too. Raises `NotFoundError` when there was nothing."""

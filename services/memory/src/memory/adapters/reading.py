@@ -1,19 +1,26 @@
 """What is read, each function inside one read transaction."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from operator import itemgetter
 from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_column, select
 
 from contracts.memory import Area, LabelCount
-from memory.adapters.rows import VIEW, thing_of, view_of
+from memory.adapters.rows import THING, VIEW, thing_of, view_of
 from memory.adapters.tables import things, views
 from memory.ports import Candidates, Counts, Hoard, KeptView
 from memory.things import Thing
 
 PAGE = 2000
+BY_ID = itemgetter(0)
+"""Of rows of `VIEW`."""
 THINGS_A_LABEL = 40
 """Recall looks at no more things of one label than this, the most believed."""
+THINGS_A_COLOUR = 10
+"""The most believed of a colour asked for are among them, however many others there are."""
+VIEWS_A_COLOUR = 25
+"""The same of views without a thing."""
 
 
 def best_views(connection: Connection, label: str | None, limit: int) -> list[KeptView]:
@@ -24,7 +31,7 @@ def best_views(connection: Connection, label: str | None, limit: int) -> list[Ke
 
 
 def some_things(connection: Connection, label: str | None, area: Area | None, limit: int) -> list[Thing]:
-    query = select(things).order_by(things.c.last_seen_s.desc(), things.c.id).limit(limit)
+    query = select(*THING).order_by(things.c.last_seen_s.desc(), things.c.id).limit(limit)
     if label is not None:
         query = query.where(things.c.label == label)
     if area is not None:
@@ -33,7 +40,7 @@ def some_things(connection: Connection, label: str | None, area: Area | None, li
 
 
 def one_thing(connection: Connection, number: int) -> Thing | None:
-    row = connection.execute(select(things).where(things.c.id == number)).one_or_none()
+    row = connection.execute(select(*THING).where(things.c.id == number)).one_or_none()
     return thing_of(row) if row is not None else None
 
 
@@ -64,13 +71,28 @@ def labels(connection: Connection, limit: int) -> list[LabelCount]:
     ]
 
 
-def candidates(connection: Connection, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
-    """A few rows a thing by an index each, not all rows of the label: a year leaves thousands."""
-    found = {row.id: thing_of(row) for row in connection.execute(_LIKELY, {"label": label})}
-    rows: list[Sequence[Any]] = [*connection.execute(_WITHOUT_THING, {"label": label, "most": views_max}).all()]
+def candidates(
+    connection: Connection, label: str, colours: Collection[str], *, views_a_thing: int, views_max: int
+) -> Candidates:
+    """A few rows a thing by an index each, not all rows of the label: a year leaves thousands.
+
+    Where there are more than that, what is of a colour asked for is not left out for others.
+    """
+    found = {row[0]: thing_of(row) for row in connection.execute(_LIKELY, {"label": label}).all()}
+    shown: list[Sequence[Any]] = [*connection.execute(_WITHOUT_THING, {"label": label, "most": views_max}).all()]
+    more_things, more_views = len(found) == THINGS_A_LABEL, len(shown) == views_max
+    known = {row[0] for row in shown}
+    for colour in colours:
+        if more_things:
+            rows = connection.execute(_LIKELY_IN_COLOUR, {"label": label, "voted": f'%"{colour}"%'}).all()
+            found.update((row[0], thing_of(row)) for row in rows if row[0] not in found)
+        if more_views:
+            rows = connection.execute(_WITHOUT_THING_IN_COLOUR, {"label": label, "colour": colour}).all()
+            shown += [row for row in rows if row[0] not in known]
     if found:
-        rows += connection.execute(_OF_THINGS, {"numbers": list(found), "each": views_a_thing}).all()
-    return Candidates(found, tuple(_in_colour(rows, found)))
+        shown += connection.execute(_OF_THINGS, {"numbers": list(found), "each": views_a_thing}).all()
+    shown.sort(key=BY_ID)
+    return Candidates(found, tuple(_in_colour(shown, found)))
 
 
 def _of_things() -> Any:
@@ -88,17 +110,19 @@ def _of_things() -> Any:
 
 # Written once: to build them anew takes longer than to run them.
 _LIKELY = (
-    select(things)
+    select(*THING)
     .where(things.c.label == bindparam("label"))
     .order_by(things.c.belief.desc(), things.c.last_seen_s.desc(), things.c.id)
     .limit(THINGS_A_LABEL)
 )
+_LIKELY_IN_COLOUR = _LIKELY.where(things.c.colours.like(bindparam("voted"))).limit(THINGS_A_COLOUR)
 _WITHOUT_THING = (
     select(*VIEW)
     .where(views.c.label == bindparam("label"), views.c.thing_id.is_(None))
     .order_by(views.c.confidence.desc(), views.c.id)
     .limit(bindparam("most"))
 )
+_WITHOUT_THING_IN_COLOUR = _WITHOUT_THING.where(views.c.colour == bindparam("colour")).limit(VIEWS_A_COLOUR)
 _OF_THINGS = _of_things()
 
 
@@ -112,7 +136,7 @@ def counts(connection: Connection, database: str) -> Counts:
             func.max(views.c.last_seen_s),
         )
     ).one()
-    found = tuple(thing_of(one) for one in connection.execute(select(things)))
+    found = tuple(thing_of(one) for one in connection.execute(select(*THING)))
     return Counts(
         labels=row[0],
         views=row[1],
@@ -127,7 +151,7 @@ def counts(connection: Connection, database: str) -> Counts:
 
 def page(connection: Connection, kind: str, after: int) -> tuple[Hoard, int | None]:
     """The next rows after an id, and the id to go on after; none at the end."""
-    table, wanted = (things, things.c) if kind == "things" else (views, VIEW)
+    table, wanted = (things, THING) if kind == "things" else (views, VIEW)
     rows = connection.execute(select(*wanted).where(table.c.id > after).order_by(table.c.id).limit(PAGE)).all()
     going_on = rows[-1].id if len(rows) == PAGE else None
     if kind == "things":
@@ -140,7 +164,7 @@ def _coloured(connection: Connection, rows: Sequence[Row[Any]]) -> list[KeptView
     numbers = sorted({row.thing_id for row in rows if row.thing_id is not None})
     known: dict[int, Thing] = {}
     for start in range(0, len(numbers), 500):
-        query = select(things).where(things.c.id.in_(numbers[start : start + 500]))
+        query = select(*THING).where(things.c.id.in_(numbers[start : start + 500]))
         known.update({row.id: thing_of(row) for row in connection.execute(query)})
     return _in_colour(rows, known)
 

@@ -1,7 +1,7 @@
 """Things and views in a database: one writing connection, a few reading ones, in threads beside the event loop."""
 
 import asyncio
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -87,10 +87,16 @@ class SqlStore:
     async def labels(self, limit: int) -> list[LabelCount]:
         return await self._read(lambda connection: reading.labels(connection, limit))
 
-    async def candidates(self, label: str, *, views_a_thing: int, views_max: int) -> Candidates:
-        return await self._read(
-            lambda connection: reading.candidates(connection, label, views_a_thing=views_a_thing, views_max=views_max)
-        )
+    async def candidates(
+        self, wanted: Mapping[str, Collection[str]], *, views_a_thing: int, views_max: int
+    ) -> dict[str, Candidates]:
+        def work(connection: Connection) -> dict[str, Candidates]:
+            return {
+                label: reading.candidates(connection, label, colours, views_a_thing=views_a_thing, views_max=views_max)
+                for label, colours in wanted.items()
+            }
+
+        return await self._read(work)
 
     async def forget(self, what: ForgetRequest) -> int:
         return await self._forget(lambda connection: writing.forget(connection, what))

@@ -83,3 +83,11 @@ PLACE: tuple[ColumnElement[Any], ...] = (
 Index("views_place", *PLACE, unique=True)
 Index("views_best_first", views.c.label, views.c.confidence.desc())
 Index("views_of_thing", views.c.thing_id, views.c.label, views.c.confidence.desc())
+Index(
+    "views_of_colour",
+    views.c.label,
+    views.c.colour,
+    views.c.confidence.desc(),
+    sqlite_where=views.c.thing_id.is_(None),
+    postgresql_where=views.c.thing_id.is_(None),
+)

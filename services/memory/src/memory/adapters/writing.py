@@ -8,7 +8,7 @@ from sqlalchemy import Connection, and_, bindparam, case, delete, func, insert, 
 from sqlalchemy.dialects import postgresql, sqlite
 
 from contracts.memory import ForgetRequest
-from memory.adapters.rows import VIEW, Values, row_of, row_of_sighting, thing_of, view_of
+from memory.adapters.rows import THING, VIEW, Values, row_of, row_of_sighting, thing_of, view_of
 from memory.adapters.tables import PLACE, things, views
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
@@ -28,7 +28,7 @@ HARDLY_SEEN = 2
 def remember(connection: Connection, frames: Sequence[Frame]) -> Tally:
     labels = {one.label for frame in frames for one in frame.seen}
     labels |= {miss.label for frame in frames for miss in frame.misses}
-    known = connection.execute(select(things).where(things.c.label.in_(sorted(labels)))) if labels else ()
+    known = connection.execute(select(*THING).where(things.c.label.in_(sorted(labels)))) if labels else ()
     ledger = Ledger.of(thing_of(row) for row in known)
     confirmed = missed = 0
     for frame in frames:
@@ -179,7 +179,7 @@ def make_room(connection: Connection, table: Any, most: int, keep: int) -> int:
 def bring_in(connection: Connection, hoard: Hoard) -> None:
     """A thing of that label first seen at that moment within a centimetre is the same one, and stays as it is."""
     labels = sorted({thing.label for thing in hoard.things})
-    known = [thing_of(row) for row in connection.execute(select(things).where(things.c.label.in_(labels)))]
+    known = [thing_of(row) for row in connection.execute(select(*THING).where(things.c.label.in_(labels)))]
     there = {_fingerprint(thing): thing.id for thing in known}
     numbers = {thing.id: there[_fingerprint(thing)] for thing in hoard.things if _fingerprint(thing) in there}
     new = [thing for thing in hoard.things if thing.id not in numbers]
