@@ -51,13 +51,13 @@ def wall_scan(distance_m: float) -> Scan:
 
 
 def touches(twist: Twist2D, points_m: NDArray[np.float64]) -> bool:
-    """Does the footprint meet a point on the next `stop_distance_m` of the twist's arc? Tried out step by step."""
+    """Does the footprint meet a point on the next `stop_distance_m` of the twist's arc? Tried out place by place."""
     driven_m = np.linspace(0.0, SAFETY.stop_distance_m, 41)
-    heading = driven_m * twist.angular_z / abs(twist.linear_x)
-    step = math.copysign(driven_m[1], twist.linear_x) * np.stack([np.cos(heading), np.sin(heading)], axis=1)
-    centre = np.cumsum(step, axis=0) - step
+    half_turned = driven_m * twist.angular_z / max(abs(twist.linear_x), 1e-9) / 2.0
+    chord_m = math.copysign(1.0, twist.linear_x) * driven_m * np.sinc(half_turned / math.pi)
+    centre = np.stack([chord_m * np.cos(half_turned), chord_m * np.sin(half_turned)], axis=1)
     apart_m = np.linalg.norm(points_m[None] - centre[:, None], axis=2)
-    return bool((apart_m < SAFETY.footprint_radius_m - 0.002).any())
+    return bool((apart_m < SAFETY.footprint_radius_m - 1e-6).any())
 
 
 class WheelsMachine(RuleBasedStateMachine):

@@ -62,7 +62,12 @@ class Bridge:
         """All that was bound to it ends at once."""
         self.sessions.end(session_id)
         self.wheels.end_session(session_id)
+        self.session_ended(session_id)
+
+    def session_ended(self, session_id: str) -> None:
+        """What Nav2 and the base do for it ends; the wheels have let go already."""
         self.navigator.end_session(session_id)
+        self.docking.end_session(session_id)
 
     async def move(self, motion: Motion, *, name: str, epoch: int, session_id: str | None) -> MotionReply:
         """Runs a closed-loop motion to its end. Cancelled with the awaiting task."""
@@ -197,10 +202,12 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         publish=events.put,
         measure=measuring.sighting,
     )
+    docking = Docking(robot=robot, wheels=wheels, navigator=navigator, clock=clock, settings=settings)
     stopping = Stopping(
         wheels=wheels,
         robot=robot,
         navigator=navigator,
+        docking=docking,
         latch=latch,
         history=StopHistory(settings.state_dir),
         clock=clock,
@@ -217,10 +224,10 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         camera=Camera(senses.rgb, jpeg_quality=settings.jpeg_quality),
         stopping=stopping,
         tuning=Tuning(motion_gains(settings)),
-        docking=Docking(robot=robot, wheels=wheels, navigator=navigator, clock=clock, settings=settings),
+        docking=docking,
         recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
-    wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=navigator.end_session)
+    wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=bridge.session_ended)
     await robot.start(tick=wheels.tick, navigation_velocity=wheels.navigation_velocity)
     try:
         stopping.restore()

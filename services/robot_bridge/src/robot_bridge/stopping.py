@@ -9,6 +9,7 @@ from contracts.robot import EmergencyStop, EmergencyStopAction, EmergencyStopEve
 from contracts.topics import ROBOT_EMERGENCY_STOP
 from mesh.bus import Bus
 from mesh.clock import Clock
+from robot_bridge.docking import Docking
 from robot_bridge.emergency_stop import LatchFile, StopHistory
 from robot_bridge.navigator import Navigator
 from robot_bridge.ports import Robot
@@ -28,6 +29,7 @@ class Stopping:
         wheels: Wheels,
         robot: Robot,
         navigator: Navigator,
+        docking: Docking,
         latch: LatchFile,
         history: StopHistory,
         clock: Clock,
@@ -36,6 +38,7 @@ class Stopping:
         self._wheels = wheels
         self._robot = robot
         self._navigator = navigator
+        self._docking = docking
         self._latch = latch
         self._clock = clock
         self._changed = asyncio.Event()
@@ -46,7 +49,7 @@ class Stopping:
         return self._wheels.stop_state
 
     def stop(self, *, reason: str, by: str) -> tuple[EmergencyStop, float]:
-        """Zeros; then the base's own stop, Nav2's goals and the latch on disk, none of them waited for.
+        """Zeros; then the base's own stop, goals of Nav2, docking and the latch on disk, none of them waited for.
 
         The second value is how long the first zero took from the call, in ms.
         """
@@ -54,6 +57,7 @@ class Stopping:
         self._robot.engage_base_stop(True)
         self._robot.cancel_all_goals()
         self._navigator.stop("emergency stop")
+        self._docking.stop("emergency stop")
         self._store(state)
         return state, first_zero_ms
 
