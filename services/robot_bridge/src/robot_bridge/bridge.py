@@ -133,6 +133,8 @@ class Bridge:
         ]
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency(name="nav2", ok=not missing, detail=missing or "active"))
+        unstored = self.stopping.unstored
+        found.append(Dependency(name="latch", ok=not unstored, detail=unstored or "on disk"))
         redis = self.bus.connected
         found.append(Dependency(name="redis", ok=redis, detail="connected" if redis else "away"))
         return found
@@ -175,7 +177,10 @@ class NavigationEvents:
 
 @contextlib.asynccontextmanager
 async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks) -> AsyncGenerator[Bridge]:
-    """Latched as it was left, connected to the robot, loops running; zeros are the last thing it sends."""
+    """Latched as it was left, connected to the robot, loops running.
+
+    At its end zeros go out first, its last word: what is still to be written is no reason to drive on.
+    """
     latch = LatchFile(settings.state_dir)
     stop = latch.load(now_s=clock.now_s())
     sessions = Sessions(timeout_s=settings.session_timeout_s)
@@ -240,10 +245,10 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("watch-dock", bridge.docking.watch())
         yield bridge
     finally:
-        await bridge.recordings.close()
         navigator.stop("robot_bridge is shutting down")
         wheels.silence()
         await stopping.save()
+        await bridge.recordings.close()  # the slowest: a supervisor may not wait for it
         await robot.close()
 
 

@@ -35,6 +35,8 @@ class Stopping:
         clock: Clock,
     ) -> None:
         self.history = history
+        self.unstored = ""
+        """Why the latch would not survive a restart as it is now; '' where it would."""
         self._wheels = wheels
         self._robot = robot
         self._navigator = navigator
@@ -77,10 +79,11 @@ class Stopping:
         return state
 
     def restore(self) -> None:
-        """At the start, where the last process left the latch set."""
+        """At the start. Stores what was loaded: an unreadable file becomes a readable one, and a disk that refuses is
+        found out before the first stop."""
+        self._store(self.state)
         if self.state.latched:
             self._robot.engage_base_stop(True)
-            self._store(self.state)  # an unreadable file becomes a readable one
             reason = f"still latched: {self.state.reason}"[:500]
             self._note(EmergencyStopAction.RESTORED, self.state.epoch, reason=reason, by=self.state.by)
 
@@ -108,7 +111,9 @@ class Stopping:
         """At once for the process, soon (`keep`) for the disk; a full disk must not stop the stop."""
         try:
             self._latch.store(state)
+            self.unstored = ""
         except OSError as error:  # a traceback would cost the stop request a second
+            self.unstored = f"cannot be stored: {error.strerror or error}"
             log.error("the emergency stop could not be stored", error=str(error))  # noqa: TRY400
         self._changed.set()
         self._unsaved.set()
