@@ -81,11 +81,12 @@ class Bridge:
         def done(value: MotionReply) -> None:  # called by the robot's thread
             loop.call_soon_threadsafe(settle, value)
 
-        self.wheels.begin(Running(motion, name, epoch, session_id, done))
+        running = Running(motion, name, epoch, session_id, done)
+        self.wheels.begin(running)
         try:
             return await reply
         except asyncio.CancelledError:
-            self.wheels.end_motion("the client went away")
+            self.wheels.end_motion("the client went away", only=running)
             raise
 
     def state(self) -> RobotState:
