@@ -92,7 +92,7 @@ async def test_nothing_wanted_in_time_is_none() -> None:
 
 def test_a_session_lives_while_it_beats_and_never_again_once_silent() -> None:
     sessions = Sessions(timeout_s=0.35)
-    one = sessions.open("test", 10.0)
+    one = sessions.open(10.0)
     assert sessions.end_silent(10.9) == ()  # still starting
     assert sessions.beat(one, 10.9)
     assert sessions.end_silent(11.2) == ()
@@ -106,6 +106,6 @@ def test_a_session_lives_while_it_beats_and_never_again_once_silent() -> None:
 def test_the_number_of_sessions_is_bounded() -> None:
     sessions = Sessions(timeout_s=1.0)
     for _ in range(SESSIONS_MAX):
-        sessions.open("test", 0.0)
+        sessions.open(0.0)
     with pytest.raises(TooManyError):
-        sessions.open("test", 0.0)
+        sessions.open(0.0)
