@@ -12,176 +12,17 @@ import json
 import os
 import random
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import time
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 
-from demo.stack import redis_server
-
-START_S_MAX = 90.0
-HEAR_S_MAX = 10.0
-ROOT = Path(__file__).resolve().parents[1]
-
-
-@dataclass(frozen=True)
-class Heard:
-    at_ns: int
-    linear_x: float
-    angular_z: float
-
-    @property
-    def zero(self) -> bool:
-        return (self.linear_x, self.angular_z) == (0.0, 0.0)
-
-
-class Listener:
-    """What the listening process has heard, newest last."""
-
-    def __init__(self, process: "subprocess.Popen[str]") -> None:
-        self.process = process
-        self.heard: deque[Heard] = deque(maxlen=100_000)
-        self._some = threading.Condition()
-        self._reading = threading.Thread(target=self._read, daemon=True)
-        self._reading.start()
-
-    def _read(self) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            at_ns, linear_x, angular_z = line.split()
-            with self._some:
-                self.heard.append(Heard(int(at_ns), float(linear_x), float(angular_z)))
-                self._some.notify_all()
-
-    def first(self, wanted: Callable[[Heard], bool], *, since_ns: int, timeout_s: float) -> Heard:
-        """The first message after `since_ns` that is `wanted`. Raises TimeoutError."""
-        deadline = time.monotonic() + timeout_s
-        with self._some:
-            while True:
-                for each in self.heard:
-                    if each.at_ns >= since_ns and wanted(each):
-                        return each
-                if (left_s := deadline - time.monotonic()) <= 0.0:
-                    raise TimeoutError("the listener did not hear it")
-                self._some.wait(left_s)
-
-    def forget(self) -> None:
-        with self._some:
-            self.heard.clear()
-
-
-class Rig:
-    """The processes under measurement: redis, the bridge, a robot and the listener."""
-
-    def __init__(self, folder: Path, port: int, domain: int, camera_hz: float) -> None:
-        self.port = port
-        self.base_url = f"http://127.0.0.1:{port}"
-        self._camera_hz = camera_hz
-        self._processes: list[subprocess.Popen[Any]] = []
-        self.environment = os.environ | {
-            "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_LOG_DIR": str(folder / "ros"),
-            "ROBOT_BRIDGE_PORT": str(port),
-            "ROBOT_BRIDGE_REDIS_URL": f"redis://127.0.0.1:{port + 1}/0",
-            "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
-            "ROBOT_BRIDGE_LOG_LEVEL": "ERROR",
-            "PYTHONUNBUFFERED": "1",
-            "OMP_NUM_THREADS": "1",
-        }
-
-    def start(self, *command: str, **options: Any) -> "subprocess.Popen[Any]":
-        process = subprocess.Popen(command, env=self.environment, cwd=ROOT, **options)
-        self._processes.append(process)
-        return process
-
-    def __enter__(self) -> "Rig":
-        plain = {key: value for key, value in self.environment.items() if key != "LD_LIBRARY_PATH"}
-        redis = [redis_server(), "--port", str(self.port + 1), "--bind", "127.0.0.1", "--save", ""]
-        self._processes.append(subprocess.Popen(redis, env=plain, stdout=subprocess.DEVNULL))
-        self.bridge = self.start(sys.executable, "-m", "robot_bridge")
-        self.start(sys.executable, "-m", "bench.stopping.robot", "--camera-hz", str(self._camera_hz))
-        hearing = self.start(sys.executable, "-m", "bench.stopping.listener", stdout=subprocess.PIPE, text=True)
-        self.listener = Listener(hearing)
-        self.http = httpx.Client(base_url=self.base_url, timeout=30.0, trust_env=False)
-        self._until(self._sensing, "a bridge with scan and odometry")
-        self.listener.first(lambda _: True, since_ns=0, timeout_s=START_S_MAX)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.http.close()
-        for process in reversed(self._processes):
-            process.terminate()
-        for process in self._processes:
-            try:
-                process.wait(20.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-
-    def _sensing(self) -> bool:
-        with contextlib.suppress(httpx.TransportError):
-            sensors = self.http.get("/state").json()["sensors"]
-            return bool(sensors["scan"]["valid"] and sensors["odom"]["valid"])
-        return False
-
-    def _until(self, condition: Callable[[], bool], what: str) -> None:
-        deadline = time.monotonic() + START_S_MAX
-        while not condition():
-            if time.monotonic() > deadline:
-                raise TimeoutError(f"no {what} within {START_S_MAX:.0f} s")
-            time.sleep(0.05)
-
-    def bridge_cpu_s(self) -> float:
-        """Seconds of CPU time the bridge has used so far."""
-        fields = Path(f"/proc/{self.bridge.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-    def drive(self) -> None:
-        """Returns when the listener hears that the robot is told to move."""
-        epoch = self.http.post("/emergency-stop/reset").json()["state"]["epoch"]
-        since_ns = time.monotonic_ns()
-        lease = {"twist": {"linear_x": 0.2}, "source": "bench", "epoch": epoch, "duration_s": 2.0, "priority": 3}
-        self.http.post("/velocity", json=lease).raise_for_status()
-        self.listener.first(lambda heard: not heard.zero, since_ns=since_ns, timeout_s=HEAR_S_MAX)
-
-    def stop_by_curl(self) -> tuple[float, float]:
-        """ms from before curl is started to the first zero heard, and to curl's end."""
-        command = ["curl", "-s", "-o", "/dev/null", "-X", "POST", f"{self.base_url}/emergency-stop"]
-        began_ns = time.monotonic_ns()
-        done = subprocess.run(command, check=True, env=self._curl_environment, close_fds=False)
-        ended_ns = time.monotonic_ns()
-        assert done.returncode == 0
-        zero = self.listener.first(lambda heard: heard.zero, since_ns=began_ns, timeout_s=HEAR_S_MAX)
-        return (zero.at_ns - began_ns) / 1e6, (ended_ns - began_ns) / 1e6
-
-    def floor_by_curl(self) -> float:
-        """ms from before curl is started to its request's arrival in a process that does nothing but wait for it."""
-        with socket.create_server(("127.0.0.1", 0)) as server:
-            url = f"http://127.0.0.1:{server.getsockname()[1]}/"
-            began_ns = time.monotonic_ns()
-            curl = subprocess.Popen(["curl", "-s", "-X", "POST", url], env=self._curl_environment, close_fds=False)
-            connection, _ = server.accept()
-            with connection:
-                connection.recv(1000)
-                arrived_ns = time.monotonic_ns()
-                connection.sendall(b"HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n")
-            curl.wait(20.0)
-        return (arrived_ns - began_ns) / 1e6
-
-    @property
-    def _curl_environment(self) -> dict[str, str]:
-        return {"PATH": os.environ.get("PATH", "/usr/bin:/bin")}
+from bench.stopping.rig import HEAR_S_MAX, Rig
 
 
 def measure(rig: Rig, stops: int, chance: random.Random) -> tuple[list[float], list[float], list[float]]:

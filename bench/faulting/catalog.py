@@ -28,8 +28,9 @@ class Fault:
 
 def redis_gone(on: Campaign) -> Observed:
     with on.circling():
+        before_m = on.drives(3.0)
         on.supervise("stopProcess", "redis")
-        metres = on.drives_on(3.0)
+        metres = on.drives_on(3.0, before_m=before_m)
         missing = on.missing()
         assert "redis" in missing, missing
         at_s = on.mesh.simulated_s()
@@ -39,7 +40,12 @@ def redis_gone(on: Campaign) -> Observed:
     on.mesh.until(lambda: "redis" not in on.missing(), timeout_s=LONG_S, what="Redis connected again")
     assert on.mesh.get("robot_bridge", "/emergency-stop")["latched"]
     on.reset()
-    return {"driven_without_it_m": metres, "stop_answer_ms": stop_ms, "rest_after_stop_s": rest_s}
+    return {
+        "driven_before_m": before_m,
+        "driven_without_it_m": metres,
+        "stop_answer_ms": stop_ms,
+        "rest_after_stop_s": rest_s,
+    }
 
 
 def coordinator_gone(on: Campaign) -> Observed:
@@ -118,15 +124,21 @@ def odometry_frozen_in_a_turn(on: Campaign) -> Observed:
 
 def camera_gone(on: Campaign) -> Observed:
     with on.circling():
+        before_m = on.drives(3.0)
         on.wire("cut", *RGB, *DEPTH)
         on.mesh.until(lambda: {"rgb", "depth"} <= set(on.missing()), timeout_s=LONG_S, what="a bridge that misses it")
-        metres = on.drives_on(3.0)
+        metres = on.drives_on(3.0, before_m=before_m)
         frame = on.mesh.http.get(f"{on.url}/camera/frame", params={"after": time.time() + 1e6, "wait_s": 1})
         box = {"bbox_xyxy": [10, 10, 50, 50], "image_width_px": 250, "image_height_px": 250}
         depth = on.mesh.post("robot_bridge", "/depth", box)
     on.wire("pass", *RGB, *DEPTH)
     on.mesh.until(lambda: not {"rgb", "depth"} & set(on.missing()), timeout_s=LONG_S, what="a camera again")
-    return {"driven_without_it_m": metres, "frame": frame.status_code, "depth": depth.json().get("reason", "")}
+    return {
+        "driven_before_m": before_m,
+        "driven_without_it_m": metres,
+        "frame": frame.status_code,
+        "depth": depth.json().get("reason", ""),
+    }
 
 
 def nav2_gone_in_mid_goal(on: Campaign) -> Observed:
@@ -161,11 +173,12 @@ def clock_stepped(on: Campaign) -> Observed:
     """An hour forwards, then two back, in every process of the mesh, while it drives."""
     if not on.step_clock(0):
         return {"skipped": "libfaketime is not installed"}
-    seen: Observed = {}
     with on.circling():
+        before_m = on.drives(4.0)
+        seen: Observed = {"driven_before_m": before_m}
         for name, offset_s in (("forwards", 3600), ("backwards", -3600)):
             on.step_clock(offset_s)
-            seen[f"driven_{name}_m"] = on.drives_on(4.0)
+            seen[f"driven_{name}_m"] = on.drives_on(4.0, before_m=before_m)
             on.mesh.until(lambda: not on.missing(), timeout_s=LONG_S, what="a ready bridge")
             assert on.mesh.get("robot_bridge", "/state")["pose"] is not None
         state = on.mesh.get("robot_bridge", "/state")
@@ -188,7 +201,8 @@ def flooded(on: Campaign) -> Observed:
     worst = ("", 0.0)
     sent = 0
     statuses: set[str] = set()
-    for route, body in routes(on.mesh.get("robot_bridge", "/emergency-stop")["epoch"]).items():
+    epoch, gains = (on.mesh.get("robot_bridge", path) for path in ("/emergency-stop", "/motion/gains"))
+    for route, body in routes(epoch["epoch"], gains).items():
         outcome, stop_ms = asyncio.run(_flood_and_stop(on, route, body))
         sent += outcome.sent
         statuses |= set(outcome.statuses)
@@ -237,12 +251,12 @@ def spoilt(topics: tuple[str, ...], words: str) -> Callable[[Campaign], Observed
 
 def camera_spoilt(on: Campaign) -> Observed:
     with on.circling():
-        before = on.metric("robot_bridge_ros_malformed_total")
+        before_m, counted = on.drives(3.0), on.metric("robot_bridge_ros_malformed_total")
         on.wire("spoil", *RGB, *DEPTH)
-        metres = on.drives_on(3.0)
-        dropped = on.metric("robot_bridge_ros_malformed_total") - before
+        metres = on.drives_on(3.0, before_m=before_m)
+        dropped = on.metric("robot_bridge_ros_malformed_total") - counted
         assert dropped > 0, "nothing was counted"
-    return {"driven_m": metres, "dropped_and_counted": int(dropped)}
+    return {"driven_before_m": before_m, "driven_m": metres, "dropped_and_counted": int(dropped)}
 
 
 def nav2_spoilt(on: Campaign) -> Observed:

@@ -11,10 +11,11 @@ BOX = {"bbox_xyxy": [10, 10, 50, 50], "image_width_px": 250, "image_height_px": 
 POSE = {"x": 0.0, "y": 0.0, "yaw": 0.0}
 
 
-def routes(epoch: int) -> dict[str, object]:
+def routes(epoch: int, gains: object) -> dict[str, object]:
     """Every route of the bridge with a body that it takes seriously; none for those that have no body.
 
-    Moves are asked for with an epoch that is over: what is measured is the flood, not the driving.
+    Moves are asked for with an epoch that is over: what is measured is the flood, not the driving. `gains` are the
+    present ones. Left out is /camera/stream, whose answer has no end.
     """
     old = {"epoch": epoch - 1}
     return {
@@ -22,12 +23,14 @@ def routes(epoch: int) -> dict[str, object]:
         "GET /ready": None,
         "GET /metrics": None,
         "GET /state": None,
+        "GET /scan": None,
         "GET /map": None,
         "GET /map.png": None,
         "GET /camera/frame": None,
         "GET /emergency-stop": None,
         "GET /emergency-stop/history": None,
         "GET /motion/gains": None,
+        "PUT /motion/gains": gains,
         "GET /navigation/goals/none": None,
         "DELETE /navigation/goals/none": None,
         "DELETE /motion": None,
@@ -41,6 +44,12 @@ def routes(epoch: int) -> dict[str, object]:
         "POST /celebrate": None,
         "POST /dock?session_id=none": None,
         "POST /undock?session_id=none": None,
+        "POST /recordings": {"name": "flood", "seconds_max": 1.0},
+        "POST /recordings/none/stop": None,
+        "GET /recordings": None,
+        "GET /recordings/none": None,
+        "GET /recordings/none/file": None,
+        "DELETE /recordings/none": None,
         "GET /nowhere": None,
         "POST /emergency-stop": None,
         "POST /emergency-stop/reset": None,

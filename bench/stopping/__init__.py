@@ -1,1 +1,1 @@
-"""The parts of `bench.stop`, each a process of its own."""
+"""The parts of `bench.stop`: the rig, and what it starts, each a process of its own."""

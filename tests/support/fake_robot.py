@@ -78,6 +78,8 @@ class FakeRobot:
         if self.toy.navigation == "rejects":
             return None
         self.toy.goals.append((pose.x, pose.y, pose.yaw))
+        if "nav2" in self.toy.thinking:
+            await asyncio.Event().wait()
         self._goal, self._on_progress = FakeGoal(self.toy), on_progress
         if self.toy.gives_up():
             self._goal.finish(GoalEnd(GoalStatus.ABORTED, 104, "patience exceeded"))
@@ -111,6 +113,12 @@ class FakeRobot:
     async def _base(self, *, docked: bool) -> bool:
         if "base" in self.toy.silent:
             raise UnavailableError("base", "is not there")
+        if "base" in self.toy.thinking:
+            self.toy.docking += 1
+            try:
+                await asyncio.Event().wait()
+            finally:
+                self.toy.docking -= 1
         if self.toy.can_dock:
             self.toy.drive_onto_dock(docked)
         return self.toy.can_dock

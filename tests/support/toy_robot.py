@@ -43,6 +43,8 @@ class ToyRobot:
     """What the planner says of every goal, where it is not 0."""
     give_ups: int = 0
     """So many goals are aborted with PATIENCE_EXCEEDED before `navigation` holds."""
+    thinking: set[str] = field(default_factory=set)
+    """Of `nav2` and `base`, who takes for ever over the next thing asked of it. Only the fake robot heeds it."""
     can_dock: bool = True
     docked: bool = False
     dock_visible: bool = False
@@ -50,6 +52,8 @@ class ToyRobot:
     velocities: list[tuple[float, float]] = field(default_factory=list)
     goals: list[tuple[float, float, float]] = field(default_factory=list)
     cancelled: int = 0
+    docking: int = 0
+    """Dockings and undockings that the base is at."""
     notes: list[tuple[int, float]] = field(default_factory=list)
     leds: tuple[int, tuple[tuple[int, int, int], ...], float] | None = None
     """The newest animation: its type, each LED's colour, its seconds."""

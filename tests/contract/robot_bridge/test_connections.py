@@ -110,6 +110,21 @@ async def test_a_turn_ends_when_its_client_goes_away(served: Served) -> None:
         await until(lambda: served.toy.at_rest)
 
 
+async def test_ending_a_motion_tells_how_far_it_had_come_and_ends_no_goal(served: Served) -> None:
+    async with client(served) as http:
+        turning = asyncio.create_task(http.post("/rotate", json={"angle_rad": 12.0, "epoch": 0, "timeout_s": 60}))
+        await until(lambda: served.toy.angular_z > 0.5)
+        ended = (await http.delete("/motion")).json()
+        told = (await turning).json()
+        assert (ended["completed"], ended["moved"]) == (True, told["moved"])
+        assert told["moved"] > 0.0
+        goal = {"pose": INSIDE, "epoch": 0, "clear_costmaps": False}
+        goal_id = (await http.post("/navigation/goals", json=goal)).json()["id"]
+        ended = (await http.delete("/motion")).json()
+        assert (ended["completed"], ended["moved"], ended["reason"]) == (False, 0.0, "nothing was under way")
+        assert (await http.get(f"/navigation/goals/{goal_id}")).json()["status"] == GoalStatus.EXECUTING
+
+
 async def test_teleoperation_answers_every_request_and_its_lease_ends_with_the_connection(served: Served) -> None:
     async with websockets.connect(f"ws://{served.address}/velocity") as socket:
         await socket.send("nonsense")

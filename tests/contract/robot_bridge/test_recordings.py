@@ -2,6 +2,7 @@
 
 import io
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ from mcap.reader import make_reader
 from contracts.recording import Recording
 from contracts.topics import VISION_DETECTIONS
 from contracts.vision import Detection, Detections
-from robot_bridge.mcap_file import McapFile, Raw, json_kind
+from robot_bridge.mcap_file import WAITING_MAX, McapFile, Raw, Sink, json_kind
+from robot_bridge.recordings import RECORDINGS_MAX
 from support.bridge_behaviour import Rig, running
 from support.fake_robot import FakeRobot
 from support.toy_robot import ToyRobot
@@ -94,6 +96,34 @@ def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(tmp_path: Path)
     assert file.ended_by == "it could not be written: No space left on device"
 
 
+def test_a_full_queue_behind_a_writer_that_has_ended_holds_nobody_up(tmp_path: Path) -> None:
+    file = McapFile(tmp_path / "a.mcap", bytes_max=10_000)
+    while not file.ended:
+        file.put(raw(100_000))
+    file._ended.clear()  # as between its last look at the queue and the end of the file
+    for _ in range(WAITING_MAX + 1):
+        file.put(raw(100))
+    assert file.dropped > 0
+    file.finish("stopped")
+    assert file.ended_by == "size limit"
+
+
+async def test_so_many_recordings_are_kept_and_the_oldest_of_them_can_be_fetched(tmp_path: Path) -> None:
+    toy = ToyRobot()
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    names = [f"20260101T{number:06d}-old-abcdef" for number in range(RECORDINGS_MAX + 5)]
+    for name in names:
+        (folder / f"{name}.mcap").write_bytes(b" ")
+    async with running(tmp_path, toy, FakeRobot(toy)) as rig:
+        await rig.post("/recordings")
+        kept = [each["id"] for each in (await rig.client.get("/recordings")).json()]
+        assert len(kept) == RECORDINGS_MAX
+        assert kept[-1] == names[6]
+        assert (await rig.client.get(f"/recordings/{names[6]}/file")).content == b" "
+        assert (await rig.client.get(f"/recordings/{names[5]}/file")).status_code == 404
+
+
 async def test_the_oldest_recordings_make_room(tmp_path: Path) -> None:
     toy = ToyRobot()
     folder = tmp_path / "recordings"
@@ -117,3 +147,25 @@ async def test_a_bridge_that_ends_closes_its_recording(tmp_path: Path) -> None:
         await until(lambda: len(rig.bus.published) > 5)
     with (tmp_path / "recordings" / f"{recording_id}.mcap").open("rb") as stream:
         assert make_reader(stream).get_summary() is not None
+
+
+class Watched(FakeRobot):
+    """Notes what the robot was last told when its recording is closed."""
+
+    last_told: tuple[float, float] | None = None
+
+    def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
+        def close() -> None:
+            self.last_told = self.toy.velocities[-1]
+
+        return close
+
+
+async def test_a_bridge_that_ends_stops_the_robot_before_it_closes_its_recording(tmp_path: Path) -> None:
+    toy = ToyRobot()
+    robot = Watched(toy)
+    async with running(tmp_path, toy, robot) as rig:
+        await rig.post("/recordings")
+        await rig.velocity(duration_s=2.0)
+        await until(lambda: toy.has_driven)
+    assert robot.last_told == (0.0, 0.0)

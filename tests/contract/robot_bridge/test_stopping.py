@@ -106,6 +106,21 @@ async def test_who_stopped_it_when_and_why_is_kept_over_restarts(tmp_path: Path)
     assert stamps_s == sorted(stamps_s, reverse=True)
 
 
+async def test_a_disk_that_would_lose_the_latch_is_told_before_the_first_stop(served: Served, tmp_path: Path) -> None:
+    async def missing(http: httpx.AsyncClient) -> dict[str, str]:
+        return {
+            each["name"]: each["detail"] for each in (await http.get("/ready")).json()["dependencies"] if not each["ok"]
+        }
+
+    nowhere = Settings(state_dir=tmp_path / "file" / "state")
+    (tmp_path / "file").write_text("no folder")
+    async with serving(nowhere, ToyRobot()) as other, httpx.AsyncClient(base_url=f"http://{other.address}") as http:
+        assert (await missing(http))["latch"] == "cannot be stored: Not a directory"
+        assert (await http.post("/emergency-stop")).json()["state"]["latched"]
+    async with httpx.AsyncClient(base_url=f"http://{served.address}") as http:
+        assert "latch" not in await missing(http)
+
+
 @pytest.mark.parametrize("limit", ["0", "201", "many"])
 async def test_a_senseless_length_of_history_is_malformed(rig: Rig, limit: str) -> None:
     assert (await rig.client.get(f"/emergency-stop/history?limit={limit}")).status_code == 422

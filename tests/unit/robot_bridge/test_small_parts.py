@@ -7,11 +7,13 @@ import threading
 import pytest
 
 from contracts.geometry import Pose2D
-from contracts.robot import Goal, GoalStatus
-from mesh.errors import ConflictError, TooManyError
+from contracts.robot import Goal, GoalMode, GoalStatus
+from mesh.errors import ConflictError, NotFoundError, TooManyError
 from robot_bridge.celebration import SUCCESS
+from robot_bridge.goals import GOALS_KEPT, Active, Goals
 from robot_bridge.mailbox import Mailbox
 from robot_bridge.navigation import ALLOWED, error_name, is_over, moved_on
+from robot_bridge.preflight import Place
 from robot_bridge.sessions import SESSIONS_MAX, Sessions
 
 GOAL = Goal(id="g", pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.PENDING, stamp_s=1.0)
@@ -30,6 +32,28 @@ def test_error_codes_have_names() -> None:
     assert error_name(999) == "NAV2_999"
     aborted = moved_on(GOAL, GoalStatus.ABORTED, stamp_s=2.0, error_code=208)
     assert (aborted.error_code, aborted.error_msg) == (208, "NO_VALID_PATH")
+
+
+def test_progress_is_told_twice_a_second_however_often_the_target_is_sighted_meanwhile() -> None:
+    told: list[Goal] = []
+    goals = Goals(told.append)
+    goals.keep(moved_on(GOAL, GoalStatus.EXECUTING, stamp_s=10.0))
+    active = Active("g", Place(GOAL.pose, 0.0), GoalMode.APPROACH, None, 100.0, 0.0)
+    for tenth in range(21):
+        now_s = 10.0 + tenth / 10.0
+        goals.keep(goals.get("g").model_copy(update={"stamp_s": now_s}))  # as a sighting does
+        goals.progress(active, 5.0 - tenth / 10.0, now_s)
+    left_m = [goal.distance_remaining_m for goal in told]
+    assert [a for a, b in zip(left_m[1:], left_m, strict=False) if a != b] == [5.0, 4.5, 4.0, 3.5, 3.0]
+
+
+def test_the_number_of_goals_kept_is_bounded() -> None:
+    goals = Goals(lambda _: None)
+    for number in range(GOALS_KEPT + 1):
+        goals.keep(GOAL.model_copy(update={"id": str(number)}))
+    assert goals.get("1").id == "1"
+    with pytest.raises(NotFoundError, match="no goal 0"):
+        goals.get("0")
 
 
 def test_the_celebration_is_as_the_requirement_says() -> None:
@@ -68,7 +92,7 @@ async def test_nothing_wanted_in_time_is_none() -> None:
 
 def test_a_session_lives_while_it_beats_and_never_again_once_silent() -> None:
     sessions = Sessions(timeout_s=0.35)
-    one = sessions.open("test", 10.0)
+    one = sessions.open(10.0)
     assert sessions.end_silent(10.9) == ()  # still starting
     assert sessions.beat(one, 10.9)
     assert sessions.end_silent(11.2) == ()
@@ -82,6 +106,6 @@ def test_a_session_lives_while_it_beats_and_never_again_once_silent() -> None:
 def test_the_number_of_sessions_is_bounded() -> None:
     sessions = Sessions(timeout_s=1.0)
     for _ in range(SESSIONS_MAX):
-        sessions.open("test", 0.0)
+        sessions.open(0.0)
     with pytest.raises(TooManyError):
-        sessions.open("test", 0.0)
+        sessions.open(0.0)

@@ -17,7 +17,7 @@ def go_first(nice: int) -> None:
     try:
         os.setpriority(os.PRIO_PROCESS, 0, nice)
     except PermissionError:
-        structlog.get_logger().info("no permission to go first (CAP_SYS_NICE)", nice=nice)
+        structlog.get_logger().info("no permission to go first (CAP_SYS_NICE, or ulimit -e)", nice=nice)
 
 
 def main() -> None:

@@ -62,7 +62,12 @@ class Bridge:
         """All that was bound to it ends at once."""
         self.sessions.end(session_id)
         self.wheels.end_session(session_id)
+        self.session_ended(session_id)
+
+    def session_ended(self, session_id: str) -> None:
+        """What Nav2 and the base do for it ends; the wheels have let go already."""
         self.navigator.end_session(session_id)
+        self.docking.end_session(session_id)
 
     async def move(self, motion: Motion, *, name: str, epoch: int, session_id: str | None) -> MotionReply:
         """Runs a closed-loop motion to its end. Cancelled with the awaiting task."""
@@ -76,11 +81,12 @@ class Bridge:
         def done(value: MotionReply) -> None:  # called by the robot's thread
             loop.call_soon_threadsafe(settle, value)
 
-        self.wheels.begin(Running(motion, name, epoch, session_id, done))
+        running = Running(motion, name, epoch, session_id, done)
+        self.wheels.begin(running)
         try:
             return await reply
         except asyncio.CancelledError:
-            self.wheels.end_motion("the client went away")
+            self.wheels.end_motion("the client went away", only=running)
             raise
 
     def state(self) -> RobotState:
@@ -128,6 +134,8 @@ class Bridge:
         ]
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency(name="nav2", ok=not missing, detail=missing or "active"))
+        unstored = self.stopping.unstored
+        found.append(Dependency(name="latch", ok=not unstored, detail=unstored or "on disk"))
         redis = self.bus.connected
         found.append(Dependency(name="redis", ok=redis, detail="connected" if redis else "away"))
         return found
@@ -170,7 +178,10 @@ class NavigationEvents:
 
 @contextlib.asynccontextmanager
 async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks) -> AsyncGenerator[Bridge]:
-    """Latched as it was left, connected to the robot, loops running; zeros are the last thing it sends."""
+    """Latched as it was left, connected to the robot, loops running.
+
+    At its end zeros go out first, its last word: what is still to be written is no reason to drive on.
+    """
     latch = LatchFile(settings.state_dir)
     stop = latch.load(now_s=clock.now_s())
     sessions = Sessions(timeout_s=settings.session_timeout_s)
@@ -197,10 +208,12 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         publish=events.put,
         measure=measuring.sighting,
     )
+    docking = Docking(robot=robot, wheels=wheels, navigator=navigator, clock=clock, settings=settings)
     stopping = Stopping(
         wheels=wheels,
         robot=robot,
         navigator=navigator,
+        docking=docking,
         latch=latch,
         history=StopHistory(settings.state_dir),
         clock=clock,
@@ -217,10 +230,10 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         camera=Camera(senses.rgb, jpeg_quality=settings.jpeg_quality),
         stopping=stopping,
         tuning=Tuning(motion_gains(settings)),
-        docking=Docking(robot=robot, wheels=wheels, navigator=navigator, clock=clock, settings=settings),
+        docking=docking,
         recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
-    wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=navigator.end_session)
+    wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=bridge.session_ended)
     await robot.start(tick=wheels.tick, navigation_velocity=wheels.navigation_velocity)
     try:
         stopping.restore()
@@ -233,10 +246,10 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("watch-dock", bridge.docking.watch())
         yield bridge
     finally:
-        await bridge.recordings.close()
         navigator.stop("robot_bridge is shutting down")
         wheels.silence()
         await stopping.save()
+        await bridge.recordings.close()  # the slowest: a supervisor may not wait for it
         await robot.close()
 
 

@@ -2,7 +2,9 @@
 
 import asyncio
 import json
+from collections.abc import Coroutine
 from pathlib import Path
+from typing import Any
 
 import structlog
 from pydantic import ValidationError
@@ -60,7 +62,7 @@ class DockPlace:
 
 
 class Docking:
-    """One request at a time: the base is busy meanwhile. Cancelled with the awaiting task."""
+    """One request at a time: the base is busy meanwhile. Ends with the awaiting task, its session, or `stop`."""
 
     def __init__(self, *, robot: Robot, wheels: Wheels, navigator: Navigator, clock: Clock, settings: Settings) -> None:
         self.place = DockPlace(settings.state_dir, settings.dock_pose)
@@ -70,6 +72,9 @@ class Docking:
         self._clock = clock
         self._settings = settings
         self._under_way = asyncio.Lock()
+        self._patience: asyncio.Timeout | None = None
+        self._session_id: str | None = None
+        self._given_up_because = ""
 
     async def watch(self) -> None:
         """Learns where the dock is; runs as a background task."""
@@ -84,26 +89,41 @@ class Docking:
         if snapshot.dock is not None and snapshot.dock.is_docked:
             return MotionReply(completed=True, moved=0.0, reason="it is docked already")
         before = self._before_the_dock(snapshot)
-        async with self._under_way:
-            try:
-                async with asyncio.timeout(self._settings.dock_timeout_s):
-                    if before is not None and (why := await self._drive_to(before, session_id)):
-                        return MotionReply(completed=False, moved=0.0, reason=why)
-                    return await self._base_drives(docking=True)
-            except TimeoutError:
-                return MotionReply(completed=False, moved=0.0, reason="timeout")
+        return await self._bounded(session_id, self._onto_the_dock(before, session_id))
 
     async def undock(self, session_id: str | None) -> MotionReply:
         self._check("undocking", session_id)
         snapshot = self._look()
         if snapshot.dock is not None and not snapshot.dock.is_docked:
             raise ConflictError("it is not docked")
+        return await self._bounded(session_id, self._base_drives(docking=False))
+
+    def stop(self, why: str) -> None:
+        """Gives up what is under way, Nav2's goal or what the base does by itself (emergency stop)."""
+        if (patience := self._patience) is not None and not patience.expired():
+            self._patience, self._given_up_because = None, why
+            patience.reschedule(asyncio.get_running_loop().time())
+
+    def end_session(self, session_id: str) -> None:
+        if self._session_id == session_id:
+            self.stop("the session ended")
+
+    async def _bounded(self, session_id: str | None, work: Coroutine[Any, Any, MotionReply]) -> MotionReply:
+        """Its reply, or why it was given up: past its time, or by `stop`."""
         async with self._under_way:
+            self._session_id, self._given_up_because = session_id, "timeout"
             try:
-                async with asyncio.timeout(self._settings.dock_timeout_s):
-                    return await self._base_drives(docking=False)
+                async with asyncio.timeout(self._settings.dock_timeout_s) as self._patience:
+                    return await work
             except TimeoutError:
-                return MotionReply(completed=False, moved=0.0, reason="timeout")
+                return MotionReply(completed=False, moved=0.0, reason=self._given_up_because)
+            finally:
+                self._patience = self._session_id = None
+
+    async def _onto_the_dock(self, before: Pose2D | None, session_id: str | None) -> MotionReply:
+        if before is not None and (why := await self._drive_to(before, session_id)):
+            return MotionReply(completed=False, moved=0.0, reason=why)
+        return await self._base_drives(docking=True)
 
     def _look(self) -> Snapshot:
         return look(self._robot.senses, self._settings, self._clock.now_s())

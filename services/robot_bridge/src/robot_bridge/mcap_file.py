@@ -3,6 +3,7 @@
 import json
 import queue
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -90,11 +91,17 @@ class McapFile:
 
     def finish(self, reason: str, *, timeout_s: float = 30.0) -> None:
         """Writes what waits, closes the file, and waits for that. Blocks: not for the event loop."""
+        deadline_s = time.monotonic() + timeout_s
         if not self.ended_by:
             self.ended_by = reason
-        if not self._ended.is_set():
-            self._waiting.put(None)
-        self._thread.join(timeout_s)
+        while self._thread.is_alive():  # it may be past its last look at a queue that is full
+            try:
+                self._waiting.put(None, timeout=0.1)
+                break
+            except queue.Full:
+                if time.monotonic() > deadline_s:
+                    return
+        self._thread.join(max(0.0, deadline_s - time.monotonic()))
 
     def _write(self) -> None:
         try:

@@ -2,9 +2,7 @@
 
 import asyncio
 import uuid
-from collections import OrderedDict
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
 
 import structlog
 
@@ -12,43 +10,25 @@ from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalMode, GoalRequest, GoalStatus, NavigationState, PathReply, PathRequest, Sighting
 from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
-from mesh.errors import ConflictError, NotFoundError, UnavailableError
+from mesh.errors import ConflictError, UnavailableError
 from mesh.tasks import Tasks
+from robot_bridge.goals import Active, Goals
 from robot_bridge.maps import check_in_map
 from robot_bridge.navigation import GIVEN_UP_UNDER_WAY, error_name, is_over, moved_on
-from robot_bridge.ports import AcceptedGoal, GoalEnd, Robot
+from robot_bridge.ports import GoalEnd, Robot
 from robot_bridge.preflight import Checked, Place, Preflight, path_or_none, path_reply
 from robot_bridge.settings import Settings
 from robot_bridge.wheels import Wheels
 
 log = structlog.get_logger()
 
-GOALS_KEPT = 200
-PROGRESS_S = 0.5
 CANCEL_S_MAX = 2.0
 
 Measure = Callable[[ObjectSpotted], Awaitable[Sighting]]
 
 
-@dataclass(slots=True)
-class _Active:
-    """The one goal that may be under way."""
-
-    goal_id: str
-    place: Place
-    mode: GoalMode
-    session_id: str | None
-    deadline_s: float
-    seen_from_s: float
-    """Only pictures later than this count as sightings."""
-    accepted: AcceptedGoal | None = None
-    ending_as: GoalStatus | None = None
-    why: str = ""
-    over: asyncio.Event = field(default_factory=asyncio.Event)
-
-
 class Navigator:
-    """Lives in asyncio. `publish` hears every change of a goal, and its progress about twice a second."""
+    """Lives in asyncio. At most one goal is under way. `publish` hears of each as `Goals` tells."""
 
     def __init__(
         self,
@@ -66,11 +46,10 @@ class Navigator:
         self._clock = clock
         self._tasks = tasks
         self._settings = settings
-        self._publish = publish
         self._measure = measure
         self._preflight = Preflight(robot, settings)
-        self._goals: OrderedDict[str, Goal] = OrderedDict()
-        self._active: _Active | None = None
+        self._goals = Goals(publish)
+        self._active: Active | None = None
         self._sending = asyncio.Lock()
 
     @property
@@ -85,9 +64,7 @@ class Navigator:
         return self._active.goal_id if self._active is not None else None
 
     def goal(self, goal_id: str) -> Goal:
-        if (goal := self._goals.get(goal_id)) is None:
-            raise NotFoundError(f"no goal {goal_id[:64]}")
-        return goal
+        return self._goals.get(goal_id)
 
     async def send(self, request: GoalRequest) -> Goal:
         """The goal once Nav2 has taken or rejected it, or no path leads there (ABORTED).
@@ -145,8 +122,8 @@ class Navigator:
         if active.mode is GoalMode.EXPLORATION:
             self._end_soon(active, GoalStatus.CANCELED, f"{spotted.target.description} was sighted")
         sighting = await self._measure(spotted)
-        goal = self._goals[active.goal_id]
-        self._keep(goal.model_copy(update={"sighting": sighting, "stamp_s": self._clock.now_s()}))
+        goal = self._goals.get(active.goal_id)
+        self._goals.keep(goal.model_copy(update={"sighting": sighting, "stamp_s": self._clock.now_s()}))
 
     async def path(self, request: PathRequest) -> PathReply:
         """Nav2's plan to the pose or the nearest one on the ring, or its error code; nothing moves."""
@@ -182,7 +159,7 @@ class Navigator:
             stamp_s=now_s,
         )
         picture = self._robot.senses.rgb.value
-        active = _Active(
+        active = Active(
             goal.id,
             place,
             request.mode,
@@ -192,31 +169,34 @@ class Navigator:
         )
         self._wheels.open_navigation(goal.id, request.epoch, request.session_id)
         self._active = active
-        self._keep(goal)
+        self._goals.keep(goal)
         if checked is not None and checked.hopeless:
             self._finish(active, GoalEnd(GoalStatus.ABORTED, checked.error_code, checked.reason))
-            return self._goals[goal.id]
+            return self._goals.get(goal.id)
         try:
             await self._ask_nav2(active, pose)
         except UnavailableError as error:
             self._finish(active, GoalEnd(GoalStatus.ABORTED, error_msg=error.detail))
             raise
+        except asyncio.CancelledError:  # an answer that comes now is nobody's goal: the adapter cancels it
+            self._finish(active, GoalEnd(GoalStatus.CANCELED, error_msg="whoever asked for it has gone"))
+            raise
         if active.accepted is not None and self._active is active:
-            self._keep(moved_on(self._goals[goal.id], GoalStatus.EXECUTING, stamp_s=self._clock.now_s()))
+            self._goals.keep(moved_on(self._goals.get(goal.id), GoalStatus.EXECUTING, stamp_s=self._clock.now_s()))
             self._tasks.start("goal", self._follow(active), forever=False)
-        return self._goals[goal.id]
+        return self._goals.get(goal.id)
 
-    async def _ask_nav2(self, active: _Active, pose: Pose2D) -> None:
+    async def _ask_nav2(self, active: Active, pose: Pose2D) -> None:
         """Nav2 takes the goal (`active.accepted`) or rejects it, which ends it."""
         active.accepted = await self._robot.navigate(pose, lambda left_m: self._progress(active, left_m))
         if active.accepted is None:
-            first = self._goals[active.goal_id].status is GoalStatus.PENDING
+            first = self._goals.get(active.goal_id).status is GoalStatus.PENDING
             rejected = GoalStatus.REJECTED if first else GoalStatus.ABORTED
             self._finish(active, GoalEnd(rejected, error_msg="Nav2 rejected the goal"))
         elif self._active is not active or active.ending_as is not None:
             active.accepted.cancel()  # stopped, or its session ended, while Nav2 was thinking
 
-    async def _follow(self, active: _Active) -> None:
+    async def _follow(self, active: Active) -> None:
         """Until Nav2 ends it, its time is up, or Nav2 is gone; tries again where Nav2 gave up under way."""
         for attempt in range(1, self._settings.retries_max + 2):
             end = await self._until_end(active)
@@ -231,26 +211,25 @@ class Navigator:
             except UnavailableError as error:
                 self._finish(active, GoalEnd(GoalStatus.ABORTED, end.error_code, f"{end.error_msg}; {error.detail}"))
 
-    async def _try_again(self, active: _Active, end: GoalEnd, attempt: int) -> None:
+    async def _try_again(self, active: Active, end: GoalEnd, attempt: int) -> None:
         """From where the robot stands, costmaps cleared; from the third time on to a roomier pose on the ring."""
-        goal, name = self._goals[active.goal_id], error_name(end.error_code)
+        goal, name = self._goals.get(active.goal_id), error_name(end.error_code)
         log.info("Nav2 gave up under way; trying again", goal=goal.id, error=name, attempt=attempt)
         told = {"attempt": attempt, "error_code": end.error_code, "error_name": name, "error_msg": end.error_msg}
         active.accepted = None
-        self._keep(goal.model_copy(update=told | {"stamp_s": self._clock.now_s()}))
+        self._goals.keep(goal.model_copy(update=told | {"stamp_s": self._clock.now_s()}))
         await self._preflight.clear_costmaps(self._clock)
-        pose = goal.pose
-        if attempt > 2 and (roomier := await self._preflight.roomier(active.place, goal.pose)).pose is not None:
-            pose = roomier.pose
-            self._keep(self._goals[goal.id].model_copy(update={"pose": pose}))
+        roomier = (await self._preflight.roomier(active.place, goal.pose)).pose if attempt > 2 else None
         if self._active is not active:
             return
         if active.ending_as is not None:
             self._finish(active, end)
             return
-        await self._ask_nav2(active, pose)
+        if roomier is not None:
+            self._goals.keep(self._goals.get(goal.id).model_copy(update={"pose": roomier}))
+        await self._ask_nav2(active, roomier or goal.pose)
 
-    async def _until_end(self, active: _Active) -> GoalEnd | None:
+    async def _until_end(self, active: Active) -> GoalEnd | None:
         """How Nav2 ended it; none when it is over already."""
         if active.accepted is None:
             return None
@@ -276,7 +255,7 @@ class Navigator:
         if (active := self._active) is not None:
             await self.cancel(active.goal_id, why)
 
-    def _end_soon(self, active: _Active, status: GoalStatus, why: str) -> None:
+    def _end_soon(self, active: Active, status: GoalStatus, why: str) -> None:
         """Nav2's velocity stops passing now; the goal ends when Nav2 confirms."""
         if active.ending_as is None:
             active.ending_as, active.why = status, why
@@ -284,7 +263,7 @@ class Navigator:
         if active.accepted is not None:
             active.accepted.cancel()
 
-    def _finish(self, active: _Active, end: GoalEnd) -> None:
+    def _finish(self, active: Active, end: GoalEnd) -> None:
         if self._active is not active:
             return
         self._active = None
@@ -292,25 +271,15 @@ class Navigator:
         status, message = end.status, end.error_msg
         if active.ending_as is not None and status is not GoalStatus.SUCCEEDED:
             status, message = active.ending_as, active.why or message
-        goal = self._goals[active.goal_id]
+        goal = self._goals.get(active.goal_id)
         if not is_over(goal.status):
             now_s = self._clock.now_s()
-            self._keep(moved_on(goal, status, stamp_s=now_s, error_code=end.error_code, error_msg=message))
+            self._goals.keep(moved_on(goal, status, stamp_s=now_s, error_code=end.error_code, error_msg=message))
         active.over.set()
 
-    def _progress(self, active: _Active, left_m: float) -> None:
-        goal = self._goals.get(active.goal_id)
-        now_s = self._clock.now_s()
-        if self._active is not active or goal is None or goal.status is not GoalStatus.EXECUTING:
-            return
-        if goal.distance_remaining_m is None or now_s - goal.stamp_s >= PROGRESS_S:
-            self._keep(moved_on(goal, goal.status, stamp_s=now_s, distance_remaining_m=max(0.0, left_m)))
-
-    def _keep(self, goal: Goal) -> None:
-        self._goals[goal.id] = goal
-        while len(self._goals) > GOALS_KEPT:
-            self._goals.popitem(last=False)
-        self._publish(goal)
+    def _progress(self, active: Active, left_m: float) -> None:
+        if self._active is active:
+            self._goals.progress(active, left_m, self._clock.now_s())
 
 
 def refuse_while_navigating(navigator: Navigator, what: str) -> None:

@@ -27,7 +27,8 @@ log = structlog.get_logger()
 
 NEVER_STORED = "person"
 """The class that is never written anywhere (requirement A18)."""
-LISTED_MAX = 200
+RECORDINGS_MAX = 200
+"""Kept; the oldest make room."""
 
 
 class _Running:
@@ -106,9 +107,9 @@ class Recordings:
 
     async def all(self) -> list[Recording]:
         """Newest first."""
-        finished = await asyncio.to_thread(self._finished)
-        now = [self._running.told()] if self._running is not None else []
-        return now + finished[:LISTED_MAX]
+        running = self._running  # one that ends meanwhile is told of as it was, not left out
+        now = [running.told()] if running is not None else []
+        return now + await asyncio.to_thread(self._finished, *(each.id for each in now))
 
     async def get(self, recording_id: str) -> Recording:
         for each in await self.all():
@@ -166,31 +167,38 @@ class Recordings:
         return McapFile(self._path(recording_id), bytes_max=self._settings.recording_bytes_max)
 
     def _make_room(self) -> None:
-        """The oldest go, so that one more of full size fits into what all may take."""
+        """The oldest go, so that one more of full size fits into what all may take, in bytes and in number."""
         room = self._settings.recordings_bytes_max - self._settings.recording_bytes_max
-        kept = sorted(self._folder.glob("*.mcap"), key=lambda path: path.name, reverse=True)
-        for path in kept:
+        for before, path in enumerate(self._newest_first()):
             room -= path.stat().st_size
-            if room < 0:
+            if room < 0 or before >= RECORDINGS_MAX - 1:
                 log.warning("an old recording makes room", id=path.stem)
                 self._remove(path.stem)
 
-    def _finished(self) -> list[Recording]:
-        running_id = self._running.recording.id if self._running is not None else ""
-        paths = sorted(self._folder.glob("*.mcap"), key=lambda path: path.name, reverse=True)
-        return [self._told(path) for path in paths if path.stem != running_id]
+    def _finished(self, running_id: str = "") -> list[Recording]:
+        found: list[Recording] = []
+        for path in self._newest_first():
+            if path.stem != running_id:
+                with contextlib.suppress(FileNotFoundError):  # deleted meanwhile
+                    found.append(self._told(path))
+        return found
+
+    def _newest_first(self) -> list[Path]:
+        """By their names, which begin with the time."""
+        return sorted(self._folder.glob("*.mcap"), key=lambda path: path.name, reverse=True)
 
     def _told(self, path: Path) -> Recording:
         with contextlib.suppress(OSError, ValidationError):
             return Recording.model_validate_json(path.with_suffix(".json").read_text())
-        changed_s = path.stat().st_mtime
+        file = path.stat()
+        changed_s = file.st_mtime
         return Recording(
             id=path.stem,
             name=path.stem.split("-")[1] if path.stem.count("-") > 1 else path.stem,
             state=RecordingState.FINISHED,
             started_s=changed_s,
             ended_s=changed_s,
-            size_bytes=path.stat().st_size,
+            size_bytes=file.st_size,
             reason="cut off: the bridge ended while it was written; `mcap recover` mends it",
         )
 

@@ -14,7 +14,6 @@ FIRST_BEAT_S = 1.0
 
 @dataclass(slots=True)
 class _Session:
-    source: str
     heard_s: float
     has_beaten: bool = False
 
@@ -28,12 +27,12 @@ class Sessions:
         self._lock = threading.Lock()
         self._open: OrderedDict[str, _Session] = OrderedDict()
 
-    def open(self, source: str, now_s: float) -> str:
+    def open(self, now_s: float) -> str:
         with self._lock:
             if len(self._open) >= SESSIONS_MAX:
                 raise TooManyError(f"{SESSIONS_MAX} sessions are open")
             session_id = uuid.uuid4().hex
-            self._open[session_id] = _Session(source, now_s)
+            self._open[session_id] = _Session(now_s)
             return session_id
 
     def beat(self, session_id: str, now_s: float) -> bool:

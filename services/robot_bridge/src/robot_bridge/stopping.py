@@ -9,6 +9,7 @@ from contracts.robot import EmergencyStop, EmergencyStopAction, EmergencyStopEve
 from contracts.topics import ROBOT_EMERGENCY_STOP
 from mesh.bus import Bus
 from mesh.clock import Clock
+from robot_bridge.docking import Docking
 from robot_bridge.emergency_stop import LatchFile, StopHistory
 from robot_bridge.navigator import Navigator
 from robot_bridge.ports import Robot
@@ -28,14 +29,18 @@ class Stopping:
         wheels: Wheels,
         robot: Robot,
         navigator: Navigator,
+        docking: Docking,
         latch: LatchFile,
         history: StopHistory,
         clock: Clock,
     ) -> None:
         self.history = history
+        self.unstored = ""
+        """Why the latch would not survive a restart as it is now; '' where it would."""
         self._wheels = wheels
         self._robot = robot
         self._navigator = navigator
+        self._docking = docking
         self._latch = latch
         self._clock = clock
         self._changed = asyncio.Event()
@@ -46,7 +51,7 @@ class Stopping:
         return self._wheels.stop_state
 
     def stop(self, *, reason: str, by: str) -> tuple[EmergencyStop, float]:
-        """Zeros; then the base's own stop, Nav2's goals and the latch on disk, none of them waited for.
+        """Zeros; then the base's own stop, goals of Nav2, docking and the latch on disk, none of them waited for.
 
         The second value is how long the first zero took from the call, in ms.
         """
@@ -54,6 +59,7 @@ class Stopping:
         self._robot.engage_base_stop(True)
         self._robot.cancel_all_goals()
         self._navigator.stop("emergency stop")
+        self._docking.stop("emergency stop")
         self._store(state)
         return state, first_zero_ms
 
@@ -73,10 +79,11 @@ class Stopping:
         return state
 
     def restore(self) -> None:
-        """At the start, where the last process left the latch set."""
+        """At the start. Stores what was loaded: an unreadable file becomes a readable one, and a disk that refuses is
+        found out before the first stop."""
+        self._store(self.state)
         if self.state.latched:
             self._robot.engage_base_stop(True)
-            self._store(self.state)  # an unreadable file becomes a readable one
             reason = f"still latched: {self.state.reason}"[:500]
             self._note(EmergencyStopAction.RESTORED, self.state.epoch, reason=reason, by=self.state.by)
 
@@ -104,7 +111,9 @@ class Stopping:
         """At once for the process, soon (`keep`) for the disk; a full disk must not stop the stop."""
         try:
             self._latch.store(state)
+            self.unstored = ""
         except OSError as error:  # a traceback would cost the stop request a second
+            self.unstored = f"cannot be stored: {error.strerror or error}"
             log.error("the emergency stop could not be stored", error=str(error))  # noqa: TRY400
         self._changed.set()
         self._unsaved.set()

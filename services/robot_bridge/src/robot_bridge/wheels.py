@@ -175,10 +175,14 @@ class Wheels:
                 raise ConflictError("a navigation goal is under way")
             self._loop.begin(running)
 
-    def end_motion(self, reason: str) -> bool:
-        """Cancels the closed-loop motion; true when there was one."""
+    def end_motion(self, reason: str, *, only: Running | None = None) -> float | None:
+        """Cancels the closed-loop motion; how far it had come (rad or m), none where nothing was cancelled."""
         with self._lock:
-            return self._end_motion(reason)
+            running = self._loop.running
+            if running is None or (only is not None and running is not only):
+                return None
+            self._end_motion(reason)
+            return running.motion.moved
 
     def open_navigation(self, goal_id: str, epoch: int, session_id: str | None) -> None:
         """From here on Nav2's velocity may pass, for this goal only. Raises as `check` does."""
@@ -261,11 +265,9 @@ class Wheels:
             self._send(ZERO)
             self.arbiter.note_zero_sent(now_s)
 
-    def _end_motion(self, reason: str) -> bool:
-        if (source := self._loop.end(reason)) is None:
-            return False
-        self.arbiter.drop(source)
-        return True
+    def _end_motion(self, reason: str) -> None:
+        if (source := self._loop.end(reason)) is not None:
+            self.arbiter.drop(source)
 
     def _forget_everything(self, reason: str) -> None:
         self._end_motion(reason)

@@ -12,7 +12,7 @@ from robot_bridge.routes.deps import BridgeDep, while_connected
 
 router = APIRouter(tags=["base"])
 
-SessionId = Annotated[str | None, Query(max_length=64, description="refused when this session has ended")]
+SessionId = Annotated[str | None, Query(max_length=64, description="ends with this session, see WS /session")]
 
 
 @router.post("/dock")

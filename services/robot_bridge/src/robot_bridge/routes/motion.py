@@ -42,9 +42,15 @@ async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> 
 
 @router.delete("/motion")
 async def end_motion(bridge: BridgeDep) -> MotionReply:
-    """Cancels the rotation or drive under way; `completed` tells whether there was one."""
-    ended = bridge.wheels.end_motion("cancelled")
-    return MotionReply(completed=ended, moved=0.0, reason="cancelled" if ended else "nothing was under way")
+    """Ends the `/rotate` or `/drive` under way, whoever asked for it, and nothing else.
+
+    A goal has its own DELETE, a lease runs out or is replaced by its source, docking ends with its connection; the
+    emergency stop ends all of them. `completed` tells whether there was one, `moved` how far it had come.
+    """
+    moved = bridge.wheels.end_motion("cancelled")
+    if moved is None:
+        return MotionReply(completed=False, moved=0.0, reason="nothing was under way")
+    return MotionReply(completed=True, moved=moved, reason="cancelled")
 
 
 @router.get("/motion/gains")

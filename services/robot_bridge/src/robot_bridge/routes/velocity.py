@@ -24,10 +24,9 @@ NOT_NOW = frozenset({Refusal.STOPPED, Refusal.OLD_EPOCH, Refusal.BASE_IS_BUSY})
 @router.post("/velocity")
 async def velocity(request: VelocityRequest, bridge: BridgeDep) -> VelocityReply:
     """Takes a lease on the wheels; answers after the next tick with what was really sent, and why it differs."""
-    asked_s = bridge.clock.now_s()
     refusal = bridge.wheels.request(_lease(request))
     if refusal is None:
-        return await _told(request, bridge, asked_s)
+        return await _told(request, bridge, bridge.clock.now_s())
     if refusal in NOT_NOW:
         raise ConflictError(_explain(refusal, bridge))
     return _refused(_explain(refusal, bridge), bridge)
@@ -62,13 +61,12 @@ def _take(text: str, bridge: Bridge, sources: set[str]) -> tuple[VelocityRequest
     try:
         request = VelocityRequest.model_validate_json(text)
         sources.add(request.source)
-        asked_s = bridge.clock.now_s()
         refusal = bridge.wheels.request(_lease(request))
     except ValidationError as error:
         return _refused(f"malformed: {_first(error)}", bridge)
     except ConflictError as error:
         return _refused(error.detail, bridge)
-    return (request, asked_s) if refusal is None else _refused(_explain(refusal, bridge), bridge)
+    return (request, bridge.clock.now_s()) if refusal is None else _refused(_explain(refusal, bridge), bridge)
 
 
 async def _reply(
@@ -87,9 +85,12 @@ async def _reply(
             await socket.send_text(reply.model_dump_json())
 
 
-async def _told(request: VelocityRequest, bridge: Bridge, asked_s: float) -> VelocityReply:
-    """What the first tick after `asked_s` sent. Raises `UnavailableError` when there is none."""
-    tick = await bridge.wheels.commanded.wait_for(lambda choice: choice.received_s >= asked_s, TICK_WAIT_S)
+async def _told(request: VelocityRequest, bridge: Bridge, taken_s: float) -> VelocityReply:
+    """What the first tick after `taken_s` sent: one before that may not have known of the lease.
+
+    Raises `UnavailableError` when there is none.
+    """
+    tick = await bridge.wheels.commanded.wait_for(lambda choice: choice.received_s >= taken_s, TICK_WAIT_S)
     if tick is None:
         raise UnavailableError("rclpy", "the motion loop does not tick")
     choice = tick.value

@@ -58,7 +58,9 @@ class Calls:
         answer: asyncio.Future[Any] = self._loop.create_future()
 
         def settle(done: Any) -> None:  # in asyncio
-            if not answer.done():
+            if (error := done.exception()) is not None:
+                _fail(answer, UnavailableError(server, f"{type(error).__name__}: {error}"))
+            elif not answer.done():
                 answer.set_result(done.result())
             elif too_late is not None:
                 self.do(lambda: too_late(done.result()))
