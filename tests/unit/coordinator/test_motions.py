@@ -92,7 +92,8 @@ async def test_of_many_interrupted_goals_only_the_last_is_left(bench: Bench) -> 
         bench.go(pose)
         await bench.clock.settle()
     bench.bridge.answers.set()
-    await bench.clock.settle()
+    for _ in range(3):
+        await bench.clock.settle()
     assert [one for one in bench.bridge.told if one.startswith(("to", "cancel"))] == ["to 1", "cancel to 1", "to 2"]
 
 
@@ -105,6 +106,18 @@ async def test_an_interrupted_goal_whose_answer_is_lost_ends_with_the_session_be
     bench.bridge.answers.set()
     await bench.clock.settle()
     assert bench.bridge.told == ["to 1", "drop", "to 2"]
+
+
+async def test_a_goal_whose_answer_does_not_come_is_ended_with_the_session_soon_after_the_stop(bench: Bench) -> None:
+    bench.go(A)
+    await bench.clock.settle()
+    bench.motions.stop(0)
+    await bench.clock.settle()
+    assert bench.bridge.told == ["to 1"]
+    await bench.clock.advance(1.5)
+    assert bench.bridge.told == ["to 1", "drop"]
+    bench.bridge.answers.set()
+    await bench.clock.settle()
 
 
 async def test_a_goal_that_may_have_been_taken_is_ended_at_once_without_being_told_to(bench: Bench) -> None:

@@ -19,6 +19,10 @@ OVER = frozenset({
 })  # fmt: skip
 
 
+END_WAIT_S = 1.5
+"""A stop waits so long for word that what ran is over, a goal still being sent included; then it drops the session."""
+
+
 class Motions:
     """Each `start` waits for what ran before; `stop` cancels it, the goal it had sent, and any lease. Where it is not
     sure that nothing moves any more, it drops the session, and everything ends that was ever asked for in it.
@@ -114,26 +118,40 @@ class Motions:
             await self._robot.drop_session()
             if self._sending is None:
                 return
-        try:
-            await self._end(leased, epoch)
-        except MeshError as error:
-            log.warning("the motion could not be ended: dropping the session, which ends it", error=error.detail)
+        ending = self._spawn(self._ended(leased, epoch))
+        if not (await self._answered(ending) and ending.result()):
+            ending.cancel()
             await self._robot.drop_session()
 
-    async def _end(self, leased: "asyncio.Task[None] | None", epoch: int) -> None:
-        if self._sending is not None:
-            sending, self._sending = self._sending, None
-            sent = await sending
-            if isinstance(sent, MeshError):
-                raise sent
-            self._goal = sent
-        if self._goal is not None:
-            goal, self._goal = self._goal, None
-            await self._robot.cancel_goal(goal.id)
-        elif leased is not None:
-            await self._robot.velocity(Twist2D(), duration_s=0.3, epoch=epoch)
-        else:
-            await self._robot.end_motion()
+    async def _ended(self, leased: "asyncio.Task[None] | None", epoch: int) -> bool:
+        """Whether the bridge says that what was asked for last is over."""
+        sending, self._sending = self._sending, None
+        goal, self._goal = self._goal, None
+        try:
+            if sending is not None:
+                sent = await sending
+                if isinstance(sent, MeshError):
+                    raise sent
+                goal = sent
+            if goal is not None:
+                await self._robot.cancel_goal(goal.id)
+            elif leased is not None:
+                await self._robot.velocity(Twist2D(), duration_s=0.3, epoch=epoch)
+            else:
+                await self._robot.end_motion()
+        except MeshError as error:
+            log.warning("the motion could not be ended: dropping the session, which ends it", error=error.detail)
+            return False
+        return True
+
+    async def _answered(self, call: "asyncio.Task[Any]") -> bool:
+        """Whether its answer comes soon: the robot may be driving meanwhile."""
+        waiting = asyncio.ensure_future(self._clock.sleep(END_WAIT_S))
+        try:
+            await asyncio.wait({call, waiting}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            waiting.cancel()
+        return call.done()
 
     async def _send_lease(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
         try:
