@@ -209,6 +209,7 @@ def test_a_typed_mission_ends_with_a_find_and_what_it_rests_on(mesh: MeshRun, se
     find(page)
     expect(page.get_by_role("status", name="Mission state")).to_have_text("Found", timeout=500_000)
     expect(page.get_by_role("log").locator("li").filter(has_text="found the red bottle").first).to_be_visible()
+    expect(page.get_by_text("Looking for: red bottle", exact=True)).to_be_hidden()
     expect(page.get_by_role("log").locator("li").filter(has_text="confirmed: detector yes").first).to_be_visible()
     more_frames(page)
     seat.picture("found")

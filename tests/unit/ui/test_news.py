@@ -44,10 +44,13 @@ def test_an_ending_says_whether_it_needs_a_person(outcome: Outcome, needed: bool
     assert ("It needs you." in news.items[-1].text) is needed
 
 
-def test_waiting_is_told_once_a_reason() -> None:
+def test_waiting_is_told_once_a_service_when_its_second_try_failed_too() -> None:
     news = News()
-    for _ in range(3):
-        news.take_mission(status(mission(), waiting_for="memory"))
+    for left_s, tries in ((2, 1), (1, 1), (0, 1)):
+        news.take_mission(status(mission(), waiting_for=f"memory: again in {left_s} s ({tries} of 6 tries)"))
+    assert news.items == ()
+    for left_s, tries in ((4, 2), (3, 2), (8, 3)):
+        news.take_mission(status(mission(), waiting_for=f"memory: again in {left_s} s ({tries} of 6 tries)"))
     assert [item.text for item in news.items] == ["Waiting for memory"]
 
 
@@ -64,6 +67,7 @@ def test_a_stop_is_news_and_a_latch_found_at_the_start_is_not() -> None:
 def test_old_news_leaves() -> None:
     news = News()
     for number in range(100):
-        news.take_mission(status(mission(), waiting_for=f"reason {number}"))
+        for tries in (1, 2):
+            news.take_mission(status(mission(), waiting_for=f"service {number}: again in 2 s ({tries} of 6 tries)"))
     assert len(news.items) == 20
     assert news.newest == 100

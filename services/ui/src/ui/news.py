@@ -24,6 +24,7 @@ class News:
 
     items: tuple[Item, ...] = ()
     _told: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]])
+    _waited: dict[tuple[str, str], str] = field(default_factory=dict[tuple[str, str], str])
     _open: set[str] = field(default_factory=set[str])
     _latched: bool | None = None
 
@@ -35,19 +36,29 @@ class News:
         return tuple(item for item in self.items if item.number > number)
 
     def take_mission(self, status: MissionStatus) -> None:
-        """Endings of missions that were seen running, but for a stop, which tells itself; what is waited for, once."""
+        """Endings of missions that were seen running, but for a stop, which tells itself; what is waited for, once, and
+        when its second try failed too: the first is over before anybody has read of it.
+        """
         mission = status.mission
         if mission is None:
             return
         if mission.outcome is None:
             self._open.add(mission.id)
-            if status.waiting_for and (mission.id, status.waiting_for) not in self._told:
-                self._told.add((mission.id, status.waiting_for))
-                self._add(Tone.WARN, t("Waiting for {what}", what=status.waiting_for))
+            if status.waiting_for:
+                self._take_waiting(mission.id, status.waiting_for)
         elif mission.id in self._open:
             self._open.discard(mission.id)
             if status.state is not MissionState.EMERGENCY_STOP:
                 self._add(*ending(mission))
+
+    def _take_waiting(self, mission_id: str, waiting_for: str) -> None:
+        """`waiting_for` reads "memory: again in 2 s (1 of 6 tries)"; the seconds count down."""
+        service, _, rest = waiting_for.partition(":")
+        tries = rest.partition("(")[2]
+        first = self._waited.setdefault((mission_id, service), tries)
+        if tries != first and (mission_id, service) not in self._told:
+            self._told.add((mission_id, service))
+            self._add(Tone.WARN, t("Waiting for {what}", what=service))
 
     def take_stop(self, stop: EmergencyStop) -> None:
         if stop.latched and self._latched is False:

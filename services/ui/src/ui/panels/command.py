@@ -19,6 +19,7 @@ class Command:
         self._acts = acts
         self._remembered: Remembered | None = None
         self._queued: tuple[tuple[str, str], ...] = ()
+        self._begun = self._running = False
         self._root = section(t("Command"), "command")
         with self._root:
             with box("row say-row"):
@@ -60,7 +61,7 @@ class Command:
         self._find.props("loading")
         told = await self._acts.command(str(self._input.value or ""))
         self._find.props(remove="loading")
-        self._tell(told)
+        self._tell(told, begun=told.ok)
         if told.ok:
             self._input.set_value("")
 
@@ -73,7 +74,9 @@ class Command:
             return
         self._tell(Told(True, _in_words(answer)))
 
-    def _tell(self, told: Told) -> None:
+    def _tell(self, told: Told, *, begun: bool = False) -> None:
+        """`begun`: it says what a mission looks for, and goes when that is over."""
+        self._begun = begun
         self._answer.set_text(told.text if told.ok else t("Refused: {why}", why=told.text))
         self._answer.classes(replace=told_classes(told))
 
@@ -84,6 +87,9 @@ class Command:
         self._pause.set_enabled(view.can_pause)
         self._resume.set_visibility(view.can_resume)
         self._cancel.set_enabled(view.can_cancel)
+        if self._begun and self._running and not view.can_cancel:
+            self._tell(Told(True, ""))
+        self._running = view.can_cancel
         if remembered is not self._remembered:
             self._remembered = remembered
             self._suggest(suggestions(remembered))
