@@ -130,7 +130,6 @@ def test_a_remembered_thing_is_forgotten_after_a_question(mesh: MeshRun, seat: S
     page.get_by_label("Search the memory").fill("zebra")
     things = page.get_by_role("list", name="Remembered things")
     expect(things).to_contain_text("zebra")
-    seat.picture("memory")
     things.get_by_role("button", name="Forget zebra").click()
     page.get_by_role("button", name="Keep").click()
     expect(page.get_by_role("button", name="Keep")).to_be_hidden()
@@ -220,6 +219,9 @@ def test_a_typed_mission_ends_with_a_find_and_what_it_rests_on(mesh: MeshRun, se
     page.keyboard.press("Enter")
     expect(page.locator(".command .answer.good")).to_contain_text("I saw a red bottle")
     seat.picture("asked")
+    page.get_by_role("tab", name="Memory").click()
+    expect(page.get_by_role("list", name="Remembered things").locator("li").first).to_be_visible()
+    seat.picture("memory")
 
 
 def test_on_a_phone_the_page_is_one_column_with_stop_always_on_screen(mesh: MeshRun, browser: Browser) -> None:
