@@ -45,7 +45,8 @@ class MeshRun:
         return self.get("truth", "/truth")
 
     def simulated_s(self) -> float:
-        return float(self.truth()["time_s"])
+        """Now, on the simulated clock."""
+        return float(self.truth()["now_s"])
 
     def still(self) -> bool:
         twist = self.truth()["twist"]

@@ -39,7 +39,7 @@ class Script:
         return self
 
     def robot(self, pose: Pose2D | None = ORIGIN, *, stopped: bool = False, epoch: int = 0, docked: bool = False,
-              speed_m_s: float = 0.0) -> "Script":  # fmt: skip
+              speed_m_s: float = 0.0, reason: str = "") -> "Script":  # fmt: skip
         return self.feed(
             ev.RobotUpdated(
                 stamp_s=self.now_s,
@@ -49,6 +49,7 @@ class Script:
                 speed_m_s=speed_m_s,
                 stopped=stopped,
                 epoch=epoch,
+                stop_reason=reason,
             )
         )
 

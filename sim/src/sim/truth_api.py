@@ -37,6 +37,8 @@ class TruthReply(Message):
     path_length_m: float
     time_s: float
     """Simulated seconds since the world began, at this look."""
+    now_s: float
+    """The simulated moment that the wall clock stands at: `time_s` and what the simulation is behind."""
     moved_at_s: float
     """The newest such time at which the robot moved."""
     collisions: int
@@ -96,6 +98,7 @@ def create_app(robot: Robot, home: Home, *, on_death: Callable[[], None]) -> Fas
                 twist=found.twist,
                 path_length_m=found.path_length_m,
                 time_s=found.stamp_s,
+                now_s=found.stamp_s + robot.realtime.behind_s(world),
                 moved_at_s=found.moved_at_s,
                 collisions=found.collisions,
                 touching=found.touching,

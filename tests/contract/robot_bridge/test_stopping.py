@@ -10,7 +10,7 @@ import anyio.to_thread
 import httpx
 import pytest
 
-from contracts.robot import EmergencyStopAction, EmergencyStopEvent
+from contracts.robot import EmergencyStop, EmergencyStopAction, EmergencyStopEvent, EmergencyStopReply
 from robot_bridge.settings import Settings
 from support.bridge_behaviour import Rig
 from support.toy_robot import ToyRobot
@@ -37,6 +37,24 @@ async def test_it_stops_whatever_the_body_is(rig: Rig, content: Any) -> None:
     assert response.json()["state"]["latched"]
     assert rig.toy.at_rest
     assert (await rig.client.get("/emergency-stop")).json()["latched"]
+
+
+async def test_a_stop_whose_body_is_on_its_way_claims_no_reason(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robot_bridge.routes.stop.BODY_WAIT_S", 60.0)
+    meanwhile: list[EmergencyStop] = []
+
+    async def body() -> AsyncIterator[bytes]:
+        meanwhile.append(EmergencyStop.model_validate_json((await rig.client.get("/emergency-stop")).content))
+        yield b'{"reason": "smoke"}'
+
+    answer = EmergencyStopReply.model_validate_json((await rig.client.post("/emergency-stop", content=body())).content)
+    assert [(stop.latched, stop.reason) for stop in meanwhile] == [(True, "")]
+    assert answer.state.reason == "smoke"
+
+
+@pytest.mark.parametrize("content", [b"", b'{"reason": ""}'])
+async def test_a_stop_that_gives_no_reason_was_requested(rig: Rig, content: bytes) -> None:
+    assert (await rig.client.post("/emergency-stop", content=content)).json()["state"]["reason"] == "requested"
 
 
 async def raw(served: Served, request: bytes) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:

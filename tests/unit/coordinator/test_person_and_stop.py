@@ -95,6 +95,29 @@ def test_a_stop_that_came_and_went_unseen_still_aborts() -> None:
     assert script.mission.state is S.IDLE
 
 
+def test_a_stop_seen_only_after_its_reset_is_not_explained_by_the_reset() -> None:
+    script = Script().begin().robot(epoch=1, reason="RESUME confirmed")
+    assert script.mission.reason == "emergency stop: it came and went unseen"
+
+
+def test_why_it_was_stopped_is_written_in_when_it_becomes_known() -> None:
+    script = Script().begin().feed(ev.StopLatched(1, ""))
+    assert (script.mission.state, script.mission.outcome) == (S.EMERGENCY_STOP, Outcome.ABORTED)
+    assert script.mission.reason == "emergency stop"
+    said = len(script.asked(do.Say))
+    for _ in range(2):
+        script.feed(ev.StopLatched(1, "Esc pressed"))
+    assert script.mission.reason == "emergency stop: Esc pressed"
+    assert script.mission.report is not None
+    assert script.mission.report.text == "emergency stop: Esc pressed"
+    assert [one.text for one in script.asked(do.Say)[said:]] == ["emergency stop: Esc pressed"]
+
+
+def test_a_later_stop_does_not_rewrite_why_the_mission_ended() -> None:
+    script = Script().begin().feed(ev.StopLatched(1, "Esc pressed")).feed(ev.StopLatched(2, "curl"))
+    assert script.mission.reason == "emergency stop: Esc pressed"
+
+
 def test_a_state_published_before_the_stop_does_not_lift_it() -> None:
     script = Script().begin().feed(ev.StopLatched(1, "stop")).robot(epoch=0)
     assert script.mission.state is S.EMERGENCY_STOP

@@ -1,13 +1,14 @@
 """The thread that owns the World: work handed in, velocities applied, errors told, nothing left waiting."""
 
 import threading
+import time
 from concurrent.futures import CancelledError
 
 import pytest
 
 from contracts.geometry import Pose2D, Twist2D
 from sim.home import Home
-from sim.ros.realtime import Duty, RealTime
+from sim.ros.realtime import SLICE_S, Duty, RealTime
 from sim.world import World
 
 
@@ -35,6 +36,20 @@ def test_time_passes_duties_run_and_velocities_arrive() -> None:
     assert realtime.error is None
     assert realtime.pace.factor > 0.3
     assert stamps == sorted(stamps)
+
+
+def test_how_far_it_is_behind_grows_with_the_wall_clock_while_the_world_waits() -> None:
+    def look(world: World) -> tuple[float, float, float, float]:
+        before_s, first_s = time.monotonic(), realtime.behind_s(world)
+        second_s = realtime.behind_s(world)
+        return first_s, second_s, second_s - first_s, time.monotonic() - before_s
+
+    realtime = RealTime(in_the_middle_of_a_home, lambda _: [])
+    realtime.start(on_death=lambda: None)
+    first_s, second_s, grown_s, passed_s = realtime.call(look).result(30.0)
+    realtime.stop()
+    assert SLICE_S <= first_s < second_s
+    assert grown_s <= passed_s
 
 
 def test_an_error_in_a_duty_ends_the_thread_and_is_told() -> None:

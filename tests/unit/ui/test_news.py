@@ -64,6 +64,16 @@ def test_a_stop_is_news_and_a_latch_found_at_the_start_is_not() -> None:
     assert [item.tone for item in news.items] == [Tone.BAD]
 
 
+def test_a_stop_is_told_when_it_has_said_why_and_then_once() -> None:
+    news = News()
+    news.take_stop(EmergencyStop(latched=False, epoch=0))
+    news.take_stop(EmergencyStop(latched=True, epoch=1, by="127.0.0.1"))
+    assert news.items == ()
+    for _ in range(2):
+        news.take_stop(EmergencyStop(latched=True, epoch=1, reason="Esc pressed", by="ui 10.0.0.7"))
+    assert [item.text for item in news.items] == ["The robot was stopped: Esc pressed (ui 10.0.0.7). It needs you."]
+
+
 def test_old_news_leaves() -> None:
     news = News()
     for number in range(100):

@@ -25,7 +25,7 @@ class EmergencyStop(Message):
 
     latched: bool
     epoch: int = Field(ge=0)
-    reason: str = Field(default="", max_length=500)
+    reason: str = Field(default="", max_length=500, description="'' while a stop is on and has not said why yet")
     by: str = Field(default="", max_length=100, description="who asked for it")
     since_s: float | None = Field(default=None, description="seconds since the Unix epoch; none when not latched")
 

@@ -150,7 +150,7 @@ class Wheels:
         self._sessions.check(session_id)
         state = self._stop
         if state.latched:
-            raise ConflictError(f"the emergency stop is latched ({state.reason or 'no reason given'})")
+            raise ConflictError(f"the emergency stop is latched ({state.reason or 'just now'})")
         if epoch != state.epoch:
             raise ConflictError(f"epoch {epoch} is over; it is {state.epoch} now")
         if self._base_is_busy:

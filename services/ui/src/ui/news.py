@@ -61,6 +61,9 @@ class News:
             self._add(Tone.WARN, t("Waiting for {what}", what=service))
 
     def take_stop(self, stop: EmergencyStop) -> None:
+        """A stop is told once it has said why, which is at most half a second after the robot stands."""
+        if stop.latched and not stop.reason:
+            return
         if stop.latched and self._latched is False:
             by = f" ({stop.by})" if stop.by else ""
             self._add(Tone.BAD, t("The robot was stopped: {why}. It needs you.", why=f"{stop.reason}{by}"))

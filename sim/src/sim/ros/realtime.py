@@ -61,6 +61,7 @@ class RealTime:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._guarded, name="world")
         self._pace = Pace()
+        self._origin_s = 0.0
         self._on_death: Callable[[], None] = lambda: None
         self.base_is_busy = False
         """Set in the World's thread while the base minds itself (docking) and takes no velocity."""
@@ -81,6 +82,10 @@ class RealTime:
     @property
     def pace(self) -> Pace:
         return self._pace
+
+    def behind_s(self, world: World) -> float:
+        """How far the World is behind the wall clock, s: a slice, and any lag. For work run by `call`."""
+        return max(0.0, time.monotonic() - self._origin_s - world.time_s)
 
     def command(self, twist: Twist2D) -> None:
         """A velocity that has just arrived on `cmd_vel`."""
@@ -122,25 +127,25 @@ class RealTime:
             world.close()
 
     def _pace_world(self, world: World, duties: list[Duty]) -> None:
-        """`origin_s` is the monotonic time at which the simulated clock stood, or would have stood, at zero."""
+        """`_origin_s` is the monotonic time at which the simulated clock stood, or would have stood, at zero."""
         to_epoch_s = time.time() - time.monotonic()
         began_s = time.monotonic()
         begun_s = world.time_s
-        origin_s = began_s - begun_s
+        self._origin_s = began_s - begun_s
         window: deque[tuple[float, float]] = deque([(began_s, begun_s)])
         self.running.set()
         while not self._stop.is_set():
-            slice_end_s = origin_s + world.time_s + SLICE_S
+            slice_end_s = self._origin_s + world.time_s + SLICE_S
             ahead_s = slice_end_s - time.monotonic()  # a slice runs once it is over: nothing is stamped in the future
             if ahead_s > 0:
                 self._stop.wait(ahead_s)
                 continue
             if -ahead_s > LAG_MAX_S:
-                origin_s += -ahead_s - LAG_MAX_S
+                self._origin_s += -ahead_s - LAG_MAX_S
             self._do_notes(world)
-            self._apply_twists(world, until_s=origin_s + world.time_s)
+            self._apply_twists(world, until_s=self._origin_s + world.time_s)
             world.advance(SLICE_S)
-            stamp_ns = int((to_epoch_s + origin_s + world.time_s) * 1e9)
+            stamp_ns = int((to_epoch_s + self._origin_s + world.time_s) * 1e9)
             self._do_duties(world, duties, stamp_ns, lag_s=-ahead_s)
             now_s = time.monotonic()
             if now_s - window[-1][0] > 0.5:

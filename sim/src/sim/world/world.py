@@ -112,7 +112,7 @@ class World:
             self._step()
 
     def command(self, linear_x: float, angular_z: float, *, behaviour: bool = False) -> bool:
-        """Like one message on `cmd_vel` (m/s, rad/s): clipped to the base's limits, good for 0.15 s.
+        """Like one message on `cmd_vel` (m/s, rad/s): clipped to the base's limits, good for 0.12 s.
 
         False = refused: not finite, or the e-stop is on. Reversing ends after 0.15 m (hazard BACKUP_LIMIT) unless it is
         the base's own `behaviour`, such as backing off the dock.

@@ -6,7 +6,7 @@ from typing import assert_never
 from contracts.mission import MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Nothing
-from coordinator.core.draft import Draft
+from coordinator.core.draft import STOP_WORDS, Draft
 from coordinator.core.endings import close
 from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Robot
@@ -29,11 +29,15 @@ def handle(draft: Draft, event: ev.RobotUpdated | ev.StopLatched | ev.StopReset)
 
 
 def _stopped(draft: Draft, epoch: int, reason: str) -> None:
+    """The bridge may tell of a stop before it knows why ('' then): the reason is written in when it comes."""
     draft.set(robot=replace(draft.mission.robot, stopped=True, epoch=epoch, epoch_s=draft.now_s))
+    why = f"{STOP_WORDS}: {reason}" if reason else STOP_WORDS
     if draft.mission.state is MissionState.EMERGENCY_STOP:
+        if reason and draft.mission.reason == STOP_WORDS:
+            close(draft, Outcome.ABORTED, why, why)
+            draft.say("stop", why)
         return
     draft.stop_motion()
-    why = f"emergency stop: {reason or 'no reason given'}"
     if draft.mission.running:
         close(draft, Outcome.ABORTED, why, why)
         draft.set(candidate=None, approach=None)
@@ -70,8 +74,10 @@ def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
         )
     )
     _count_metres(draft)
-    if event.stopped or missed_a_stop:
-        _stopped(draft, event.epoch, event.stop_reason or "the bridge says so")
+    if event.stopped:
+        _stopped(draft, event.epoch, event.stop_reason)
+    elif missed_a_stop:
+        _stopped(draft, event.epoch, "it came and went unseen")
     if not event.stopped:
         _reset(draft, event.epoch)
 

@@ -37,12 +37,12 @@ async def emergency_stop(request: Request, response: Response, bridge: BridgeDep
 
     Whatever the body is (too long, torn, no JSON, never sent), the robot is stopped and the answer is 200.
     """
-    state, first_zero_ms = bridge.stopping.stop(reason="requested", by=_client(request))
+    state, first_zero_ms = bridge.stopping.stop(reason="", by=_client(request))
     FIRST_ZERO.observe(first_zero_ms / 1000.0)
     asked, was_read = await _asked(request, "requested")
     if not was_read:
         response.headers["Connection"] = "close"  # the rest of the body is not waited for
-    state = bridge.stopping.explain(state.epoch, reason=asked.reason, by=asked.by)
+    state = bridge.stopping.explain(state.epoch, reason=asked.reason or "requested", by=asked.by)
     return EmergencyStopReply(state=state, first_zero_ms=first_zero_ms)
 
 
