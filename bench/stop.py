@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.stopping.rig import HEAR_S_MAX, Rig
+from bench.processes import cpu_s
+from bench.stopping.rig import HEAR_S_MAX, Rig, rigged
 
 
 def measure(rig: Rig, stops: int, chance: random.Random) -> tuple[list[float], list[float], list[float]]:
@@ -76,8 +77,8 @@ def loading(rig: Rig, *, on: bool) -> Iterator[dict[str, Any]]:
     if not on:
         yield told
         return
-    command = (sys.executable, "-m", "bench.stopping.load", "--port", str(rig.port))
-    process = rig.start(*command, stdout=subprocess.PIPE, text=True)
+    command = ("-m", "bench.stopping.load", "--port", str(rig.port))
+    process = rig.processes.python(*command, stdout=subprocess.PIPE, text=True)
     time.sleep(2.0)
     try:
         yield told
@@ -129,13 +130,13 @@ def main() -> int:
     for name, camera_hz in (("idle", 0.0), ("loaded", 30.0)):
         with (
             tempfile.TemporaryDirectory() as folder,
-            Rig(Path(folder), arguments.port, arguments.domain, camera_hz) as rig,
+            rigged(Path(folder), arguments.port, arguments.domain, camera_hz) as rig,
             loading(rig, on=camera_hz > 0.0) as load,
         ):
             measure(rig, 3, chance)  # warm
-            began_s, spent_s = time.monotonic(), rig.bridge_cpu_s()
+            began_s, spent_s = time.monotonic(), cpu_s(rig.bridge)
             beat[name] = periods(rig, beat_s)
-            cores[name] = round((rig.bridge_cpu_s() - spent_s) / (time.monotonic() - began_s), 2)
+            cores[name] = round((cpu_s(rig.bridge) - spent_s) / (time.monotonic() - began_s), 2)
             requests[name] = measure_requests(rig, stops, chance)
             zeros[name], answers[name], floors[name] = measure(rig, stops, chance)
     report = {name: quantiles(values) for name, values in zeros.items()}

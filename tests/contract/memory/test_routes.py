@@ -1,12 +1,9 @@
 """The service through its front door, over a store in a dict and a bus in memory."""
 
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 
 import httpx
 import pytest
-from asgi_lifespan import LifespanManager
-from fastapi import FastAPI
 
 from contracts.geometry import Pose2D
 from contracts.memory import (
@@ -32,27 +29,9 @@ from support.memory_store import FakeStore
 from support.observations import seen
 from support.waiting import until
 
+from .conftest import served
+
 SETTINGS = Settings(flush_period_s=0.01, buffer_max=3, robot_bridge_url="")
-
-
-@asynccontextmanager
-async def served(app: FastAPI) -> AsyncIterator[ServiceClient]:
-    async with LifespanManager(app) as manager:
-        client = ServiceClient("memory", "http://memory", transport=httpx.ASGITransport(manager.app))
-        try:
-            yield client
-        finally:
-            await client.aclose()
-
-
-@pytest.fixture
-def store() -> FakeStore:
-    return FakeStore()
-
-
-@pytest.fixture
-def bus() -> MemoryBus:
-    return MemoryBus()
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.ports import KnownRequest, MissionLog
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
+from support.waiting import until_true
 
 NOW_S = 1000.0
 Opened = Callable[[], AbstractAsyncContextManager[MissionLog]]
@@ -199,16 +200,18 @@ async def test_while_the_file_is_locked_nothing_is_lost_and_its_trouble_is_named
         other.execute("BEGIN IMMEDIATE")
         log.put(mission("a", Outcome.FOUND))
         log.append(event(0))
+
+        async def well() -> bool:
+            return (await log.dependency()).ok
+
         with pytest.raises(UnavailableError):
             await log.saved()
-        assert not (await log.dependency()).ok
+        assert not await well()
         recent = await log.get("a")
         assert recent is not None
         assert recent.outcome is Outcome.FOUND
         other.execute("ROLLBACK")
         other.close()
-        async with asyncio.timeout(30.0):
-            while not (await log.dependency()).ok:  # noqa: ASYNC110 - it has no event of its own
-                await asyncio.sleep(0.05)
+        await until_true(well)
         assert len(await log.events("a", after=-1, limit=10)) == 1
         assert [one.outcome for one in await log.newest(10)] == [Outcome.FOUND]

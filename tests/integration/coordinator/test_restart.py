@@ -18,6 +18,7 @@ from mesh.clock import SystemClock
 from support.bus import MemoryBus
 from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, World
 from support.served import served
+from support.waiting import until_true
 
 TWO = ParsedTask(
     yolo_class="bottle",
@@ -48,13 +49,15 @@ async def one_life(path: Path) -> AsyncIterator[Life]:
     async with served(app) as url, httpx.AsyncClient(base_url=url, trust_env=False) as client:
         running = asyncio.create_task(world.run())
         try:
-            async with asyncio.timeout(30.0):
-                while not (await client.get("/ready")).is_success:  # noqa: ASYNC110 - it has no event of its own
-                    await asyncio.sleep(0.02)
+            await until_true(lambda: ready(client))
             yield Life(client, url)
         finally:
             running.cancel()
             await asyncio.gather(running, return_exceptions=True)
+
+
+async def ready(client: httpx.AsyncClient) -> bool:
+    return (await client.get("/ready")).is_success
 
 
 async def listed(life: Life) -> list[Mission]:

@@ -16,7 +16,7 @@ from inference.app import create_app
 from inference.settings import Backend, Settings
 from mesh.bus import open_bus
 from support.redis_server import free_port, start_redis
-from support.waiting import until
+from support.waiting import until, until_true
 
 from .bridge import running_bridge
 
@@ -115,11 +115,10 @@ async def until_seen(redis_url: str) -> None:
 
 
 async def until_ready_is(client: httpx.AsyncClient, wanted: bool) -> None:
-    async with asyncio.timeout(60.0):
-        while True:
-            if (await client.get("/ready")).json()["ready"] is wanted:
-                return
-            await asyncio.sleep(0.05)
+    async def is_it() -> bool:
+        return (await client.get("/ready")).json()["ready"] is wanted
+
+    await until_true(is_it, timeout_s=60.0)
 
 
 async def test_it_starts_before_redis_and_the_bridge_and_says_what_is_missing(

@@ -18,8 +18,8 @@ TESTS = Path(__file__).parents[2]
 def discovery_server() -> Iterator[str]:
     """Its address; the program comes with the wheels or with a sourced ROS."""
     places = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    if (program := shutil.which("fast-discovery-server", path=places)) is None:
-        pytest.skip("Fast DDS came without its discovery server")
+    program = shutil.which("fast-discovery-server", path=places)
+    assert program is not None, "Fast DDS came without its discovery server"
     port = free_port()
     process = subprocess.Popen([program, "-i", "0", "-l", "127.0.0.1", "-p", str(port)], stdout=subprocess.DEVNULL)
     yield f"127.0.0.1:{port}"

@@ -103,7 +103,7 @@ class Process:
         base_url = f"http://127.0.0.1:{self.port}"
         async with httpx.AsyncClient(base_url=base_url, timeout=45, trust_env=False) as client:
             try:
-                await _ready(client)
+                await until_true(lambda: _ready(client), timeout_s=90.0)
                 yield process, client
             finally:
                 with contextlib.suppress(ProcessLookupError):
@@ -111,13 +111,10 @@ class Process:
                 await asyncio.wait_for(process.wait(), 45.0)
 
 
-async def _ready(client: httpx.AsyncClient) -> None:
-    async with asyncio.timeout(90.0):
-        while True:
-            with contextlib.suppress(httpx.TransportError):
-                if (await client.get("/ready")).status_code == 200:
-                    return
-            await asyncio.sleep(0.05)
+async def _ready(client: httpx.AsyncClient) -> bool:
+    with contextlib.suppress(httpx.TransportError):
+        return (await client.get("/ready")).status_code == 200
+    return False
 
 
 async def test_a_killed_bridge_wakes_up_latched_and_its_facts_are_in_redis(
