@@ -176,7 +176,7 @@ class Campaign:
         """Metres driven while so much simulated time passes."""
         begun = self.mesh.truth()
         end_s = begun["time_s"] + seconds
-        self.mesh.until(lambda: self.mesh.simulated_s() >= end_s, timeout_s=LONG_S, what="time passing")
+        self.mesh.until(lambda: self.mesh.truth()["time_s"] >= end_s, timeout_s=LONG_S, what="time passing")
         return round(float(self.mesh.truth()["path_length_m"] - begun["path_length_m"]), 2)
 
     def drives_on(self, seconds: float, *, before_m: float) -> float:

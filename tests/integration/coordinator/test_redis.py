@@ -57,17 +57,19 @@ async def rig(redis_url: str) -> AsyncIterator[Rig]:
         memory=FakeMemory(),
         log=MemoryLog(),
     )
-    async with open_bus(redis_url) as bus, served(app) as url, httpx.AsyncClient(base_url=url) as client:
-        living = asyncio.create_task(live(world, bus))
+    async with open_bus(redis_url) as bus:
+        await bus.publish(ROBOT_EMERGENCY_STOP, world.stop)  # kept by Redis, as is the state: the last test's are over
+        await bus.publish(ROBOT_STATE, world.state())
+        async with served(app) as url, httpx.AsyncClient(base_url=url) as client:
+            living = asyncio.create_task(live(world, bus))
 
-        async def ready() -> bool:
-            return (await client.get("/ready")).status_code == 200
+            async def ready() -> bool:
+                return (await client.get("/ready")).status_code == 200
 
-        await until_true(ready)
-        yield Rig(client, bus, world, url)
-        await bus.publish(ROBOT_EMERGENCY_STOP, EmergencyStop(latched=False, epoch=0))
-        living.cancel()
-        await asyncio.gather(living, return_exceptions=True)
+            await until_true(ready)
+            yield Rig(client, bus, world, url)
+            living.cancel()
+            await asyncio.gather(living, return_exceptions=True)
 
 
 async def state(rig: Rig) -> str:
