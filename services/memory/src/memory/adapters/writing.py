@@ -9,7 +9,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from contracts.memory import ForgetRequest
 from memory.adapters.rows import THING, VIEW, Values, row_of, row_of_sighting, thing_of, view_of
-from memory.adapters.tables import PLACE, things, views
+from memory.adapters.tables import NO_THING, PLACE, things, views
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
 from memory.ledger import Ledger
@@ -116,7 +116,7 @@ def _disbelieve_views(connection: Connection, frame: Frame) -> None:
     reach = LOOKED_M / CELL_M + 1
     column, row = frame.pose.x / CELL_M, frame.pose.y / CELL_M
     near = select(*VIEW).where(
-        views.c.thing_id.is_(None),
+        NO_THING == 0,  # as `views_place` has it: for `thing_id IS NULL` SQLite would read every view without a thing
         views.c.cell_x.in_(range(int(column - reach), int(column + reach) + 1)),  # a list: each is a range of the index
         views.c.cell_y.between(int(row - reach), int(row + reach)),
     )
