@@ -6,13 +6,13 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
-import anyio.to_thread
 import httpx
 import pytest
 
 from contracts.robot import EmergencyStop, EmergencyStopAction, EmergencyStopEvent, EmergencyStopReply
 from robot_bridge.settings import Settings
 from support.bridge_behaviour import Rig
+from support.threads import every_worker_busy
 from support.toy_robot import ToyRobot
 from support.waiting import until
 
@@ -89,15 +89,8 @@ async def test_a_declared_body_over_every_limit_is_not_waited_for(served: Served
 
 
 async def test_it_stops_while_every_worker_thread_is_busy(rig: Rig) -> None:
-    threads = anyio.to_thread.current_default_thread_limiter()
-    tokens = [object() for _ in range(int(threads.total_tokens))]
-    for token in tokens:
-        threads.acquire_on_behalf_of_nowait(token)
-    try:
+    with every_worker_busy():
         assert (await rig.client.post("/emergency-stop")).json()["state"]["latched"]
-    finally:
-        for token in tokens:
-            threads.release_on_behalf_of(token)
 
 
 async def history(http: httpx.AsyncClient, query: str = "") -> list[EmergencyStopEvent]:

@@ -4,6 +4,7 @@ import httpx
 import pytest
 
 from contracts.robot import EmergencyStopReply
+from support.threads import every_worker_busy
 from support.ui_world import FIRST_ZERO_MS, UiWorld
 
 
@@ -30,6 +31,13 @@ async def test_nothing_in_the_request_keeps_stop_from_stopping(
     client: httpx.AsyncClient, world: UiWorld, body: bytes
 ) -> None:
     assert (await client.post("/stop?how=[]&x=%00", content=body)).status_code == 200
+    assert len(world.robot.stops) == 1
+
+
+@pytest.mark.timeout(30)
+async def test_stop_needs_no_worker_thread(client: httpx.AsyncClient, world: UiWorld) -> None:
+    with every_worker_busy():
+        assert (await client.post("/stop")).status_code == 200
     assert len(world.robot.stops) == 1
 
 

@@ -69,7 +69,7 @@ def create_app(
             yield {"missions": missions, "asking": asking}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
-        return await get_missions(request).dependencies()
+        return await (await get_missions(request)).dependencies()
 
     app = make_app(
         "coordinator",

@@ -16,12 +16,13 @@ from coordinator.missions import Missions
 router = APIRouter()
 
 
-def get_missions(connection: HTTPConnection) -> Missions:
+async def get_missions(connection: HTTPConnection) -> Missions:
+    """Async, as all of them: FastAPI would send a plain function to another thread and back, on every call."""
     missions: Missions = connection.state.missions
     return missions
 
 
-def get_asking(connection: HTTPConnection) -> Asking:
+async def get_asking(connection: HTTPConnection) -> Asking:
     asking: Asking = connection.state.asking
     return asking
 

@@ -54,7 +54,7 @@ def create_app(
             yield {"memory": memory}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
-        return await get_memory(request).dependencies()
+        return await (await get_memory(request)).dependencies()
 
     app = make_app(
         "memory",

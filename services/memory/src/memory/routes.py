@@ -33,7 +33,8 @@ MEDIA = {ExportForm.FULL: "application/x-ndjson", ExportForm.SEEDS: "application
 FILE = {ExportForm.FULL: "memory.jsonl", ExportForm.SEEDS: "memory.json"}
 
 
-def get_memory(request: Request) -> Memory:
+async def get_memory(request: Request) -> Memory:
+    """Async: FastAPI would send a plain function to another thread and back, on every call."""
     return request.state.memory
 
 

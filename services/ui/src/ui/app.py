@@ -19,7 +19,7 @@ from ui.adapters.robot_bridge import BridgeRobot
 from ui.desk import Desk
 from ui.ports import Eyes, Memory, Missions, Robot
 from ui.routes import routers
-from ui.routes.deps import get_desk
+from ui.routes.deps import desk_of
 from ui.settings import Settings
 
 
@@ -59,7 +59,7 @@ def create_app(
             yield {"desk": desk}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
-        return await get_desk(request).dependencies()
+        return await desk_of(request).dependencies()
 
     app = make_app(
         "ui",

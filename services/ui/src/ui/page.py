@@ -24,7 +24,7 @@ from ui.panels.parts import box
 from ui.panels.stop import StopButton, Stopped
 from ui.panels.timeline import Timeline
 from ui.panels.top import Top
-from ui.routes.deps import get_desk, operator
+from ui.routes.deps import desk_of, operator
 from ui.texts import t
 
 ASSETS: Final = Path(__file__).parent / "assets"
@@ -55,7 +55,7 @@ def mount(app: FastAPI, *, language: Language) -> None:
 
 
 def operator_page(request: Request) -> None:
-    OperatorPage(get_desk(request), operator(request))
+    OperatorPage(desk_of(request), operator(request))
 
 
 class OperatorPage:

@@ -10,13 +10,18 @@ from ui.acts import Acts
 from ui.desk import Desk
 
 
-def get_desk(connection: HTTPConnection) -> Desk:
+def desk_of(connection: HTTPConnection) -> Desk:
     desk: Desk = connection.state.desk
     return desk
 
 
-def get_acts(connection: HTTPConnection) -> Acts:
-    return Acts(get_desk(connection))
+async def get_desk(connection: HTTPConnection) -> Desk:
+    """Async: FastAPI runs other dependencies in its thread pool, and STOP must not wait for a thread."""
+    return desk_of(connection)
+
+
+async def get_acts(connection: HTTPConnection) -> Acts:
+    return Acts(desk_of(connection))
 
 
 def operator(connection: HTTPConnection | None) -> str:

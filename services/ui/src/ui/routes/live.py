@@ -5,7 +5,7 @@ import json
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from ui.desk import Desk
-from ui.routes.deps import get_desk
+from ui.routes.deps import desk_of
 
 router = APIRouter(prefix="/live")
 
@@ -19,7 +19,7 @@ async def camera(socket: WebSocket) -> None:
 
     Where no new picture comes, a text instead: {"trouble": why}.
     """
-    desk = get_desk(socket)
+    desk = desk_of(socket)
     await socket.accept()
     after_s: float | None = None
     try:
@@ -38,7 +38,7 @@ async def camera(socket: WebSocket) -> None:
 @router.websocket("/scene")
 async def marks(socket: WebSocket) -> None:
     """Any text in; out, JSON of the map's parts that changed since the last message, or {} when none did in time."""
-    desk = get_desk(socket)
+    desk = desk_of(socket)
     await socket.accept()
     sent: dict[str, int] = {}
     try:

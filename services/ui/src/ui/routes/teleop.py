@@ -11,7 +11,7 @@ from mesh.errors import MeshError
 from ui.acts import in_words, why_not_by_hand
 from ui.desk import Desk
 from ui.ports import Wheels
-from ui.routes.deps import get_desk
+from ui.routes.deps import desk_of
 from ui.teleoperation import Delay, Stick, twist
 from ui.texts import t
 
@@ -33,7 +33,7 @@ class Driven(Message):
 @router.websocket("/teleop")
 async def teleop(socket: WebSocket) -> None:
     """Stick in, Driven out, each as JSON. Closed with 1013 while another page drives; the lease ends with it."""
-    desk = get_desk(socket)
+    desk = desk_of(socket)
     await socket.accept()
     if desk.driver is not None:
         await socket.close(1013, t("Another page is driving."))
