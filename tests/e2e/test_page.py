@@ -230,7 +230,8 @@ def test_on_a_phone_the_page_is_one_column_with_stop_always_on_screen(mesh: Mesh
     with seated(browser, mesh.url("ui", "/"), PHONE) as seat:
         page = seat.page
         connected(page)
-        find(page)
+        find(page, "find the teddy bear")  # not the bottle: before that it may stand, and would have found it at once
+        expect(page.get_by_text("Looking for: teddy bear", exact=True)).to_be_visible()
         expect(page.get_by_role("button", name="Cancel the mission")).to_be_enabled()
         more_frames(page)
         seat.picture("phone")

@@ -3,13 +3,14 @@
 Requests are counted, not intercepted: an intercepted one would wait until the test next speaks to the browser.
 """
 
+import logging
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, Request
+from playwright.sync_api import Browser, Error, Page, Request
 
 CHROMIUM = "/usr/bin/chromium"
 CHROMIUM_ARGS = [
@@ -25,6 +26,8 @@ DESKTOP = {"width": 1280, "height": 800}
 PHONE = {"width": 390, "height": 844}
 SCREENS = Path(os.environ.get("ATOM_SCREENS", "out/screens"))
 """Where pictures of the page's states go; `make screens` writes those of the documentation."""
+
+log = logging.getLogger(__name__)
 
 
 @dataclass
@@ -42,7 +45,7 @@ class Seat:
 
 @contextmanager
 def seated(browser: Browser, url: str, size: dict[str, int], *, dark: bool = False) -> Iterator[Seat]:
-    """Opens the page; fails when it asked for anything from outside, or a script of it failed."""
+    """Opens the page, logs what it showed last; fails when it asked for anything from outside, or a script failed."""
     context = browser.new_context(
         viewport=size,  # pyright: ignore[reportArgumentType]
         color_scheme="dark" if dark else "light",
@@ -58,7 +61,11 @@ def seated(browser: Browser, url: str, size: dict[str, int], *, dark: bool = Fal
         seat.page.on("request", count)
         seat.page.on("pageerror", lambda error: seat.complaints.append(str(error)))
         seat.page.goto(url, timeout=60_000)
-        yield seat
+        try:
+            yield seat
+        finally:
+            with suppress(Error):  # pytest shows it under a failed test
+                log.warning("the page as the test left it:\n%s", seat.page.locator("body").aria_snapshot(timeout=5_000))
         assert seat.outside == []
         assert seat.complaints == []
     finally:
