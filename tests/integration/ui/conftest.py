@@ -1,11 +1,12 @@
 """The page in real Chromium, served by uvicorn, on fakes of the services behind it."""
 
+import asyncio
 import contextlib
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
 import pytest_asyncio
-from playwright.async_api import Browser, Page, async_playwright, expect
+from playwright.async_api import Browser, Page, WebSocketRoute, async_playwright, expect
 
 from contracts.robot import EmergencyStop
 from contracts.topics import MISSION_STATE, ROBOT_STATE
@@ -54,8 +55,13 @@ class Site:
         await self.world.bus.publish(MISSION_STATE, self.world.missions.current)
 
     @contextlib.asynccontextmanager
-    async def opened(self, browser: Browser, size: dict[str, int], *, dark: bool = False) -> AsyncIterator[Page]:
-        """The page, connected; fails when it asks for anything from outside, or a script of it fails."""
+    async def opened(
+        self, browser: Browser, size: dict[str, int], *, dark: bool = False, connects: asyncio.Event | None = None
+    ) -> AsyncIterator[Page]:
+        """The page, connected; fails when it asks for anything from outside, or a script of it fails.
+
+        `connects`: until it is set, what is done on the page cannot reach the service, as over a slow network.
+        """
         await self.begin()
         context = await browser.new_context(
             viewport=size,  # pyright: ignore[reportArgumentType]
@@ -68,6 +74,8 @@ class Site:
             ours = (self.url, "blob:", "data:")
             page.on("request", lambda asked: None if asked.url.startswith(ours) else outside.append(asked.url))
             page.on("pageerror", lambda error: complaints.append(str(error)))
+            if connects is not None:
+                await page.route_web_socket("**/_nicegui_ws/**", lambda socket: _connect(socket, connects))
             await page.goto(self.url, timeout=60_000)
             await expect(page.get_by_role("status", name="Mission state")).to_have_text("Looking around")
             await expect(page.locator('[data-atom="map"][data-fresh="true"]')).to_be_visible()
@@ -76,6 +84,11 @@ class Site:
             assert complaints == []
         finally:
             await context.close()
+
+
+async def _connect(socket: WebSocketRoute, when: asyncio.Event) -> None:
+    await when.wait()
+    socket.connect_to_server()
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")

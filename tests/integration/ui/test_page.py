@@ -1,5 +1,7 @@
 """What a person does on the page, and what it says; the services behind it are fakes."""
 
+import asyncio
+
 import pytest
 from playwright.async_api import Browser, Page, expect
 
@@ -18,6 +20,19 @@ async def test_a_typed_command_becomes_a_mission(page: Page, site: Site) -> None
     await page.keyboard.press("Enter")
     await expect(page.get_by_text("Looking for: red bottle")).to_be_visible()
     assert site.world.missions.commands[-1] == "find the blue cup"
+
+
+async def test_what_was_typed_and_sent_before_the_page_was_connected_arrives_whole(
+    site: Site, browser: Browser
+) -> None:
+    for command in ("find the blue cup", "find the teddy bear", "find the green bottle"):
+        connects = asyncio.Event()
+        async with site.opened(browser, DESKTOP, connects=connects) as page:
+            await page.get_by_label("What to find").press_sequentially(command)
+            await page.keyboard.press("Enter")
+            connects.set()
+            await expect(page.get_by_text("Looking for: red bottle")).to_be_visible()
+            assert site.world.missions.commands[-1] == command
 
 
 async def test_a_refusal_is_shown_in_its_own_words(page: Page, site: Site) -> None:

@@ -9,6 +9,9 @@ window.atom = (() => {
     return (words[text] || text).replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole));
   }
 
+  const box = () => document.querySelector("[data-atom-say] input, input[data-atom-say]");
+  const said = () => (box() ? box().value : "");
+
   const part = (name) => document.querySelector(`[data-atom="${name}"]`);
 
   function say(name, text, tone = "") {
@@ -53,5 +56,5 @@ window.atom = (() => {
     open();
   }
 
-  return { t, part, say, pull };
+  return { t, box, said, part, say, pull };
 })();

@@ -1,7 +1,7 @@
 // Push to talk, only where the browser understands speech on this machine: no word leaves it.
 (() => {
   "use strict";
-  const { part } = window.atom;
+  const { box, part } = window.atom;
   const spoken = () => document.documentElement.lang || "en-US";
   const Recognition = window.SpeechRecognition || window.webkitSpeechRecognition;
 
@@ -25,10 +25,10 @@
       listening.processLocally = true;
       listening.interimResults = true;
       listening.onresult = (event) => {
-        const box = document.querySelector("[data-atom-say] input, input[data-atom-say]");
-        if (!box) return;
-        box.value = Array.from(event.results, (result) => result[0].transcript).join(" ");
-        box.dispatchEvent(new Event("input", { bubbles: true }));
+        const said = box();
+        if (!said) return;
+        said.value = Array.from(event.results, (result) => result[0].transcript).join(" ");
+        said.dispatchEvent(new Event("input", { bubbles: true }));
       };
       listening.start();
     };

@@ -4,6 +4,7 @@ from collections.abc import Awaitable, Callable, Sequence
 
 from nicegui import ui as nicegui_ui
 from nicegui.element import Element
+from nicegui.events import GenericEventArguments
 
 from contracts.asking import Answer
 from ui.acts import COMMAND_MAX, Acts, Told
@@ -12,6 +13,9 @@ from ui.situation import Remembered
 from ui.suggestions import is_question, suggestions
 from ui.texts import t
 from ui.view import View
+
+WHAT_IS_SAID = "() => emit(window.atom.said())"
+"""A press takes along what the box shows then: until the page is connected, keys and presses arrive in any order."""
 
 
 class Command:
@@ -28,16 +32,16 @@ class Command:
                     .props(f"outlined dense maxlength={COMMAND_MAX} autocomplete=off enterkeyhint=send autofocus")
                     .props(f'aria-label="{t("What to find")}" data-atom-say')
                     .classes("say")
-                    .on("keydown.enter", self._send)
+                    .on("keydown.enter", self._entered, js_handler=WHAT_IS_SAID)
                 )
                 self._suggestions = nicegui_ui.element("datalist").props(f"id={self._input.html_id}-datalist")
                 nicegui_ui.element("button").classes("mic").props(
                     f'type=button hidden data-atom=mic aria-label="{t("Hold to speak")}"'
                 )
-                self._find = nicegui_ui.button(t("Find"), on_click=self._command).props("unelevated no-caps")
-                self._find.classes("send")
-                self._ask = nicegui_ui.button(t("Ask"), on_click=self._question, color=None).props("outline no-caps")
-                self._ask.classes("act ask")
+                self._find = nicegui_ui.button(t("Find")).props("unelevated no-caps").classes("send")
+                self._find.on("click", self._command, js_handler=WHAT_IS_SAID)
+                self._ask = nicegui_ui.button(t("Ask"), color=None).props("outline no-caps").classes("act ask")
+                self._ask.on("click", self._question, js_handler=WHAT_IS_SAID)
             with box("row between"):
                 self._facts = ChipRow()
                 with box("row"):
@@ -54,20 +58,20 @@ class Command:
         button = nicegui_ui.button(text, on_click=clicked, color=None)
         return button.props(f'outline no-caps aria-label="{label}"').classes("act")
 
-    async def _send(self) -> None:
-        await (self._question() if is_question(str(self._input.value or "")) else self._command())
+    async def _entered(self, press: GenericEventArguments) -> None:
+        await (self._question(press) if is_question(_said(press)) else self._command(press))
 
-    async def _command(self) -> None:
+    async def _command(self, press: GenericEventArguments) -> None:
         self._find.props("loading")
-        told = await self._acts.command(str(self._input.value or ""))
+        told = await self._acts.command(_said(press))
         self._find.props(remove="loading")
         self._tell(told, begun=told.ok)
         if told.ok:
             self._input.set_value("")
 
-    async def _question(self) -> None:
+    async def _question(self, press: GenericEventArguments) -> None:
         self._ask.props("loading")
-        answer = await self._acts.ask(str(self._input.value or ""))
+        answer = await self._acts.ask(_said(press))
         self._ask.props(remove="loading")
         if isinstance(answer, Told):
             self._tell(answer)
@@ -118,6 +122,10 @@ class Command:
         button = nicegui_ui.button(t("Take out"), on_click=clicked, color=None).props("flat dense no-caps")
         button.props["aria-label"] = t("Take {command} from the queue", command=command)
         return button
+
+
+def _said(press: GenericEventArguments) -> str:
+    return press.args if isinstance(press.args, str) else ""
 
 
 def _in_words(answer: Answer) -> str:
