@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -164,6 +164,8 @@ def test_points_are_carried_along_as_the_robot_moves(v: float, w: float, age_s: 
     st.floats(-1.9, 1.9),
     st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)), max_size=30),
 )
+@example(-2e-313, 1.0, [(-0.125, 0.0)])  # a speed too small to divide by
+@example(5e-324, -1.9, [(0.209, 0.0)])
 def test_it_never_speeds_up_nor_turns_round_a_velocity(x: float, z: float, xy: list[tuple[float, float]]) -> None:
     left, why = restrain(Twist2D(linear_x=x, angular_z=z), around(*xy), LIMITS)
     assert abs(left.linear_x) <= abs(x)

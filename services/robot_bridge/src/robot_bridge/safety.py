@@ -11,6 +11,8 @@ from robot_bridge.senses import Hazard
 
 NO_FORWARD = frozenset({Hazard.BUMP, Hazard.CLIFF, Hazard.STALL})
 NO_REVERSE = frozenset({Hazard.BACKUP_LIMIT, Hazard.STALL})
+NO_LENGTH_M = 1e-6
+"""Shorter than this, the sides of a triangle say nothing about its angles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +99,11 @@ def free_travel_m(points_m: NDArray[np.float64], twist: Twist2D, radius_m: float
             return math.inf
         reach = x[touched] - np.sqrt(radius_m**2 - y[touched] ** 2)
         return max(0.0, float(reach.min()))
-    turn_radius_m = speed / abs(twist.angular_z)
+    turn_radius_m = max(NO_LENGTH_M, speed / abs(twist.angular_z))
     y = y * math.copysign(1.0, twist.angular_z)  # mirrored: always a left turn about (0, turn_radius_m)
     from_centre = np.hypot(x, y - turn_radius_m)
-    # closer than this to the centre the triangle degenerates; such a point is touched only if it already is
-    touched = (np.abs(from_centre - turn_radius_m) < radius_m) & (from_centre > 1e-6)
+    # so near to the centre, a point is touched only if it already is
+    touched = (np.abs(from_centre - turn_radius_m) < radius_m) & (from_centre > NO_LENGTH_M)
     touched &= (x > 0.0) | (np.hypot(x, y) >= radius_m)
     if not touched.any():
         return math.inf
