@@ -35,7 +35,8 @@ class Rig:
 @pytest.fixture
 async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
     toy = ToyRobot()
-    app = create_app(Settings(state_dir=tmp_path), bus=MemoryBus(), robot=FakeRobot(toy))
+    settings = Settings(state_dir=tmp_path, session_timeout_s=10.0)  # a pause of the whole test run is no silence
+    app = create_app(settings, bus=MemoryBus(), robot=FakeRobot(toy))
     async with served(app) as url, httpx.AsyncClient(base_url=url) as client:
 
         async def ready() -> bool:
