@@ -259,7 +259,7 @@ class SimulatedBridge:
         self.celebrations += 1
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="robot_bridge", ok=not self.wire.down)
+        return Dependency.of("robot_bridge", ok=not self.wire.down)
 
     # --- goals and motions
 

@@ -95,7 +95,7 @@ class SimulatedEyes:
         raise UnavailableError("inference", "no language model")
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="inference", ok=not self.wire.down)
+        return Dependency.of("inference", ok=not self.wire.down)
 
 
 class SimulatedMemory:
@@ -137,4 +137,4 @@ class SimulatedMemory:
         return ()
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="memory", ok=not self.wire.down)
+        return Dependency.of("memory", ok=not self.wire.down)

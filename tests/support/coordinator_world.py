@@ -368,7 +368,7 @@ class FakeRobot:
         self.celebrations += 1
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="robot_bridge", ok=True)
+        return Dependency.of("robot_bridge", ok=True)
 
 
 class FakeEyes:
@@ -425,7 +425,7 @@ class FakeEyes:
         return ReasonReply(answer=self.words, by="openai:test")
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="inference", ok=True)
+        return Dependency.of("inference", ok=True)
 
 
 class FakeMemory:
@@ -481,4 +481,4 @@ class FakeMemory:
         return RecallReply(views=tuple(RecalledView(view=view, source="label") for view in views))
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="memory", ok=not self.away)
+        return Dependency.of("memory", ok=not self.away)

@@ -18,7 +18,7 @@ from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, ObjectState, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionState, MissionStatus, Outcome
-from contracts.problem import Dependency
+from contracts.problem import Dependency, DependencyState
 from contracts.robot import (
     Battery,
     EmergencyStop,
@@ -130,7 +130,10 @@ class Service:
     away: bool = False
 
     async def dependency(self) -> Dependency:
-        return Dependency(name=self.name, ok=not self.away, detail="not reachable (ConnectError)" if self.away else "")
+        if self.away:
+            detail = "not reachable (ConnectError)"
+            return Dependency(name=self.name, state=DependencyState.UNREACHABLE, detail=detail)
+        return Dependency.of(self.name, ok=True)
 
     def answer(self) -> None:
         if self.away:

@@ -75,7 +75,7 @@ def create_app(robot: Robot, home: Home, *, on_death: Callable[[], None]) -> Fas
 
     async def dependencies(_: Request) -> list[Dependency]:
         running = robot.realtime.running.is_set()
-        return [Dependency(name="world", ok=running, detail="" if running else "the home is still being built")]
+        return [Dependency.of("world", ok=running, detail="" if running else "the home is still being built")]
 
     async def ask(work: Callable[[World], T]) -> T:
         if not robot.realtime.running.is_set():

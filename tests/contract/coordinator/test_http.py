@@ -82,7 +82,7 @@ async def test_ready_names_each_dependency(open_mesh: OpenMesh) -> None:
         mesh.robot.session_held = False
         unready = await mesh.client.get("/ready")
         assert unready.status_code == 503
-        assert [d["name"] for d in unready.json()["dependencies"] if not d["ok"]] == ["session"]
+        assert [d["name"] for d in unready.json()["dependencies"] if d["state"] != "ready"] == ["session"]
 
 
 async def test_coverage_is_a_plan_for_the_map(open_mesh: OpenMesh) -> None:

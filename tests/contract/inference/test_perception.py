@@ -74,7 +74,7 @@ async def test_it_resumes_when_the_bridge_and_redis_return(opened: Opened) -> No
     async with opened(house):
         await until(lambda: house.camera.asked >= 1)
         ready = (await house.client.get("/ready")).json()
-        assert [one["ok"] for one in ready["dependencies"]] == [True, False, False]
+        assert [one["state"] for one in ready["dependencies"]] == ["ready", "not_ready", "unreachable"]
         assert "robot_bridge" in ready["dependencies"][1]["detail"]
         house.camera.away, house.bus.connected = False, True
         house.camera.show(10.0, picture())

@@ -114,7 +114,7 @@ async def test_health_answers_while_models_load_and_ready_says_so(opened: Opened
     async with opened(House(load=load)) as house:
         assert (await house.client.get("/health")).status_code == 200
         ready = (await house.client.get("/ready")).json()
-        assert ready["dependencies"][0] == {"name": "models", "ok": False, "detail": "loading"}
+        assert ready["dependencies"][0] == {"name": "models", "state": "not_ready", "detail": "loading"}
         answer = await house.client.post("/detect", content=b"x")
         assert (answer.status_code, answer.json()["detail"]) == (503, "models: still loading")
         may_load.set()

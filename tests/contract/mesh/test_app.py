@@ -27,7 +27,7 @@ async def nothing(app: FastAPI) -> AsyncIterator[None]:
 
 def make(*, ok: bool = True) -> FastAPI:
     async def dependencies(request: Request) -> Sequence[Dependency]:
-        return [Dependency(name="redis", ok=ok, detail="" if ok else "away")]
+        return [Dependency.of("redis", ok=ok, detail="" if ok else "away")]
 
     app = make_app("sample", lifespan=nothing, dependencies=dependencies, body_bytes_max=1000,
                    origins_allowed=["https://robot.lan"], open_to_pages={"/open"})  # fmt: skip

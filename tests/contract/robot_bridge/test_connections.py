@@ -211,5 +211,5 @@ async def test_with_the_bus_away_the_robot_still_obeys_and_stops(served: Served)
         await until(lambda: served.toy.at_rest)
         ready = await http.get("/ready")
         assert ready.status_code == 503
-        assert [d["name"] for d in ready.json()["dependencies"] if not d["ok"]] == ["redis"]
+        assert [d["name"] for d in ready.json()["dependencies"] if d["state"] != "ready"] == ["redis"]
     assert served.bus.of(ROBOT_STATE) is not None

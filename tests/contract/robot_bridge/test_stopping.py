@@ -120,7 +120,9 @@ async def test_who_stopped_it_when_and_why_is_kept_over_restarts(tmp_path: Path)
 async def test_a_disk_that_would_lose_the_latch_is_told_before_the_first_stop(served: Served, tmp_path: Path) -> None:
     async def missing(http: httpx.AsyncClient) -> dict[str, str]:
         return {
-            each["name"]: each["detail"] for each in (await http.get("/ready")).json()["dependencies"] if not each["ok"]
+            each["name"]: each["detail"]
+            for each in (await http.get("/ready")).json()["dependencies"]
+            if each["state"] != "ready"
         }
 
     nowhere = Settings(state_dir=tmp_path / "file" / "state")

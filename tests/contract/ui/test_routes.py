@@ -68,7 +68,7 @@ async def test_ready_names_redis_and_every_service(client: httpx.AsyncClient, wo
     world.memory.away = True
     answer = await client.get("/ready")
     assert answer.status_code == 503
-    assert [one["name"] for one in answer.json()["dependencies"] if not one["ok"]] == ["redis", "memory"]
+    assert [one["name"] for one in answer.json()["dependencies"] if one["state"] != "ready"] == ["redis", "memory"]
 
 
 async def test_health_answers_while_everything_is_away(client: httpx.AsyncClient, world: UiWorld) -> None:

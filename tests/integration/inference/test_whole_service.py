@@ -142,4 +142,4 @@ async def test_it_starts_before_redis_and_the_bridge_and_says_what_is_missing(
         assert (await client.get("/health")).status_code == 200
         ready = (await client.get("/ready")).json()
     assert ready["ready"] is False
-    assert {one["name"]: one["ok"] for one in ready["dependencies"]}["redis"] is False
+    assert {one["name"]: one["state"] for one in ready["dependencies"]}["redis"] == "unreachable"

@@ -86,7 +86,9 @@ async def test_stop_and_reset_reach_the_real_bridge_and_come_back_measured(bridg
         assert reply["first_zero_ms"] < 50.0
         assert (await client.get(f"{bridge_url}/emergency-stop")).json()["latched"]
         assert (await client.get(f"{url}/live/map.png")).content.startswith(b"\x89PNG")
-        lines = {one["name"]: one["ok"] for one in (await client.get(f"{url}/ready")).json()["dependencies"]}
+        lines = {
+            one["name"]: one["state"] == "ready" for one in (await client.get(f"{url}/ready")).json()["dependencies"]
+        }
     assert lines["robot_bridge"]
     assert not lines["coordinator"]
 

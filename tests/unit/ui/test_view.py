@@ -3,7 +3,7 @@
 import pytest
 
 from contracts.mission import MissionState, Outcome
-from contracts.problem import Dependency
+from contracts.problem import Dependency, DependencyState
 from contracts.robot import EmergencyStop, EmergencyStopReply, NavigationState
 from support.ui_world import mission, robot_state, status
 from ui.situation import Situation
@@ -100,13 +100,14 @@ def test_the_dock_buttons_follow_the_robot() -> None:
 
 def test_who_is_missing_is_named() -> None:
     situation = Situation()
-    ok = Dependency(name="memory", ok=True)
-    situation.services = (Dependency(name="redis", ok=False, detail="not reachable"), ok)
+    ok = Dependency.of("memory", ok=True)
+    away = Dependency(name="redis", state=DependencyState.UNREACHABLE, detail="not reachable")
+    situation.services = (away, ok)
     assert seen(situation).away == "Redis not reachable"
-    ready = Dependency(name="inference", ok=False, detail="not ready")
-    situation.services = (Dependency(name="redis", ok=False, detail="not reachable"), ready)
+    ready = Dependency.of("inference", ok=False, detail="not ready")
+    situation.services = (away, ready)
     assert seen(situation).away == "Redis not reachable"
-    slow = Dependency(name="memory", ok=False, detail="not ready in time")
+    slow = Dependency.of("memory", ok=False, detail="not ready in time")
     situation.services = (ready, slow)
     assert seen(situation).away == "inference, memory not available"
 

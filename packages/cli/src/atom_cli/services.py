@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from contracts.memory import LabelCount, RememberedObject
 from contracts.mission import Mission, MissionEvent, MissionStatus, StartMission
-from contracts.problem import Problem
+from contracts.problem import Problem, Readiness
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest, RobotState
 
 T = TypeVar("T")
@@ -86,8 +86,8 @@ class Services:
         if answer.is_success:
             return ""
         try:
-            lacking = [one["name"] for one in answer.json()["dependencies"] if not one["ok"]]
-        except (ValueError, KeyError, TypeError):
+            lacking = [one.name for one in Readiness.model_validate_json(answer.content).dependencies if not one.ok]
+        except ValidationError:
             return f"HTTP {answer.status_code}"
         return f"lacks {', '.join(lacking)}"
 

@@ -76,7 +76,7 @@ def make_app(
 
 async def _mesh_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, MeshError)
-    response = problem(error.status, error.title, error.detail, request.url.path)
+    response = problem(error.status, error.title, error.detail, request.url.path, code=error.code)
     if isinstance(error, TooManyError):
         response.headers["Retry-After"] = "1"
     return response

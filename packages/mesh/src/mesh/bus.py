@@ -15,6 +15,7 @@ from prometheus_client import Counter
 from pydantic import ValidationError
 from redis.exceptions import RedisError
 
+from contracts.problem import Dependency, DependencyState
 from contracts.topics import M, Topic
 
 log = structlog.get_logger()
@@ -23,6 +24,13 @@ MALFORMED = Counter("bus_malformed_total", "messages that did not validate and w
 UNPUBLISHED = Counter("bus_unpublished_total", "messages lost because Redis was away", ["topic"])
 
 MESSAGE_BYTES_MAX = 4_000_000
+
+
+def redis_dependency(bus: "Bus") -> Dependency:
+    """Redis as a line of a service's `/ready`."""
+    if bus.connected:
+        return Dependency(name="redis", state=DependencyState.READY)
+    return Dependency(name="redis", state=DependencyState.UNREACHABLE, detail="not reachable")
 
 
 def kept_key(topic: Topic[Any]) -> str:

@@ -13,12 +13,15 @@ MeshError
 
 
 class MeshError(Exception):
+    """`detail` is for a person; `code` tells a program which refusal it is, where one acts on it."""
+
     status = 500
     title = "Internal error"
 
-    def __init__(self, detail: str) -> None:
+    def __init__(self, detail: str, *, code: str = "") -> None:
         super().__init__(detail)
         self.detail = detail
+        self.code = code
 
 
 class NotFoundError(MeshError):
@@ -52,8 +55,8 @@ class UnavailableError(MeshError):
     status = 503
     title = "Dependency unavailable"
 
-    def __init__(self, service: str, detail: str) -> None:
-        super().__init__(f"{service}: {detail}")
+    def __init__(self, service: str, detail: str, *, code: str = "") -> None:
+        super().__init__(f"{service}: {detail}", code=code)
         self.service = service
 
 
@@ -68,7 +71,7 @@ class UpstreamError(MeshError):
     status = 502
     title = "Dependency refused"
 
-    def __init__(self, service: str, upstream_status: int, detail: str) -> None:
-        super().__init__(f"{service}: {detail}")
+    def __init__(self, service: str, upstream_status: int, detail: str, *, code: str = "") -> None:
+        super().__init__(f"{service}: {detail}", code=code)
         self.service = service
         self.upstream_status = upstream_status

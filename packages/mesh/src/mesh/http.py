@@ -7,7 +7,7 @@ import stamina
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.base import Message
-from contracts.problem import Dependency
+from contracts.problem import Dependency, DependencyState
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
 
 M = TypeVar("M", bound=Message)
@@ -90,10 +90,10 @@ class ServiceClient:
             raise UnavailableError(self.service, f"connection lost ({type(error).__name__})") from error
         if response.is_success:
             return response
-        detail = _problem_detail(response)
+        detail, code = _problem(response)
         if response.status_code in {503, 504}:
-            raise UnavailableError(self.service, detail)
-        raise UpstreamError(self.service, response.status_code, detail)
+            raise UnavailableError(self.service, detail, code=code)
+        raise UpstreamError(self.service, response.status_code, detail, code=code)
 
     async def dependency(self) -> Dependency:
         """This service as a line of somebody's `/ready`: is it ready itself?"""
@@ -101,11 +101,14 @@ class ServiceClient:
             response = await self.http.get("/ready", timeout=1.0)
         except httpx.ReadTimeout as error:
             alive = await self._alive()
-            detail = "not ready in time" if alive else f"not reachable ({type(error).__name__})"
-            return Dependency(name=self.service, ok=False, detail=detail)
+            return Dependency.of(self.service, ok=False, detail="not ready in time") if alive else self._away(error)
         except httpx.HTTPError as error:
-            return Dependency(name=self.service, ok=False, detail=f"not reachable ({type(error).__name__})")
-        return Dependency(name=self.service, ok=response.is_success, detail="" if response.is_success else "not ready")
+            return self._away(error)
+        return Dependency.of(self.service, ok=response.is_success, detail="" if response.is_success else "not ready")
+
+    def _away(self, error: httpx.HTTPError) -> Dependency:
+        detail = f"not reachable ({type(error).__name__})"
+        return Dependency(name=self.service, state=DependencyState.UNREACHABLE, detail=detail)
 
     async def _alive(self) -> bool:
         """A `/ready` that is late may be waiting for a dependency of its own that hangs."""
@@ -124,10 +127,12 @@ class ServiceClient:
         return UpstreamError(self.service, 200, f"the answer is not the contract: {error.error_count()} errors")
 
 
-def _problem_detail(response: httpx.Response) -> str:
+def _problem(response: httpx.Response) -> tuple[str, str]:
+    """(detail, code) of what was answered, whoever answered it: a proxy's page has neither."""
     try:
         body = response.json()
     except ValueError:
-        return f"HTTP {response.status_code}"
+        body = None
     fields = cast("dict[str, Any]", body) if isinstance(body, dict) else {}
-    return str(fields.get("detail") or fields.get("title") or f"HTTP {response.status_code}")
+    detail = fields.get("detail") or fields.get("title") or f"HTTP {response.status_code}"
+    return str(detail), str(fields.get("code") or "")

@@ -5,6 +5,6 @@ from fastapi.responses import JSONResponse
 from contracts.problem import Problem
 
 
-def problem(status: int, title: str, detail: str, instance: str = "") -> JSONResponse:
-    body = Problem(title=title, status=status, detail=detail, instance=instance)
+def problem(status: int, title: str, detail: str, instance: str = "", *, code: str = "") -> JSONResponse:
+    body = Problem(title=title, status=status, detail=detail, instance=instance, code=code)
     return JSONResponse(body.model_dump(), status_code=status, media_type="application/problem+json")

@@ -21,7 +21,7 @@ from coordinator.pending import Pending, Queue
 from coordinator.ports import Eyes, KnownRequest, Memory, MissionLog, Robot
 from coordinator.runner import Runner
 from coordinator.settings import Settings
-from mesh.bus import Bus
+from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import ConflictError, MeshError, NotFoundError, UnavailableError, UnprocessableError
 
@@ -205,10 +205,10 @@ class Missions:
         age_s = self.runner.robot_state_age_s
         fresh = age_s <= self._settings.robot_state_age_s_max
         return (
-            Dependency(name="redis", ok=self._bus.connected),
+            redis_dependency(self._bus),
             *others,
-            Dependency(name="session", ok=self._robot.session_held, detail="with robot_bridge"),
-            Dependency(name="robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
+            Dependency.of("session", ok=self._robot.session_held, detail="with robot_bridge"),
+            Dependency.of("robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
         )
 
 

@@ -13,7 +13,7 @@ from inference.ports import RgbImage
 from inference.reading import Reader
 from inference.reasoning import Reasoner
 from inference.validation import Validator
-from mesh.bus import Bus
+from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 
 
@@ -64,7 +64,7 @@ class Inference:
         told = "no frame yet" if age_s is None else f"last frame {age_s:.1f} s ago"
         why = f"; {self.perception.trouble}" if self.perception.trouble and not flowing else ""
         return [
-            Dependency(name="models", ok=not problem, detail=problem),
-            Dependency(name="frames", ok=flowing, detail=told + why),
-            Dependency(name="redis", ok=self.bus.connected, detail="" if self.bus.connected else "not reachable"),
+            Dependency.of("models", ok=not problem, detail=problem),
+            Dependency.of("frames", ok=flowing, detail=told + why),
+            redis_dependency(self.bus),
         ]

@@ -36,7 +36,7 @@ from memory.ports import Senses, Store
 from memory.recall import Weights
 from memory.settings import Settings
 from memory.things import remembered
-from mesh.bus import Bus
+from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
 
@@ -245,11 +245,7 @@ class Memory:
             await self._store.check()
         except UnavailableError as error:
             trouble = error.detail
-        connected = self._bus.connected
-        return [
-            Dependency(name="database", ok=not trouble, detail=trouble),
-            Dependency(name="redis", ok=connected, detail="" if connected else "not reachable"),
-        ]
+        return [Dependency.of("database", ok=not trouble, detail=trouble), redis_dependency(self._bus)]
 
     async def take(self, message: Detections) -> None:
         """Puts a frame in line; the newest win."""

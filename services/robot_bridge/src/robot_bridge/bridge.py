@@ -11,7 +11,7 @@ import structlog
 from contracts.problem import Dependency
 from contracts.robot import Goal, MotionReply, RobotState
 from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VISION_OBJECT_SPOTTED
-from mesh.bus import Bus
+from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.tasks import Tasks
 from robot_bridge.camera import Camera
@@ -126,18 +126,17 @@ class Bridge:
         now_s = self.clock.now_s()
         tick_age_s = self.wheels.commanded.age_s(now_s)
         spinning = tick_age_s is not None and tick_age_s <= TICK_AGE_S_MAX
-        found = [Dependency(name="rclpy", ok=spinning, detail=_age(tick_age_s))]
+        found = [Dependency.of("rclpy", ok=spinning, detail=_age(tick_age_s))]
         found += [
-            Dependency(name=name, ok=status.valid, detail=_age(status.age_s))
+            Dependency.of(name, ok=status.valid, detail=_age(status.age_s))
             for name, status in self.look().sensors.items()
             if name not in NOT_NEEDED
         ]
         missing = self.robot.senses.why_no_nav2(now_s)
-        found.append(Dependency(name="nav2", ok=not missing, detail=missing or "active"))
+        found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
         unstored = self.stopping.unstored
-        found.append(Dependency(name="latch", ok=not unstored, detail=unstored or "on disk"))
-        redis = self.bus.connected
-        found.append(Dependency(name="redis", ok=redis, detail="connected" if redis else "away"))
+        found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
+        found.append(redis_dependency(self.bus))
         return found
 
     async def publish_state(self) -> None:

@@ -8,7 +8,7 @@ import structlog
 
 from contracts.memory import LabelCount, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionStatus, MissionTarget
-from contracts.problem import Dependency
+from contracts.problem import Dependency, DependencyState
 from contracts.robot import EmergencyStop, Goal, PathRequest, RobotState
 from contracts.topics import (
     MISSION_EVENTS,
@@ -20,7 +20,7 @@ from contracts.topics import (
     VISION_DETECTIONS,
 )
 from contracts.vision import Detections
-from mesh.bus import Bus
+from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError
 from mesh.tasks import Tasks
@@ -158,11 +158,10 @@ class Desk:
     # what is asked for
 
     async def dependencies(self) -> Sequence[Dependency]:
-        redis = Dependency(name="redis", ok=self._bus.connected, detail="" if self._bus.connected else "not reachable")
         answers = await asyncio.gather(
             self.missions.dependency(), self._eyes.dependency(), self.memory.dependency(), self.robot.dependency()
         )
-        return (redis, *answers)
+        return (redis_dependency(self._bus), *answers)
 
     async def refresh(self) -> None:
         """At most every `health_period_s`, however many pages ask: who is there, and facts the bus keeps silent on."""
@@ -172,7 +171,7 @@ class Desk:
             services = await self.dependencies()
             self.situation.bus_connected = self._bus.connected
             self.situation.services = tuple(services)
-            away = {service.name for service in services if "not reachable" in service.detail}
+            away = {service.name for service in services if service.state is DependencyState.UNREACHABLE}
             silent_since_s = self.clock.now_s() - self.settings.silence_s_max
             if "robot_bridge" not in away:
                 await self._try(self._refresh_map)

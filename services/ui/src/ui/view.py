@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Final
 
 from contracts.mission import Mission, MissionState, Outcome
+from contracts.problem import DependencyState
 from contracts.robot import NavigationState, RobotState
 from ui.situation import Situation
 from ui.texts import mark, t
@@ -229,7 +230,7 @@ def _sensors(robot: RobotState | None) -> tuple[Chip, ...]:
 def _away(situation: Situation) -> str:
     """Names the missing: 'memory not reachable'. Who only lacks one of those is not named beside them."""
     lacking = [service for service in situation.services if not service.ok]
-    missing = [service for service in lacking if "not reachable" in service.detail] or lacking
+    missing = [service for service in lacking if service.state is DependencyState.UNREACHABLE] or lacking
     if not missing:
         return ""
     details = {_short(service.detail) for service in missing}

@@ -69,7 +69,7 @@ class MemoryLog:
         return self._requests.get(key)
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="database", ok=True, detail="in memory: gone with the process")
+        return Dependency.of("database", ok=True, detail="in memory: gone with the process")
 
 
 async def _nothing_older(after: int, limit: int) -> tuple[MissionEvent, ...]:

@@ -240,7 +240,7 @@ class SqliteLog:
         return KnownRequest(rows[0].digest, tuple(rows[0].mission_ids.split())) if rows else None
 
     async def dependency(self) -> Dependency:
-        return Dependency(name="database", ok=self._trouble == "", detail=self._trouble[:200])
+        return Dependency.of("database", ok=self._trouble == "", detail=self._trouble[:200])
 
     async def _read(self, query: Any) -> Sequence[Row[Any]]:
         """What was written before is seen."""
