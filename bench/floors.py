@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from coordinator.grid import Grid
+from contracts.geometry import Pose2D
+from geometry.grids import OccupancyGrid
 
 RESOLUTION_M = 0.05
 ROOM_CELLS, DOOR_CELLS, WALL_CELLS = 80, 18, 2
 
 
-def floor_plan(width_m: float, depth_m: float, *, seed: int = 0) -> Grid:
+def floor_plan(width_m: float, depth_m: float, *, seed: int = 0) -> OccupancyGrid:
     """Every room has a door to each neighbour; furniture keeps a metre away from every door."""
     rng = np.random.default_rng(seed)
     rows, columns = round(depth_m / RESOLUTION_M), round(width_m / RESOLUTION_M)
@@ -32,4 +33,5 @@ def floor_plan(width_m: float, depth_m: float, *, seed: int = 0) -> Grid:
         if not kept[row : row + high + 40, column : column + wide + 40].any():
             free[row : row + high, column : column + wide] = False
     free[:WALL_CELLS] = free[-WALL_CELLS:] = free[:, :WALL_CELLS] = free[:, -WALL_CELLS:] = False
-    return Grid(free=free, occupied=~free, resolution_m=RESOLUTION_M, origin_x_m=0.0, origin_y_m=0.0)
+    cells = np.where(free, 0, 100).astype(np.int8)
+    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(x=0.0, y=0.0, yaw=0.0))

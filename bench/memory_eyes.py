@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from contracts.geometry import Point3D, Pose2D
 from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
-from memory.looks import Ground
+from geometry.grids import OccupancyGrid
 from sim.home import Home
 from sim.home.model import Thing
 from sim.world import World
@@ -96,9 +96,9 @@ class Eyes:
         near_m = float(np.percentile([self._ahead((u, v)) for u in us for v in vs], 20))
         return near_m if near_m <= DEPTH_M_MAX else None
 
-    async def ground(self) -> Ground | None:
+    async def ground(self) -> OccupancyGrid | None:
         grid = self.world.grid
-        return Ground(grid.data, grid.resolution_m, Pose2D(x=grid.origin_x_m, y=grid.origin_y_m, yaw=0.0))
+        return OccupancyGrid(grid.data, grid.resolution_m, Pose2D(x=grid.origin_x_m, y=grid.origin_y_m, yaw=0.0))
 
     async def aclose(self) -> None:
         self.world.close()

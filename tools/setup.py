@@ -20,6 +20,7 @@ PYTHON = VENV / "bin" / "python"
 STAMP = VENV / "atom-setup.sha256"
 PROJECTS = (
     "packages/contracts",
+    "packages/geometry",
     "packages/mesh",
     "packages/cli",
     "services/robot_bridge[ros-wheels]",

@@ -1,8 +1,6 @@
 """A simulated home as the missions need it: map, ways, lines of sight, what may be looked for, and the judgement."""
 
-import base64
 import math
-import zlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +10,7 @@ from skimage.graph import MCP_Geometric
 
 from contracts.geometry import Pose2D
 from contracts.robot import Map
+from geometry.grids import OccupancyGrid, encode
 from sim.home import Home, Wanted
 from sim.home.catalog import THINGS
 from sim.nav.codes import Code, NavigationError
@@ -58,14 +57,8 @@ class SimulatedPlace:
 
     @cached_property
     def map_message(self) -> Map:
-        height, width = self.grid.data.shape
-        return Map(
-            width=width,
-            height=height,
-            resolution_m=self.grid.resolution_m,
-            origin=Pose2D(x=self.grid.origin_x_m, y=self.grid.origin_y_m, yaw=0.0),
-            data_base64=base64.b64encode(zlib.compress(self.grid.data.tobytes())).decode(),
-        )
+        origin = Pose2D(x=self.grid.origin_x_m, y=self.grid.origin_y_m, yaw=0.0)
+        return encode(OccupancyGrid(self.grid.data, self.grid.resolution_m, origin))
 
     # --- ways
 

@@ -36,6 +36,9 @@ CONTRACTS_MAY_IMPORT = frozenset({
 })  # fmt: skip
 """Data only: names to build messages of, and nothing that could do anything with them."""
 
+SHARED = frozenset({"contracts", "geometry", "mesh"})
+"""The packages that a service may import."""
+
 MESH_MAY_KNOW = ("contracts.base", "contracts.problem", "contracts.topics")
 """Plumbing knows that there are messages and problems, not what they are about."""
 
@@ -51,7 +54,7 @@ def strangers(module: Module, roots: frozenset[str], home: tuple[str, ...]) -> s
 
 @pytest.mark.parametrize("service", SERVICES)
 def test_a_service_imports_no_other_service_nor_the_simulator(service: str) -> None:
-    others = OURS - {service, "contracts", "mesh"}
+    others = OURS - {service, *SHARED}
     assert {one.name: one.roots & others for one in modules(service) if one.roots & others} == {}
 
 
@@ -129,7 +132,7 @@ def test_composing_a_service_loads_no_ros_and_no_model(service: str) -> None:
 def test_a_service_declares_every_library_it_imports(service: str) -> None:
     """Its image holds what is named there and nothing else. ROS comes from outside; starlette is FastAPI's."""
     providers = packages_distributions()
-    folders = (f"services/{service}", "packages/mesh", "packages/contracts")
+    folders = (f"services/{service}", *(f"packages/{name}" for name in sorted(SHARED)))
     declared = {"starlette"}.union(*(_declared(ROOT / folder) for folder in folders))
     imported = {root for one in modules(service) for root in one.third_party if not is_ros(root)}
     undeclared = {root for root in imported if not {_plain(name) for name in providers.get(root, [root])} & declared}

@@ -8,7 +8,8 @@ import pytest
 from support.source import Module, all_modules
 
 PURE = {
-    "coordinator": ("core", "coverage", "grid", "lookouts", "parse_validation", "seen", "view", "viewpoints"),
+    "coordinator": ("core", "coverage", "lookouts", "parse_validation", "seen", "view", "viewpoints"),
+    "geometry": ("grids", "poses"),
     "inference": (
         "boxes",
         "breaker",
@@ -47,6 +48,9 @@ LIBRARIES = frozenset({
     "rapidfuzz",  # distances between words
     "pytransform3d", "simple_pid", "skimage",  # arithmetic on arrays, and a PID that is told how much time has passed
 })  # fmt: skip
+
+SHARED = frozenset({"contracts", "geometry"})
+"""Pure themselves."""
 
 WORLDLY = frozenset({
     "asyncio", "concurrent", "http", "logging", "multiprocessing", "os", "pathlib", "random", "secrets", "selectors",
@@ -89,14 +93,14 @@ def test_every_name_in_the_table_stands_for_a_module() -> None:
 @pytest.mark.parametrize("name", pure_modules())
 def test_a_pure_module_imports_only_arithmetic_data_and_its_own_package(name: str) -> None:
     module = by_name()[name]
-    allowed = LIBRARIES | {"contracts", name.partition(".")[0]} | (sys.stdlib_module_names - WORLDLY)
+    allowed = LIBRARIES | {*SHARED, name.partition(".")[0]} | (sys.stdlib_module_names - WORLDLY)
     assert module.roots - allowed == set()
 
 
 @pytest.mark.parametrize("name", [name for name in pure_modules() if not name.startswith("sim.")])
 def test_what_a_pure_module_brings_along_needs_no_other_library_either(name: str) -> None:
     """Not asked of the simulator: its packages open with the whole world, physics and all."""
-    own = {"contracts", name.partition(".")[0]}
+    own = {*SHARED, name.partition(".")[0]}
     brought = {one: by_name()[one] for one in needed_by(name)}
     foreign = {one: module.third_party - LIBRARIES for one, module in brought.items() if module.third_party - LIBRARIES}
     assert foreign == {}

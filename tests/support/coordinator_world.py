@@ -1,12 +1,10 @@
 """A flat world in fake time behind the coordinator's ports: a robot that drives, a camera, votes, a memory."""
 
 import asyncio
-import base64
 import io
 import math
-import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from PIL import Image
@@ -48,6 +46,8 @@ from contracts.vision import (
     Verdict,
     Vote,
 )
+from geometry.grids import OccupancyGrid, encode
+from geometry.poses import compose
 from mesh.errors import UnavailableError, UpstreamError
 from support.bus import MemoryBus
 from support.fake_clock import FakeClock
@@ -56,6 +56,7 @@ HFOV_RAD = math.radians(54)
 WIDTH_PX, HEIGHT_PX = 320, 240
 CAMERA_M = 0.06
 STEP_S = 0.05
+RESOLUTION_M = 0.05
 
 
 def _picture() -> bytes:
@@ -104,6 +105,21 @@ class World:
         free[:, 98:102] = False
         free[70:94, 98:102] = True
         self.free = free
+
+    def grid(self, yaw: float = 0.0) -> OccupancyGrid:
+        """The world as a map whose rows are turned by `yaw`, written down cell by cell; unknown beyond the walls."""
+        c, s = abs(math.cos(yaw)), abs(math.sin(yaw))
+        width, height = round(200 * c + 160 * s), round(200 * s + 160 * c)
+        corner = Pose2D(x=-width * RESOLUTION_M / 2, y=-height * RESOLUTION_M / 2, yaw=0.0)
+        turned = OccupancyGrid(
+            np.zeros((height, width), np.int8), RESOLUTION_M, compose(Pose2D(x=5.0, y=4.0, yaw=yaw), corner)
+        )
+        rows, columns = np.indices(turned.cells.shape)
+        x, y = turned.points(columns + 0.5, rows + 0.5)
+        cells = np.where(self.free, 0, 100).astype(np.int8)
+        whole = OccupancyGrid(cells, RESOLUTION_M, Pose2D(x=0.0, y=0.0, yaw=0.0))
+        free, wall = whole.at(x, y, whole.free), whole.at(x, y, whole.occupied)
+        return replace(turned, cells=np.where(free, 0, np.where(wall, 100, -1)).astype(np.int8))
 
     def is_free(self, x: float, y: float, clearance_m: float = 0.2) -> bool:
         if any(math.hypot(x - cx, y - cy) < r for cx, cy, r in self.keep_out):
@@ -212,6 +228,8 @@ class FakeRobot:
         self.arrives_nowhere = 0
         """Goals that are said to be reached at once."""
         self.slow_to_accept_s = 0.0
+        self.as_map: Map | None = None
+        """What is told for a map; none: the world as it is."""
         self.goals: dict[str, Goal] = {}
         self._going: asyncio.Task[None] | None = None
 
@@ -237,14 +255,7 @@ class FakeRobot:
 
     async def map(self) -> Map:
         await self._check("map")
-        cells = np.where(self.world.free, 0, 100).astype(np.int8)
-        return Map(
-            width=200,
-            height=160,
-            resolution_m=0.05,
-            origin=Pose2D(x=0.0, y=0.0, yaw=0.0),
-            data_base64=base64.b64encode(zlib.compress(cells.tobytes())).decode(),
-        )
+        return self.as_map if self.as_map is not None else encode(self.world.grid())
 
     async def path(self, goal: Pose2D) -> PathReply:
         await self._check("path")

@@ -154,7 +154,7 @@ class FakeRobot:
             senses.depth.put(image, now_s)
             senses.depth_intrinsics.put(Intrinsics("optical", 640, 400, 2 * FX, 2 * FX, 320.0, 200.0), now_s)
         if "map" not in toy.silent and senses.map.newest is None:
-            senses.map.put(Grid(stamp_s, 0.1, Pose2D(x=0.0, y=0.0, yaw=0.0), toy.cells()), now_s)
+            senses.map.put(Grid(toy.cells(), 0.1, Pose2D(x=0.0, y=0.0, yaw=0.0)), now_s)
         senses.battery.put(Battery(percentage=80.0), now_s)
         senses.dock.put(DockView(toy.docked, toy.dock_visible), now_s)
         senses.hazards.put(frozenset(Hazard(name) for name in toy.hazards), now_s)

@@ -2,13 +2,13 @@
 
 from contracts.geometry import Point3D
 from contracts.robot import BoxQuery
-from memory.looks import Ground
+from geometry.grids import OccupancyGrid
 
 
 class FakeSenses:
     """`places` by the box's x_min; `far_m` is what depth says everywhere."""
 
-    def __init__(self, *, far_m: float | None = 5.0, ground: Ground | None = None) -> None:
+    def __init__(self, *, far_m: float | None = 5.0, ground: OccupancyGrid | None = None) -> None:
         self.places: dict[float, Point3D] = {}
         self.far_m = far_m
         self.map = ground
@@ -23,7 +23,7 @@ class FakeSenses:
         self.asked.append(box)
         return self.far_m
 
-    async def ground(self) -> Ground | None:
+    async def ground(self) -> OccupancyGrid | None:
         return self.map
 
     async def aclose(self) -> None:

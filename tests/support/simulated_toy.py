@@ -225,7 +225,7 @@ class SimulatedRobot:
         frames.fix("base_link", "laser", matrix((LIDAR_X_M, 0.0, LIDAR_Z_M), (0.0, 0.0, 0.0, 1.0)))
         origin = Pose2D(x=grid.origin_x_m, y=grid.origin_y_m, yaw=0.0)
         if "map" not in self.toy.silent:
-            self._senses.map.put(Grid(time.time(), grid.resolution_m, origin, grid.data), now_s)
+            self._senses.map.put(Grid(grid.data, grid.resolution_m, origin), now_s)
 
     def _step(self, world: World, navigation_velocity: Callable[[float, float], None]) -> None:
         if (by_hand := self.toy.moved_by_hand()) is not None:

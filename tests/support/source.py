@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SERVICES = ("coordinator", "inference", "memory", "robot_bridge", "ui")
 SOURCES = {
     "contracts": ROOT / "packages/contracts/src/contracts",
+    "geometry": ROOT / "packages/geometry/src/geometry",
     "mesh": ROOT / "packages/mesh/src/mesh",
     "atom_cli": ROOT / "packages/cli/src/atom_cli",
     "sim": ROOT / "sim/src/sim",

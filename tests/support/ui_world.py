@@ -1,9 +1,7 @@
 """Fakes of everything the page talks to, and a small home for them to tell of."""
 
-import base64
 import io
 import math
-import zlib
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
@@ -39,6 +37,7 @@ from contracts.robot import (
     VelocityRequest,
 )
 from contracts.vision import Target, Verdict, Vote
+from geometry.grids import OccupancyGrid, encode
 from mesh.errors import UnavailableError, UpstreamError
 from support.bus import MemoryBus
 from ui.overlay import CameraFrame
@@ -63,9 +62,7 @@ def home_map(width: int = 180, height: int = 150) -> Map:
 
 
 def packed(cells: np.ndarray, origin: Pose2D, resolution_m: float = 0.05) -> Map:
-    height, width = cells.shape
-    data = base64.b64encode(zlib.compress(cells.astype(np.int8).tobytes())).decode()
-    return Map(width=width, height=height, resolution_m=resolution_m, origin=origin, data_base64=data)
+    return encode(OccupancyGrid(cells.astype(np.int8), resolution_m, origin))
 
 
 def robot_state(pose: Pose2D | None = None, *, stop: EmergencyStop | None = None, docked: bool = False) -> RobotState:

@@ -1,9 +1,7 @@
 """What a demo leaves behind: mission.json, the last annotated frame, a map with the path and the remembered views."""
 
-import base64
 import json
 import math
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ from contracts.mission import Outcome
 from contracts.robot import Map
 from demo.stack import Ports
 from demo.watching import Watched
+from geometry.grids import decode
 
 PX_PER_CELL = 4
 VIEWS = TypeAdapter(list[View])
@@ -66,24 +65,21 @@ def _told(client: httpx.Client, ports: Ports, watched: Watched, *, command: str,
 
 
 def _draw_map(client: httpx.Client, ports: Ports, watched: Watched) -> Image.Image:
-    grid = Map.model_validate_json(client.get(f"{ports.url('robot_bridge')}/map").content)
-    cells = np.frombuffer(zlib.decompress(base64.b64decode(grid.data_base64)), dtype=np.int8)
-    cells = cells.reshape(grid.height, grid.width)
-    shade = np.where(cells < 0, 190, np.where(cells > 50, 40, 250)).astype(np.uint8)
-    size = (grid.width * PX_PER_CELL, grid.height * PX_PER_CELL)
+    grid = decode(Map.model_validate_json(client.get(f"{ports.url('robot_bridge')}/map").content))
+    height, width = grid.cells.shape
+    shade = np.where(grid.occupied, 40, np.where(grid.free, 250, 190)).astype(np.uint8)
+    size = (width * PX_PER_CELL, height * PX_PER_CELL)
     picture = Image.fromarray(shade[::-1]).resize(size, Image.Resampling.NEAREST).convert("RGB")
     draw = ImageDraw.Draw(picture)
 
     def pixel(pose: Pose2D) -> tuple[float, float]:
-        column = (pose.x - grid.origin.x) / grid.resolution_m
-        row = grid.height - (pose.y - grid.origin.y) / grid.resolution_m
-        return column * PX_PER_CELL, row * PX_PER_CELL
+        column, row = (float(each) for each in grid.columns_and_rows(np.array(pose.x), np.array(pose.y)))
+        return column * PX_PER_CELL, (height - row) * PX_PER_CELL
 
     for view in _views(client, ports, watched):
         x, y = pixel(view.pose)
-        draw.line(
-            (x, y, x + 10 * math.cos(view.pose.yaw), y - 10 * math.sin(view.pose.yaw)), fill=(230, 150, 30), width=2
-        )
+        turn = view.pose.yaw - grid.origin.yaw
+        draw.line((x, y, x + 10 * math.cos(turn), y - 10 * math.sin(turn)), fill=(230, 150, 30), width=2)
         draw.ellipse((x - 3, y - 3, x + 3, y + 3), fill=(230, 150, 30))
     if len(watched.track) > 1:
         draw.line([pixel(pose) for pose in watched.track], fill=(40, 90, 220), width=3)

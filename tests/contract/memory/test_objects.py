@@ -25,8 +25,8 @@ from contracts.memory import (
 )
 from contracts.topics import VISION_DETECTIONS
 from contracts.vision import Detection, Detections
+from geometry.grids import OccupancyGrid
 from memory.app import create_app
-from memory.looks import Ground
 from memory.settings import Settings
 from mesh.errors import UpstreamError
 from mesh.http import ServiceClient
@@ -40,7 +40,7 @@ from support.waiting import until
 from .conftest import served
 
 NOW_S = 1000.0
-GROUND = Ground(np.zeros((40, 40), np.int8), 0.1, Pose2D(x=-2.0, y=-2.0, yaw=0.0))
+GROUND = OccupancyGrid(np.zeros((40, 40), np.int8), 0.1, Pose2D(x=-2.0, y=-2.0, yaw=0.0))
 
 
 @pytest.fixture

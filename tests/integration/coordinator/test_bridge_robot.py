@@ -12,7 +12,7 @@ import pytest
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import GoalStatus
 from coordinator.adapters.robot_bridge import BridgeRobot
-from coordinator.grid import grid_from_map
+from geometry.grids import decode
 from mesh.errors import UnavailableError, UpstreamError
 from robot_bridge.app import create_app
 from robot_bridge.settings import Settings
@@ -100,7 +100,7 @@ async def test_a_lease_moves_it(rig: Rig) -> None:
 
 
 async def test_the_map_is_a_grid_and_a_pose_outside_it_is_not_reachable(rig: Rig) -> None:
-    grid = grid_from_map(await rig.robot.map())
+    grid = decode(await rig.robot.map())
     assert grid.free.any()
     assert (await rig.robot.path(INSIDE)).reachable
     assert not (await rig.robot.path(Pose2D(x=900.0, y=0.0, yaw=0.0))).reachable

@@ -9,19 +9,19 @@ from hypothesis.extra import numpy as hnp
 
 from contracts.geometry import Pose2D
 from coordinator.coverage import clearance_cells, lawnmower, safe_cells
-from coordinator.grid import Grid
 from coordinator.seen import SeenSpace
 from coordinator.untyped import label_regions
 from coordinator.viewpoints import two_opt, viewpoints
+from geometry.grids import OccupancyGrid
 
 REACH_M = 1.8
 
 
-def grid_of(free: np.ndarray) -> Grid:
-    return Grid(free=free, occupied=~free, resolution_m=0.05, origin_x_m=-1.0, origin_y_m=-2.0)
+def grid_of(free: np.ndarray) -> OccupancyGrid:
+    return OccupancyGrid(np.where(free, 0, 100).astype(np.int8), 0.05, Pose2D(x=-1.0, y=-2.0, yaw=0.0))
 
 
-def rooms(rows: int, columns: int, side: int, door: int) -> Grid:
+def rooms(rows: int, columns: int, side: int, door: int) -> OccupancyGrid:
     """Square rooms in a lattice, each wall with a door."""
     free = np.ones((rows * side, columns * side), dtype=bool)
     free[:2], free[-2:], free[:, :2], free[:, -2:] = False, False, False, False
@@ -44,7 +44,7 @@ blocky = st.tuples(st.integers(4, 12), st.integers(4, 12)).flatmap(
 )
 
 
-def cell_of(grid: Grid, pose: Pose2D) -> tuple[int, int]:
+def cell_of(grid: OccupancyGrid, pose: Pose2D) -> tuple[int, int]:
     cell = grid.cell(pose.x, pose.y)
     assert cell is not None
     return cell

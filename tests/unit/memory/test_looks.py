@@ -7,8 +7,10 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.memory import Look, SeenBox
+from geometry.grids import OccupancyGrid
+from geometry.poses import compose
 from memory.frames import Camera, project
-from memory.looks import Expected, Ground, expected, judged, range_towards
+from memory.looks import Expected, clear, expected, judged, range_towards
 from memory.things import Thing
 from support.observations import HFOV_RAD, SIDE_PX, look
 
@@ -22,7 +24,7 @@ def cup(x: float = 1.2, y: float = 0.0, z: float = 0.3, label: str = "cup") -> T
     )  # fmt: skip
 
 
-def verdict(given: Look, thing: Thing, ground: Ground | None = None, depth_m: float | None = None) -> str:
+def verdict(given: Look, thing: Thing, ground: OccupancyGrid | None = None, depth_m: float | None = None) -> str:
     wanted = expected(given, [thing], CAMERA, 2.3)
 
     def towards(one: Expected) -> float | None:
@@ -75,16 +77,29 @@ def test_without_depth_and_without_a_map_nothing_can_be_told() -> None:
     assert verdict(look(far_m=None), cup()) == "untold"
 
 
-def wall_at(x: float) -> Ground:
+def wall_at(x: float) -> OccupancyGrid:
     cells = np.zeros((80, 80), np.int8)
     cells[:, int((x + 2.0) / 0.05)] = 100
-    return Ground(cells, 0.05, Pose2D(x=-2.0, y=-2.0, yaw=0.0))
+    return OccupancyGrid(cells, 0.05, Pose2D(x=-2.0, y=-2.0, yaw=0.0))
 
 
 def test_a_wall_of_the_map_hides_it_but_what_it_stands_on_does_not() -> None:
     assert verdict(look(far_m=None), cup(x=1.5), wall_at(0.5)) == "untold"
     assert verdict(look(far_m=None), cup(x=1.5), wall_at(1.3)) == "missing"
     assert verdict(look(far_m=None), cup(x=1.5), wall_at(1.3), depth_m=0.8) == "untold"
+
+
+@pytest.mark.parametrize("yaw", [0.1, math.pi / 2, math.pi, -2.0])
+def test_a_wall_of_a_turned_map_hides_what_is_behind_it(yaw: float) -> None:
+    """The map's rows run along its own axis: the wall is the row that crosses the way to the cup."""
+    cells = np.zeros((81, 81), np.int8)
+    cells[:, 60] = 100  # one metre from the middle
+    corner = compose(Pose2D(x=0.0, y=0.0, yaw=yaw), Pose2D(x=-2.025, y=-2.025, yaw=0.0))
+    turned = OccupancyGrid(cells, 0.05, corner)
+    ahead, behind = ((math.cos(a), math.sin(a)) for a in (yaw, yaw + math.pi))
+    here = Pose2D(x=0.0, y=0.0, yaw=0.0)
+    assert not clear(turned, here, cup(2.0 * ahead[0], 2.0 * ahead[1]))
+    assert clear(turned, here, cup(2.0 * behind[0], 2.0 * behind[1]))
 
 
 def test_a_point_is_projected_as_a_pinhole_does() -> None:

@@ -21,7 +21,7 @@ def room() -> Room:
     cells[0, :] = cells[-1, :] = cells[:, 0] = cells[:, -1] = 100
     cells[50:70, 50:70] = 100
     cells[100:, 100:] = -1
-    return room_of(Grid(0.0, 0.05, ORIGIN, cells))
+    return room_of(Grid(cells, 0.05, ORIGIN))
 
 
 ROOM = room()

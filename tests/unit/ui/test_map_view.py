@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from contracts.geometry import Pose2D
+from geometry.grids import MapError
 from support.ui_world import home_map, packed
 from ui import map_view
 
@@ -29,6 +30,14 @@ def test_the_picture_holds_what_is_known_with_a_margin_and_y_up() -> None:
     assert (image[-1 - map_view.MARGIN_CELLS, 4:-4] == map_view.OCCUPIED).all()
     assert (image[4:-5, 4:-4] == map_view.FREE).all()
     assert (image[:4] == map_view.UNKNOWN).all()
+
+
+def test_a_cell_that_is_neither_free_nor_occupied_is_not_drawn_as_free() -> None:
+    cells = np.zeros((3, 5), np.int8)
+    cells[1] = (0, 50, 100, 127, -1)
+    image = np.array(Image.open(io.BytesIO(map_view.picture(packed(cells, ORIGIN)).png)))
+    kinds = (map_view.FREE, map_view.UNKNOWN, map_view.OCCUPIED, map_view.UNKNOWN, map_view.UNKNOWN)
+    assert image[1].tolist() == list(kinds)
 
 
 def test_unknown_is_transparent_so_that_one_picture_suits_light_and_dark() -> None:
@@ -65,12 +74,12 @@ def test_a_point_of_the_picture_leads_back_to_the_map() -> None:
 
 def test_a_map_whose_cells_are_too_few_is_refused() -> None:
     grid = home_map()
-    with pytest.raises(map_view.MapError, match="cells"):
+    with pytest.raises(MapError, match="cells"):
         map_view.picture(grid.model_copy(update={"height": grid.height + 1}))
 
 
 def test_a_map_that_is_no_zlib_is_refused() -> None:
-    with pytest.raises(map_view.MapError, match="unpacked"):
+    with pytest.raises(MapError, match="unpacked"):
         map_view.picture(home_map().model_copy(update={"data_base64": "bm90IHpsaWI="}))
 
 

@@ -2,7 +2,7 @@
 
 from enum import IntEnum, StrEnum
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from contracts.base import BboxXyxy, ImageSidePx, Message, StampS
 from contracts.geometry import Point3D, Pose2D, Twist2D
@@ -280,13 +280,22 @@ class MotionGains(Message):
     blocked_s_max: float = Field(gt=0.0, le=10.0, description="given up when nothing reaches the base for so long")
 
 
-class Map(Message):
-    """Occupancy grid, row 0 at the origin (ROS OccupancyGrid order)."""
+MAP_CELLS_MAX = 4096 * 4096
 
-    width: int = Field(ge=1, le=4096)
-    height: int = Field(ge=1, le=4096)
+
+class Map(Message):
+    """Occupancy grid, row 0 at the origin (ROS OccupancyGrid order); `geometry.grids` reads it."""
+
+    width: int = Field(ge=1, le=MAP_CELLS_MAX)
+    height: int = Field(ge=1, le=MAP_CELLS_MAX)
     resolution_m: float = Field(gt=0.0, le=1.0)
-    origin: Pose2D
+    origin: Pose2D = Field(description="of the corner of the first cell in map; may be turned")
     data_base64: str = Field(
         description="width*height int8 cells, zlib-compressed, base64: -1 unknown, 0 free .. 100 occupied"
     )
+
+    @model_validator(mode="after")
+    def _is_not_too_large(self) -> "Map":
+        if self.width * self.height > MAP_CELLS_MAX:
+            raise ValueError(f"a map has no more than {MAP_CELLS_MAX} cells")
+        return self

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from contracts.geometry import Pose2D
-from coordinator.grid import Grid, Mask, pose_at
 from coordinator.untyped import label_regions, minimum_filter, region_boxes
+from geometry.grids import Mask, OccupancyGrid
 
 ROW_SPACING_M = 1.0
 CLEARANCE_M = 0.189 + 0.20
@@ -33,7 +33,7 @@ def safe_cells(free: Mask, cells: int) -> Mask:
     return minimum_filter(free, 2 * cells + 1)
 
 
-def lawnmower(grid: Grid, *, spacing_m: float = ROW_SPACING_M, clearance_m: float = CLEARANCE_M) -> Coverage:
+def lawnmower(grid: OccupancyGrid, *, spacing_m: float = ROW_SPACING_M, clearance_m: float = CLEARANCE_M) -> Coverage:
     """Rows 1.0 m apart over the safe cells, alternating direction; then a point in every safe region of more than
     256 cells that the rows missed: the cell of that region nearest its centroid.
     """
@@ -54,4 +54,10 @@ def lawnmower(grid: Grid, *, spacing_m: float = ROW_SPACING_M, clearance_m: floa
         nearest = int(np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2))
         cells.append((int(rows[nearest]) + box[0].start, int(columns[nearest]) + box[1].start))
     points = tuple(pose_at(grid, row, column) for row, column in cells)
-    return Coverage(points, count, float(grid.free.sum()) * grid.cell_area_m2)
+    return Coverage(points, count, grid.free_area_m2)
+
+
+def pose_at(grid: OccupancyGrid, row: int, column: int) -> Pose2D:
+    """The middle of a cell, in map; which way one stands there does not matter."""
+    x, y = grid.centre(row, column)
+    return Pose2D(x=x, y=y, yaw=0.0)

@@ -6,10 +6,10 @@ from contracts.geometry import Pose2D
 from contracts.robot import Map
 from coordinator.core.rules import CoverageRule, Rules
 from coordinator.coverage import Coverage, lawnmower
-from coordinator.grid import grid_from_map
 from coordinator.ports import Robot
 from coordinator.seen import SeenSpace
 from coordinator.viewpoints import viewpoints
+from geometry.grids import decode
 
 LOOKS_MAX = 5000
 PLANNING_TASK = "plan-coverage"
@@ -37,11 +37,11 @@ class Explored:
     async def refresh(self) -> SeenSpace:
         """Fetches the map; where it has changed, what was looked at is marked on the new one.
 
-        Raises `UnavailableError`, `UpstreamError`, `MalformedMapError`.
+        Raises `UnavailableError`, `UpstreamError`, `geometry.grids.MapError`.
         """
         newest = await self._robot.map()
         if self._space is None or self._map != newest:
-            space = SeenSpace(grid_from_map(newest))
+            space = SeenSpace(decode(newest))
             for pose in self._looks:
                 self._mark(space, pose)
             self._map, self._space = newest, space

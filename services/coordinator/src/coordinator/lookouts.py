@@ -5,7 +5,7 @@ import heapq
 import numpy as np
 from numpy.typing import NDArray
 
-from coordinator.grid import Mask
+from geometry.grids import Mask
 
 RAYS = 72
 BATCH = 2048

@@ -15,12 +15,12 @@ from coordinator.core import events as ev
 from coordinator.core.mission import Order
 from coordinator.dispatcher import Dispatcher
 from coordinator.explored import Explored
-from coordinator.grid import MalformedMapError
 from coordinator.parse_validation import CheckedTask, check_parse
 from coordinator.pending import Pending, Queue
 from coordinator.ports import Eyes, KnownRequest, Memory, MissionLog, Robot
 from coordinator.runner import Runner
 from coordinator.settings import Settings
+from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import ConflictError, MeshError, NotFoundError, UnavailableError, UnprocessableError
@@ -193,7 +193,7 @@ class Missions:
         """The plan for the current map from where the robot stands."""
         try:
             plan = await Explored(self._robot, self._settings).plan(self.runner.mission.robot.pose, ())
-        except MalformedMapError as error:
+        except MapError as error:
             raise UnavailableError("robot_bridge", f"the map is malformed: {error}") from error
         return CoveragePlan(points=plan.points, regions=plan.regions, free_area_m2=plan.free_area_m2)
 

@@ -24,13 +24,13 @@ from coordinator.core.mission import Mission
 from coordinator.core.step import step
 from coordinator.crops import crop
 from coordinator.explored import Explored
-from coordinator.grid import MalformedMapError
 from coordinator.looks import Looks
 from coordinator.motions import Motions
 from coordinator.pending import Queue
 from coordinator.ports import Eyes, MissionLog, Robot
 from coordinator.settings import Settings
 from coordinator.view import mission_record, mission_status, mission_target
+from geometry.grids import MapError
 from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError, UpstreamError
@@ -182,7 +182,7 @@ class Runner:
             event = await work()
         except (UnavailableError, UpstreamError) as error:
             event = ev.CallFailed(call, error.service, error.detail.removeprefix(f"{error.service}: "))
-        except (MeshError, MalformedMapError) as error:
+        except (MeshError, MapError) as error:
             event = ev.CallFailed(call, "robot_bridge", str(error))
         except TimeoutError:
             event = ev.CallFailed(call, "coordinator", "the call took too long")
@@ -263,7 +263,7 @@ class Runner:
     async def _prefetch_map(self, explored: Explored) -> None:
         try:
             await explored.refresh()
-        except (MeshError, MalformedMapError) as error:
+        except (MeshError, MapError) as error:
             log.warning("no map yet", error=str(error))
 
     def tell(self, mission: wire.Mission, kind: str, text: str, **data: Any) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
-from coordinator.grid import Grid, Mask
+from geometry.grids import Mask, OccupancyGrid
 
 RAYS_PER_RAD = 40.0
 
@@ -29,7 +29,7 @@ def sight_lines(
 class SeenSpace:
     """Marks what the camera saw; one per map and mission."""
 
-    def __init__(self, grid: Grid) -> None:
+    def __init__(self, grid: OccupancyGrid) -> None:
         self.grid = grid
         self.seen: Mask = np.zeros_like(grid.free)
         self._free_cells = int(grid.free.sum())
@@ -45,7 +45,7 @@ class SeenSpace:
         if cell is None:
             return
         count = max(3, int(hfov_rad * RAYS_PER_RAD))
-        angles = pose.yaw + np.linspace(-hfov_rad / 2, hfov_rad / 2, count)
+        angles = pose.yaw - self.grid.origin.yaw + np.linspace(-hfov_rad / 2, hfov_rad / 2, count)
         reach = int(reach_m / self.grid.resolution_m)
         origin = np.array([float(cell[0])]), np.array([float(cell[1])])
         flat, clear = sight_lines(~self.grid.free, *origin, angles, reach)

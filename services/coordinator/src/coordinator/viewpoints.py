@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
-from coordinator.coverage import Coverage, clearance_cells, safe_cells
-from coordinator.grid import Grid, Mask, pose_at
+from coordinator.coverage import Coverage, clearance_cells, pose_at, safe_cells
 from coordinator.lookouts import Lookouts
 from coordinator.untyped import label_regions, maximum_filter, roomiest_cells, shortest_walks
+from geometry.grids import Mask, OccupancyGrid
 
 COARSE_M = 0.15
 CANDIDATE_STRIDE_M = 0.45
@@ -39,7 +39,7 @@ class _Coarse:
 
 
 def viewpoints(
-    grid: Grid,
+    grid: OccupancyGrid,
     *,
     start: Pose2D | None,
     reach_m: float,
@@ -56,7 +56,7 @@ def viewpoints(
     if seen is not None:
         todo &= _blocks(~seen & grid.free, coarse.factor).mean(axis=(1, 3)) > 0.5
     candidates = _candidates(grid, coarse, avoid, avoid_m)
-    free_area_m2 = float(grid.free.sum()) * grid.cell_area_m2
+    free_area_m2 = grid.free_area_m2
     _, regions = label_regions(coarse.passable)
     if candidates.size == 0 or not todo.any():
         return Coverage((), regions, free_area_m2)
@@ -75,7 +75,7 @@ def _blocks(mask: Mask, factor: int) -> NDArray[np.bool_]:
     return padded.reshape(rows, factor, columns, factor)
 
 
-def _coarsen(grid: Grid, start: Pose2D | None) -> _Coarse:
+def _coarsen(grid: OccupancyGrid, start: Pose2D | None) -> _Coarse:
     factor = max(1, round(COARSE_M / grid.resolution_m))
     free: Mask = np.asarray(_blocks(grid.free, factor).mean(axis=(1, 3)) >= 0.5)
     blocked: Mask = np.asarray(~free | _blocks(grid.occupied, factor).any(axis=(1, 3)))
@@ -96,7 +96,7 @@ def _coarsen(grid: Grid, start: Pose2D | None) -> _Coarse:
     return _Coarse(factor, free, blocked, passable, walkable, grid.resolution_m * factor)
 
 
-def _standing(grid: Grid, clearance_m: float, factor: int) -> Mask:
+def _standing(grid: OccupancyGrid, clearance_m: float, factor: int) -> Mask:
     """Blocks with a cell that has this much room all round, give or take one cell."""
     safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, clearance_m) - 1)
     return np.asarray(_blocks(safe, factor).any(axis=(1, 3)))
@@ -111,7 +111,7 @@ def _nearest_label(labels: NDArray[np.int32], row: int, column: int) -> int:
     return int(labels[rows[nearest], columns[nearest]])
 
 
-def _candidates(grid: Grid, coarse: _Coarse, avoid: tuple[Pose2D, ...], avoid_m: float) -> NDArray[np.intp]:
+def _candidates(grid: OccupancyGrid, coarse: _Coarse, avoid: tuple[Pose2D, ...], avoid_m: float) -> NDArray[np.intp]:
     """(n, 2) coarse cells: a lattice over what is walkable, and in each region at least its roomiest cell."""
     stride = max(1, round(CANDIDATE_STRIDE_M / coarse.resolution_m))
     lattice = np.zeros_like(coarse.walkable)
@@ -122,8 +122,7 @@ def _candidates(grid: Grid, coarse: _Coarse, avoid: tuple[Pose2D, ...], avoid_m:
     picked[roomiest[:, 0], roomiest[:, 1]] = True
     cells = np.argwhere(picked)
     for pose in avoid:
-        x = grid.origin_x_m + (cells[:, 1] + 0.5) * coarse.resolution_m
-        y = grid.origin_y_m + (cells[:, 0] + 0.5) * coarse.resolution_m
+        x, y = grid.points((cells[:, 1] + 0.5) * coarse.factor, (cells[:, 0] + 0.5) * coarse.factor)
         cells = cells[np.hypot(x - pose.x, y - pose.y) > avoid_m]
     return cells
 
@@ -144,7 +143,7 @@ def _chosen(coarse: _Coarse, candidates: NDArray[np.intp], todo: Mask, reach: in
     return np.concatenate([candidates[first], more[second]])
 
 
-def _start_cell(grid: Grid, coarse: _Coarse, start: Pose2D | None) -> tuple[int, int] | None:
+def _start_cell(grid: OccupancyGrid, coarse: _Coarse, start: Pose2D | None) -> tuple[int, int] | None:
     cell = grid.cell(start.x, start.y) if start is not None else None
     return (cell[0] // coarse.factor, cell[1] // coarse.factor) if cell is not None else None
 

@@ -7,8 +7,9 @@ from contracts.geometry import Point3D, Pose2D
 from contracts.memory import Area, Look, Observation, SeenBox
 from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
+from geometry.grids import OccupancyGrid
 from memory.frames import Camera, Exclusion, Frame, Tally, worth_keeping
-from memory.looks import Expected, Ground, expected, judged, range_towards, seen_in
+from memory.looks import Expected, clear, expected, judged, range_towards, seen_in
 from memory.ports import Senses, Store
 from memory.settings import Settings
 from mesh.errors import UnavailableError
@@ -84,7 +85,7 @@ class Intake:
         except TimeoutError:
             return [None] * len(kept)
 
-    async def _sight(self, look: Look, wanted: Sequence[Expected]) -> tuple[dict[int, float], Ground | None]:
+    async def _sight(self, look: Look, wanted: Sequence[Expected]) -> tuple[dict[int, float], OccupancyGrid | None]:
         """How far one sees towards each thing that is not in the picture, by its id, and the map."""
         absent = [one for one in wanted if not seen_in(one, look)][:DEPTHS_MAX]
         if not absent:
@@ -99,7 +100,7 @@ class Intake:
         try:
             async with asyncio.timeout(self._settings.senses_timeout_s):
                 ground = await senses.ground()
-                asked = [one for one in absent if ground is None or ground.clear(look.pose, one.thing)]
+                asked = [one for one in absent if ground is None or clear(ground, look.pose, one.thing)]
                 depths = await asyncio.gather(*(senses.depth_m(_query(one.box, size, look.stamp_s)) for one in asked))
         except TimeoutError:
             return {}, None

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
 from contracts.memory import Look
+from geometry.grids import OccupancyGrid
 from memory.belief import detectability
 from memory.frames import Camera, Miss, Projected, project
 from memory.kinds import kind_of
@@ -25,7 +25,6 @@ SIZE_M = 0.08
 """Half the width of the piece of the picture whose depth is asked for."""
 BEFORE_IT_M = 0.6
 """The map may be occupied this near to a thing: what it stands on."""
-OCCUPIED = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,30 +97,19 @@ def range_towards(one: Expected, look: Look) -> float | None:
     return look.ranges_m[min(max(column, 0), len(look.ranges_m) - 1)]
 
 
-@dataclass(frozen=True)
-class Ground:
-    """The occupancy map: `cells` (rows, columns) int8, row 0 at the origin."""
-
-    cells: NDArray[np.int8]
-    resolution_m: float
-    origin: Pose2D
-
-    def clear(self, pose: Pose2D, thing: Thing) -> bool:
-        """Nothing in the map stands between, but for what is close to the thing itself."""
-        away_m = thing.away_m(pose.x, pose.y)
-        reach_m = away_m - BEFORE_IT_M
-        if reach_m <= 0.0:
-            return True
-        steps = np.arange(0.0, reach_m, self.resolution_m / 2.0)
-        columns = (pose.x + (thing.x - pose.x) * steps / away_m - self.origin.x) / self.resolution_m
-        rows = (pose.y + (thing.y - pose.y) * steps / away_m - self.origin.y) / self.resolution_m
-        r, c = np.floor(rows).astype(np.intp), np.floor(columns).astype(np.intp)
-        inside = (r >= 0) & (c >= 0) & (r < self.cells.shape[0]) & (c < self.cells.shape[1])
-        return bool((self.cells[r[inside], c[inside]] < OCCUPIED).all())
+def clear(ground: OccupancyGrid, pose: Pose2D, thing: Thing) -> bool:
+    """Nothing in the map stands between, but for what is close to the thing itself."""
+    away_m = thing.away_m(pose.x, pose.y)
+    reach_m = away_m - BEFORE_IT_M
+    if reach_m <= 0.0:
+        return True
+    share = np.arange(0.0, reach_m, ground.resolution_m / 2.0) / away_m
+    x, y = pose.x + (thing.x - pose.x) * share, pose.y + (thing.y - pose.y) * share
+    return not ground.at(x, y, ground.occupied).any()
 
 
 def judged(
-    look: Look, wanted: Sequence[Expected], depth_m: Callable[[Expected], float | None], ground: Ground | None
+    look: Look, wanted: Sequence[Expected], depth_m: Callable[[Expected], float | None], ground: OccupancyGrid | None
 ) -> tuple[list[Expected], list[Expected], list[Expected]]:
     """(seen, missing, untold). Hidden or ambiguous is untold; so is what neither depth nor a map can tell."""
     seen: list[Expected] = []
@@ -137,8 +125,8 @@ def judged(
     return seen, missing, untold
 
 
-def _in_sight(one: Expected, look: Look, depth_m: float | None, ground: Ground | None) -> bool:
-    if ground is not None and not ground.clear(look.pose, one.thing):
+def _in_sight(one: Expected, look: Look, depth_m: float | None, ground: OccupancyGrid | None) -> bool:
+    if ground is not None and not clear(ground, look.pose, one.thing):
         return False
     if depth_m is not None:
         return not hidden_by_depth(one, depth_m)

@@ -4,8 +4,10 @@ import math
 from collections.abc import Iterable, Sequence
 from xml.sax.saxutils import escape
 
+import numpy as np
+
 from contracts.memory import ObjectState, RememberedObject
-from memory.looks import OCCUPIED, Ground
+from geometry.grids import OccupancyGrid
 from memory.ports import KeptView
 
 PX_A_METRE = 60.0
@@ -22,7 +24,9 @@ STYLE = (
 )
 
 
-def map_svg(things: Sequence[RememberedObject], views: Iterable[KeptView], ground: Ground | None, now_s: float) -> str:
+def map_svg(
+    things: Sequence[RememberedObject], views: Iterable[KeptView], ground: OccupancyGrid | None, now_s: float
+) -> str:
     """Metres become 60 px; x to the right, y upwards. An object's opacity is its belief, its caption tells its age."""
     arrows = list(views)
     paper = _Paper.round(
@@ -57,31 +61,28 @@ class _Paper:
         return (x - self.x_min) * self.scale, (self.y_max - y) * self.scale
 
 
-def _corners(ground: Ground | None) -> list[tuple[float, float]]:
+def _corners(ground: OccupancyGrid | None) -> list[tuple[float, float]]:
     if ground is None:
         return []
     rows, columns = ground.cells.shape
-    x, y = ground.origin.x, ground.origin.y
-    return [(x, y), (x + columns * ground.resolution_m, y + rows * ground.resolution_m)]
+    x, y = ground.points(np.array([0, columns, columns, 0]), np.array([0, 0, rows, rows]))
+    return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
-def _walls(ground: Ground | None, paper: _Paper) -> Iterable[str]:
-    """One rectangle for each run of occupied cells in a row."""
+def _walls(ground: OccupancyGrid | None, paper: _Paper) -> Iterable[str]:
+    """One rectangle for each run of occupied cells in a row, in cells of the map, which may be turned."""
     if ground is None:
         return
-    side = ground.resolution_m * paper.scale
-    for row, cells in enumerate(ground.cells):
-        start: int | None = None
-        for column, occupied in enumerate([*(cells >= OCCUPIED), False]):
-            if occupied and start is None:
-                start = column
-            elif not occupied and start is not None:
-                x, y = paper.at(
-                    ground.origin.x + start * ground.resolution_m, ground.origin.y + (row + 1) * ground.resolution_m
-                )
-                width = (column - start) * side
-                yield f'<rect class="wall" x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{side:.1f}"/>'
-                start = None
+    side, yaw = ground.resolution_m * paper.scale, ground.origin.yaw
+    c, s = side * math.cos(yaw), side * math.sin(yaw)
+    x, y = paper.at(ground.origin.x, ground.origin.y)
+    yield f'<g transform="matrix({c:.5f} {-s:.5f} {-s:.5f} {-c:.5f} {x:.2f} {y:.2f})">'
+    edges = np.diff(np.pad(ground.occupied, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    for (row, start), end in zip(
+        np.argwhere(edges == 1).tolist(), np.argwhere(edges == -1)[:, 1].tolist(), strict=True
+    ):
+        yield f'<rect class="wall" x="{start}" y="{row}" width="{end - start}" height="1"/>'
+    yield "</g>"
 
 
 def _arrow(view: KeptView, paper: _Paper) -> str:

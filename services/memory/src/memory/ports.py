@@ -7,8 +7,8 @@ from typing import Protocol
 from contracts.geometry import Point3D, Pose2D
 from contracts.memory import Area, ForgetRequest, LabelCount, View
 from contracts.robot import BoxQuery
+from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
-from memory.looks import Ground
 from memory.things import Thing
 
 
@@ -150,7 +150,7 @@ class Senses(Protocol):
         """How far it is to the nearest thing in the box."""
         ...
 
-    async def ground(self) -> Ground | None:
+    async def ground(self) -> OccupancyGrid | None:
         """The newest map; asked for at most once a minute."""
         ...
 

@@ -1,34 +1,42 @@
-"""The occupancy grid as others want it: a message, a picture, and the question whether a pose lies in it. Pure."""
+"""The robot's map: what of it can be understood, as a picture, and the question whether a pose lies in it. Pure."""
 
-import base64
 import math
-import zlib
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
-from contracts.robot import Map
+from contracts.robot import MAP_CELLS_MAX
+from geometry.grids import MapError, coarser, of_values
 from mesh.errors import UnavailableError, UnprocessableError
 from robot_bridge.ring import Room
 from robot_bridge.senses import Grid
-from robot_bridge.transforms import compose, inverse
 
-OCCUPIED_FROM = 50
-"""Cells from this value on are no place for a robot."""
+BYTES_MAX = 256 * 1024 * 1024
+"""A map of more cells than this, of a byte each, is refused."""
+CELL_M_MIN, CELL_M_MAX = 0.001, 1.0
 
 
-def message(grid: Grid) -> Map:
-    height, width = grid.cells.shape
-    packed = zlib.compress(grid.cells.tobytes(), level=6)
-    return Map(
-        width=width,
-        height=height,
-        resolution_m=grid.resolution_m,
-        origin=grid.origin,
-        data_base64=base64.b64encode(packed).decode("ascii"),
-    )
+def understood(values: Sequence[int], width: int, height: int, resolution_m: float, origin: Pose2D) -> Grid:
+    """The map of `values`, row by row. One of more than `MAP_CELLS_MAX` cells is made coarser until it fits: a cell is
+    occupied where any part of it is. Raises `MapError`, which says why it is no map."""
+    if width * height == 0:
+        raise MapError(f"the map is empty: {width} x {height} cells")
+    if not CELL_M_MIN <= resolution_m <= CELL_M_MAX:
+        raise MapError(f"the map's cells are {resolution_m:g} m wide, not {CELL_M_MIN:g} to {CELL_M_MAX:g} m")
+    if width * height > BYTES_MAX:
+        raise MapError(f"the map is too large: {width} x {height} cells, {BYTES_MAX} bytes are the most")
+    sent = of_values(np.asarray(values, np.int8), width, height, round(resolution_m, 7), origin)
+    factor = math.ceil(math.sqrt(width * height / MAP_CELLS_MAX))
+    if factor == 1:
+        return Grid(sent.cells, sent.resolution_m, origin)
+    read = coarser(sent, factor)
+    if read.resolution_m > CELL_M_MAX:
+        raise MapError(f"the map is too large: {width} x {height} cells of {resolution_m:g} m")
+    note = f"{width} x {height} cells of {sent.resolution_m:g} m are many: read as cells of {read.resolution_m:g} m"
+    return Grid(read.cells, read.resolution_m, origin, note)
 
 
 def png(grid: Grid) -> bytes:
@@ -39,29 +47,19 @@ def png(grid: Grid) -> bytes:
 
 
 def room_of(grid: Grid) -> Room:
-    """How far each free cell is from what is not free (100 cells and unknown ones alike), in metres."""
-    free = ((grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)).astype(np.uint8)
-    walled = np.pad(free, 1)  # beyond the map nothing is free
+    """How far each free cell is from what is not free (occupied cells and unknown ones alike), in metres."""
+    walled = np.pad(grid.free.astype(np.uint8), 1)  # beyond the map nothing is free
     distance = cv2.distanceTransform(walled, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
     clearance_m = np.maximum(0.0, distance - 0.5).astype(np.float32) * np.float32(grid.resolution_m)
-    return Room(clearance_m, grid.resolution_m, grid.origin)
-
-
-def cell_at(grid: Grid, pose: Pose2D) -> int | None:
-    """The cell's value; none outside the map."""
-    local = compose(inverse(grid.origin), pose)
-    column = math.floor(local.x / grid.resolution_m)
-    row = math.floor(local.y / grid.resolution_m)
-    height, width = grid.cells.shape
-    return int(grid.cells[row, column]) if 0 <= row < height and 0 <= column < width else None
+    return Room(clearance_m, grid)
 
 
 def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
     """Why a goal at `pose` makes no sense; none when it may be tried."""
-    value = cell_at(grid, pose)
-    if value is None:
+    cell = grid.cell(pose.x, pose.y)
+    if cell is None:
         return f"({pose.x:.2f}, {pose.y:.2f}) is outside the map"
-    return f"({pose.x:.2f}, {pose.y:.2f}) is in an unknown part of the map" if value < 0 else None
+    return f"({pose.x:.2f}, {pose.y:.2f}) is in an unknown part of the map" if grid.unknown[cell] else None
 
 
 def check_in_map(grid: Grid | None, pose: Pose2D) -> None:

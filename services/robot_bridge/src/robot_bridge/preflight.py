@@ -67,7 +67,7 @@ class Preflight:
         room = self._known_room()
         if room is None:
             return Checked(None)
-        more = [pose for pose in self._ring(place) if room.at(pose) > room.at(than) + room.resolution_m]
+        more = [pose for pose in self._ring(place) if room.at(pose) > room.at(than) + room.grid.resolution_m]
         return await self._first(roomiest_first(more, room), None)
 
     async def clear_costmaps(self, clock: Clock) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Point3D, Pose2D
-from robot_bridge.transforms import compose, inverse
+from geometry.grids import OccupancyGrid
 
 STEP_M = 0.2
 BEARINGS = 12
@@ -19,15 +19,12 @@ class Room:
     """The map as distances: `clearance_m` is (height, width), from each cell to the nearest one that is not free."""
 
     clearance_m: NDArray[np.float32]
-    resolution_m: float
-    origin: Pose2D
+    grid: OccupancyGrid
 
     def at(self, pose: Pose2D) -> float:
         """Metres to the nearest obstacle or unknown cell; 0 outside the map."""
-        local = compose(inverse(self.origin), pose)
-        row, column = math.floor(local.y / self.resolution_m), math.floor(local.x / self.resolution_m)
-        height, width = self.clearance_m.shape
-        return float(self.clearance_m[row, column]) if 0 <= row < height and 0 <= column < width else 0.0
+        cell = self.grid.cell(pose.x, pose.y)
+        return float(self.clearance_m[cell]) if cell is not None else 0.0
 
 
 def poses_round(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Battery
+from geometry.grids import OccupancyGrid
 from robot_bridge.frames import FrameTree, PoseBuffer
 from robot_bridge.mailbox import Mailbox
 
@@ -75,14 +76,12 @@ class Intrinsics:
         return Intrinsics(self.frame_id, width_px, height_px, self.fx * sx, self.fy * sy, self.cx * sx, self.cy * sy)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Grid:
-    """An occupancy grid: `cells` is (height, width) int8, row 0 at `origin`; -1 unknown, 0 free .. 100 occupied."""
+@dataclass(frozen=True, eq=False)
+class Grid(OccupancyGrid):
+    """The robot's map as it was understood."""
 
-    stamp_s: float
-    resolution_m: float
-    origin: Pose2D
-    cells: NDArray[np.int8]
+    note: str = ""
+    """How it differs from what was sent; '' where it does not."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,29 +15,23 @@ from pytransform3d.transformations import (
 )
 
 from contracts.geometry import Point3D, Pose2D
+from geometry.poses import apart_m, compose, inverse, wrap
+
+__all__ = [
+    "Matrix",
+    "apart_m",
+    "compose",
+    "in_map",
+    "inverse",
+    "matrix",
+    "planar",
+    "quaternion_xyzw",
+    "upright",
+    "wrap",
+]
 
 Matrix = NDArray[np.float64]
 """(4, 4) homogeneous: a frame's pose in another, or what moves points from the first into the second."""
-
-
-def wrap(angle_rad: float) -> float:
-    """The same angle in (-pi, pi]."""
-    return -((math.pi - angle_rad) % (2.0 * math.pi) - math.pi)
-
-
-def compose(a: Pose2D, b: Pose2D) -> Pose2D:
-    """`b`, given in the frame that `a` places, in the frame `a` is given in."""
-    c, s = math.cos(a.yaw), math.sin(a.yaw)
-    return Pose2D(x=a.x + c * b.x - s * b.y, y=a.y + s * b.x + c * b.y, yaw=wrap(a.yaw + b.yaw))
-
-
-def inverse(pose: Pose2D) -> Pose2D:
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    return Pose2D(x=-c * pose.x - s * pose.y, y=s * pose.x - c * pose.y, yaw=wrap(-pose.yaw))
-
-
-def apart_m(a: Pose2D, b: Pose2D) -> float:
-    return math.hypot(b.x - a.x, b.y - a.y)
 
 
 def matrix(position_m: tuple[float, float, float], quaternion_xyzw: tuple[float, float, float, float]) -> Matrix:

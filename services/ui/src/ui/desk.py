@@ -20,6 +20,7 @@ from contracts.topics import (
     VISION_DETECTIONS,
 )
 from contracts.vision import Detections
+from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError
@@ -197,7 +198,7 @@ class Desk:
         """A service that went away since is named by the next look at the dependencies."""
         try:
             await ask()
-        except (MeshError, map_view.MapError) as error:
+        except (MeshError, MapError) as error:
             log.info("could not be asked", error=str(error))
 
     async def _refresh_map(self) -> None:

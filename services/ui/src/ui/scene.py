@@ -35,11 +35,9 @@ def laser(frame: MapFrame, scan: LaserScan | None, pose: Pose2D | None) -> Part:
         return {"points": []}
     points = np.asarray(scan.points_m)
     cos, sin = math.cos(stood.yaw), math.sin(stood.yaw)
-    x = stood.x + cos * points[:, 0] - sin * points[:, 1] - frame.origin.x
-    y = stood.y + sin * points[:, 0] + cos * points[:, 1] - frame.origin.y
-    cos, sin = math.cos(-frame.origin.yaw), math.sin(-frame.origin.yaw)
-    column = (cos * x - sin * y) / frame.resolution_m - frame.left_cell
-    row = frame.height_px - ((sin * x + cos * y) / frame.resolution_m - frame.bottom_cell)
+    x = stood.x + cos * points[:, 0] - sin * points[:, 1]
+    y = stood.y + sin * points[:, 0] + cos * points[:, 1]
+    column, row = frame.pixels(x, y)
     return {"points": np.round(np.stack([column, row], axis=1), 1).ravel().tolist()}
 
 

@@ -1,18 +1,14 @@
 """robot_bridge's depth and map over HTTP; while it is away nobody waits for it."""
 
-import base64
-import binascii
-import zlib
 from typing import TypeVar
 
 import httpx
-import numpy as np
 import structlog
 
 from contracts.base import Message
 from contracts.geometry import Point3D
 from contracts.robot import BoxQuery, DepthReply, LocalizeReply, Map
-from memory.looks import Ground
+from geometry.grids import MapError, OccupancyGrid, decode
 from mesh.clock import Clock
 from mesh.errors import MeshError, UpstreamError
 from mesh.http import ServiceClient
@@ -35,7 +31,7 @@ class RobotBridge:
         self._client = ServiceClient("robot_bridge", base_url, timeout_s=timeout_s, transport=transport)
         self._clock = clock
         self._away_until_s = 0.0
-        self._ground: Ground | None = None
+        self._ground: OccupancyGrid | None = None
         self._ground_s: float | None = None
 
     async def aclose(self) -> None:
@@ -49,22 +45,21 @@ class RobotBridge:
         reply = await self._ask("/depth", box, DepthReply)
         return reply.distance_m if reply is not None else None
 
-    async def ground(self) -> Ground | None:
+    async def ground(self) -> OccupancyGrid | None:
         now_s = self._clock.now_s()
         if self._ground_s is None or now_s - self._ground_s > MAP_AGE_S_MAX:
             self._ground = await self._map()
             self._ground_s = now_s
         return self._ground
 
-    async def _map(self) -> Ground | None:
+    async def _map(self) -> OccupancyGrid | None:
         if self._away():
             return self._ground
         try:
-            found = await self._client.get("/map", Map)
-        except MeshError as error:
-            log.warning("no map to tell what hides things", error=error.detail)
+            return decode(await self._client.get("/map", Map))
+        except (MeshError, MapError) as error:
+            log.warning("no map to tell what hides things", error=str(error))
             return self._ground
-        return ground_of(found)
 
     async def _ask(self, path: str, box: BoxQuery, reply: type[M]) -> M | None:
         """None, and nothing is asked for a while, where the bridge is away; a refusal concerns this box alone."""
@@ -80,14 +75,3 @@ class RobotBridge:
 
     def _away(self) -> bool:
         return self._clock.now_s() < self._away_until_s
-
-
-def ground_of(found: Map) -> Ground | None:
-    """None where the map is not what it says."""
-    try:
-        cells = np.frombuffer(zlib.decompress(base64.b64decode(found.data_base64, validate=True)), np.int8)
-        cells = cells.reshape(found.height, found.width)
-    except (binascii.Error, zlib.error, ValueError):
-        log.warning("the map is malformed")
-        return None
-    return Ground(cells, found.resolution_m, found.origin)

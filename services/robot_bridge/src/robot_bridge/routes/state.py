@@ -9,6 +9,7 @@ from fastapi.responses import Response
 
 from contracts.laser import LaserScan
 from contracts.robot import Map, RobotState
+from geometry.grids import encode
 from mesh.errors import UnavailableError
 from robot_bridge import maps
 from robot_bridge.routes.deps import BridgeDep
@@ -40,7 +41,7 @@ async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000
 
 @router.get("/map")
 async def the_map(bridge: BridgeDep) -> Map:
-    return await asyncio.to_thread(maps.message, _grid(bridge))
+    return await asyncio.to_thread(encode, _grid(bridge))
 
 
 @router.get("/map.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})

@@ -20,6 +20,7 @@ from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
 
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Battery
+from robot_bridge import maps
 from robot_bridge.celebration import Celebration
 from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan
 from robot_bridge.transforms import Matrix, matrix, planar, quaternion_xyzw
@@ -36,6 +37,8 @@ HAZARDS = (
 IMAGE_SIDE_PX_MAX = 8192
 BEAMS_MAX = 20_000
 BLIND_COSINE = 0.5
+LEVEL_COSINE = math.cos(math.radians(2.0))
+"""Of the tilt that an origin may have by rounding."""
 
 
 def stamp_s(stamp: Any) -> float:
@@ -127,14 +130,14 @@ def intrinsics(message: CameraInfo) -> Intrinsics:
 
 def grid(message: OccupancyGrid) -> Grid:
     info = message.info
-    if not (0 < info.width <= 4096 and 0 < info.height <= 4096 and 0.0 < info.resolution <= 1.0):
-        raise ValueError("the map has no sensible size")
-    cells = np.asarray(message.data, dtype=np.int8)
-    if cells.size != info.width * info.height:
-        raise ValueError("the map's cells are not width x height")
-    return Grid(
-        stamp_s(message.header.stamp), float(info.resolution), pose(info.origin), cells.reshape(info.height, info.width)
-    )
+    p, q = info.origin.position, info.origin.orientation
+    try:
+        origin = matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+    except ValueError as error:
+        raise ValueError("the map's origin is not a pose: its quaternion is zero or no number") from error
+    if origin[2, 2] < LEVEL_COSINE:
+        raise ValueError("the map's origin is tilted or upside down: only a map on the level floor can be read")
+    return maps.understood(message.data, info.width, info.height, float(info.resolution), planar(origin))
 
 
 def battery(message: BatteryState) -> Battery:
