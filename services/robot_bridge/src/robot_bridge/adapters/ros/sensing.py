@@ -18,6 +18,7 @@ from robot_bridge.adapters.ros import convert
 from robot_bridge.mailbox import Mailbox
 from robot_bridge.senses import Senses
 from robot_bridge.settings import Channel, RosSettings
+from robot_bridge.transforms import planar
 
 M = TypeVar("M")
 V = TypeVar("V")
@@ -94,7 +95,7 @@ class Sensing:
             stamp_s, transform = convert.stamp_s(each.header.stamp), convert.transform(each.transform)
             if (parent, child) == (self._ros.map_frame, self._ros.odom_frame):
                 now_s = self._clock.now_s()
-                self._senses.poses.add_map_to_odom(stamp_s, convert.planar(transform), received_s=now_s)
+                self._senses.poses.add_map_to_odom(stamp_s, planar(transform), received_s=now_s)
             elif parent != self._ros.odom_frame:
                 self._senses.frames.move(parent, child, stamp_s, transform)
 
