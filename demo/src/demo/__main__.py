@@ -96,14 +96,13 @@ def _folder(port_base: int) -> Path:
 
 
 def _stack(port_base: int, seed: int, command: str) -> Stack:
-    """A stack with a freshly generated home and an empty memory."""
+    """A stack with a freshly generated home, an empty memory and an empty history."""
     folder = _folder(port_base)
     stack = Stack(Ports(port_base), folder, folder / "home.json", seed)
     if stack.running():
         _fail(f"a mesh already runs on port base {port_base}: make down PORT_BASE={port_base}")
     folder.mkdir(parents=True, exist_ok=True)
-    for left in (*folder.glob("memory.db*"), *folder.glob("*.json")):
-        left.unlink()
+    stack.forget()
     Home.generate(seed, wanted=wanted_in(command)).save(stack.home)
     return stack
 

@@ -118,6 +118,12 @@ class Stack:
             start_new_session=True,  # Ctrl-C is for the demo, which then asks supervisord to stop
         )
 
+    def forget(self) -> None:
+        """Leaves nothing of an earlier home: its map, what was remembered and searched in it, its dock."""
+        for pattern in ("memory.db*", "coordinator.db*", "*.json"):
+            for left in self.folder.glob(pattern):
+                left.unlink()
+
     def running(self) -> bool:
         try:
             self._ask("getPID")

@@ -49,3 +49,15 @@ def test_a_second_mesh_in_the_same_place_is_refused(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(Stack, "running", lambda self: True)
     with pytest.raises(StackError, match="make down PORT_BASE=9000"):
         stack(tmp_path).start()
+
+
+def test_another_home_begins_with_an_empty_memory_and_an_empty_history(tmp_path: Path) -> None:
+    mesh = stack(tmp_path)
+    told = mesh._configuration()
+    kept = [tmp_path / name for name in ("memory.db", "coordinator.db")]
+    assert all(f"{file}" in told for file in kept)
+    for name in ("memory.db", "memory.db-wal", "coordinator.db", "coordinator.db-wal", "dock.json", "maps.json"):
+        (tmp_path / name).write_text("of the home before")
+    (tmp_path / "logs").mkdir()
+    mesh.forget()
+    assert [file.name for file in tmp_path.iterdir()] == ["logs"]

@@ -102,6 +102,17 @@ class LastSeen(Message):
     stamp_s: StampS
 
 
+class MapTrouble(StrEnum):
+    """Why a search cannot go on with the map it has."""
+
+    NO_FREE_SPACE = "no_free_space"
+    """The map shows no free space at all."""
+    NO_ROOM = "no_room"
+    """It shows some, and the robot fits nowhere in it."""
+    ANOTHER_MAP = "another_map"
+    """The map was changed for that of another place while the mission ran."""
+
+
 class Report(Message):
     """What an ending rests on. `text` says all of it in one or two sentences."""
 
@@ -114,6 +125,7 @@ class Report(Message):
     last_seen: LastSeen | None = None
     seen_instead: tuple[SeenInstead, ...] = Field(default=(), max_length=20, description="most often seen first")
     cause: str = Field(default="", max_length=500, description="why it was aborted, interrupted or cancelled")
+    map_trouble: MapTrouble | None = Field(default=None, description="where the map is why it was aborted")
 
 
 class Mission(Message):
@@ -183,3 +195,6 @@ class CoveragePlan(Message):
     points: tuple[Pose2D, ...]
     regions: int = 0
     free_area_m2: float = 0.0
+    map_trouble: MapTrouble | None = Field(
+        default=None, description="why there are no points; none where there are some, or all was looked at"
+    )

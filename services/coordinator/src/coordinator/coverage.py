@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from contracts.geometry import Pose2D
+from contracts.mission import MapTrouble
 from coordinator.untyped import label_regions, minimum_filter, region_boxes
 from geometry.grids import Mask, OccupancyGrid
 
@@ -21,6 +22,8 @@ class Coverage:
     points: tuple[Pose2D, ...]
     regions: int
     free_area_m2: float
+    trouble: MapTrouble | None = None
+    """Why there are no points. None, and no points: nothing is left to be looked at."""
 
 
 def clearance_cells(resolution_m: float, clearance_m: float = CLEARANCE_M) -> int:
@@ -54,7 +57,15 @@ def lawnmower(grid: OccupancyGrid, *, spacing_m: float = ROW_SPACING_M, clearanc
         nearest = int(np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2))
         cells.append((int(rows[nearest]) + box[0].start, int(columns[nearest]) + box[1].start))
     points = tuple(pose_at(grid, row, column) for row, column in cells)
-    return Coverage(points, count, grid.free_area_m2)
+    trouble = None if points else trouble_of(grid, fits=bool(safe.any()))
+    return Coverage(points, count, grid.free_area_m2, trouble)
+
+
+def trouble_of(grid: OccupancyGrid, *, fits: bool) -> MapTrouble | None:
+    """What is wrong with a map on which nobody can search; `fits`: the robot has room somewhere on it."""
+    if not grid.free.any():
+        return MapTrouble.NO_FREE_SPACE
+    return None if fits else MapTrouble.NO_ROOM
 
 
 def pose_at(grid: OccupancyGrid, row: int, column: int) -> Pose2D:

@@ -26,7 +26,7 @@ class Explored:
         self._looks: list[Pose2D] = []
 
     def look(self, pose: Pose2D) -> float | None:
-        """The share of the free space looked at, or none while there is no map yet."""
+        """The share of the free space looked at, or none while there is no map yet, or none on it."""
         if len(self._looks) < LOOKS_MAX:
             self._looks.append(pose)
         if self._space is None:

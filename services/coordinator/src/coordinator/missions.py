@@ -195,7 +195,12 @@ class Missions:
             plan = await Explored(self._robot, self._settings).plan(self.runner.mission.robot.pose, ())
         except MapError as error:
             raise UnavailableError("robot_bridge", f"the map is malformed: {error}") from error
-        return CoveragePlan(points=plan.points, regions=plan.regions, free_area_m2=plan.free_area_m2)
+        return CoveragePlan(
+            points=plan.points,
+            regions=plan.regions,
+            free_area_m2=plan.free_area_m2,
+            map_trouble=plan.trouble,
+        )
 
     async def dependencies(self) -> Sequence[Dependency]:
         """Redis, each service, the database, the session, and the robot's state."""

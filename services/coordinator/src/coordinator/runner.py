@@ -226,7 +226,7 @@ class Runner:
                 case do.PlanCoverage(call=call, avoid=avoid):
                     pose = self.mission.robot.pose
                     plan = await self._explored.plan(pose, avoid)
-                    return ev.CoveragePlanned(call, plan.points, plan.free_area_m2)
+                    return ev.CoveragePlanned(call, plan.points, plan.free_area_m2, plan.trouble)
 
     async def _choose_path(self, action: do.ChoosePath) -> ev.PathChosen:
         first, error = 0, "no pose was given"

@@ -35,9 +35,9 @@ class SeenSpace:
         self._free_cells = int(grid.free.sum())
 
     @property
-    def share(self) -> float:
-        """Of the free space, 0 to 1."""
-        return float((self.seen & self.grid.free).sum()) / self._free_cells if self._free_cells else 0.0
+    def share(self) -> float | None:
+        """Of the free space, 0 to 1; none where there is no free space."""
+        return float((self.seen & self.grid.free).sum()) / self._free_cells if self._free_cells else None
 
     def mark(self, pose: Pose2D, *, hfov_rad: float, reach_m: float) -> None:
         """The wedge before the camera, as far as nothing hides it."""

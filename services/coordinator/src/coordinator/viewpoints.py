@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
-from coordinator.coverage import Coverage, clearance_cells, pose_at, safe_cells
+from coordinator.coverage import Coverage, clearance_cells, pose_at, safe_cells, trouble_of
 from coordinator.lookouts import Lookouts
 from coordinator.untyped import label_regions, maximum_filter, roomiest_cells, shortest_walks
 from geometry.grids import Mask, OccupancyGrid
@@ -59,7 +59,7 @@ def viewpoints(
     free_area_m2 = grid.free_area_m2
     _, regions = label_regions(coarse.passable)
     if candidates.size == 0 or not todo.any():
-        return Coverage((), regions, free_area_m2)
+        return Coverage((), regions, free_area_m2, trouble_of(grid, fits=bool(coarse.passable.any())))
     chosen = _chosen(coarse, candidates, todo, int(reach_m / coarse.resolution_m), points_max)
     ordered = _in_order(coarse, chosen, _start_cell(grid, coarse, start))
     middle = coarse.factor // 2

@@ -1,7 +1,7 @@
 """The endings: found, not found, unsure, docked, canceled, aborted; each says what it rests on."""
 
 from contracts.mission import Candidate as CandidateRecord
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MapTrouble, MissionState, Outcome
 from contracts.vision import Vote
 from coordinator.core import actions as do
 from coordinator.core.activities import Nothing
@@ -69,6 +69,19 @@ def end(draft: Draft, outcome: Outcome, reason: str, *, cause: str = "") -> None
 def abort(draft: Draft, cause: str) -> None:
     """It cannot go on; what was found out until then is told with the cause."""
     end(draft, Outcome.ABORTED, cause, cause=cause)
+
+
+MAP_TROUBLE_IN_WORDS = {
+    MapTrouble.NO_FREE_SPACE: "the map shows no free space",
+    MapTrouble.NO_ROOM: "the map shows no place with room for the robot",
+    MapTrouble.ANOTHER_MAP: "the map was changed for that of another place",
+}
+
+
+def abort_for_the_map(draft: Draft, trouble: MapTrouble) -> None:
+    """A search that ends for want of places was no search of all places."""
+    draft.set_search(map_trouble=trouble)
+    abort(draft, MAP_TROUBLE_IN_WORDS[trouble])
 
 
 def close(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from contracts.geometry import Pose2D
-from contracts.mission import LastSeen
+from contracts.mission import LastSeen, MapTrouble
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detections, Target, Validation
 from coordinator.core.mission import FIRST, Order, Place
@@ -134,6 +134,8 @@ class CoveragePlanned:
     call: int
     points: tuple[Pose2D, ...]
     free_area_m2: float
+    trouble: MapTrouble | None = None
+    """Why there are no points. None, and no points: all that can be seen was looked at."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from contracts.geometry import Pose2D
 from contracts.mission import Candidate as CandidateRecord
-from contracts.mission import LastSeen, MissionKind, MissionState, Outcome, Report, SeenInstead
+from contracts.mission import LastSeen, MapTrouble, MissionKind, MissionState, Outcome, Report, SeenInstead
 from contracts.robot import BoxQuery, LocalizeReply
 from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Nothing, Paused, Stage
@@ -146,6 +146,7 @@ class Search:
     rejections: tuple[Rejection, ...] = ()
     losses: tuple[Loss, ...] = ()
     others: tuple[SeenInstead, ...] = ()
+    map_trouble: MapTrouble | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,6 +48,7 @@ def report(
         last_seen=mission.last_seen,
         seen_instead=search.others[:OTHERS_TOLD],
         cause=cause[:500],
+        map_trouble=search.map_trouble,
     )
 
 

@@ -8,7 +8,7 @@ from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking
 from coordinator.core.draft import Draft
-from coordinator.core.endings import abort, give_up
+from coordinator.core.endings import abort, abort_for_the_map, give_up
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
 from coordinator.core.geometry import around, distance_m, near_any, wrap
 from coordinator.core.mission import Sighting
@@ -100,6 +100,8 @@ def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Undocking(), Undocked():
             undocked(draft)
+        case PlanningCoverage(), CoveragePlanned(trouble=trouble) if trouble is not None:
+            abort_for_the_map(draft, trouble)
         case PlanningCoverage(), CoveragePlanned(points=points):
             draft.set_search(points=points[: draft.rules.scan_points_max], plans=draft.search.plans + 1)
             _to_next_point(draft)
