@@ -21,6 +21,7 @@ STAMP = VENV / "atom-setup.sha256"
 PROJECTS = (
     "packages/contracts",
     "packages/geometry",
+    "packages/vocabulary",
     "packages/mesh",
     "packages/cli",
     "services/robot_bridge[ros-wheels]",

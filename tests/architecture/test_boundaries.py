@@ -36,7 +36,7 @@ CONTRACTS_MAY_IMPORT = frozenset({
 })  # fmt: skip
 """Data only: names to build messages of, and nothing that could do anything with them."""
 
-SHARED = frozenset({"contracts", "geometry", "mesh"})
+SHARED = frozenset({"contracts", "geometry", "mesh", "vocabulary"})
 """The packages that a service may import."""
 
 MESH_MAY_KNOW = ("contracts.base", "contracts.problem", "contracts.topics")

@@ -38,6 +38,7 @@ PURE = {
         "transforms",
     ),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
+    "vocabulary": ("folding", "orders"),
     "ui": ("lines", "news", "overlay", "situation", "suggestions", "teleoperation", "view"),
 }
 """The one table. A name stands for the module or for everything in the package."""
@@ -49,7 +50,7 @@ LIBRARIES = frozenset({
     "pytransform3d", "simple_pid", "skimage",  # arithmetic on arrays, and a PID that is told how much time has passed
 })  # fmt: skip
 
-SHARED = frozenset({"contracts", "geometry"})
+SHARED = frozenset({"contracts", "geometry", "vocabulary"})
 """Pure themselves."""
 
 WORLDLY = frozenset({

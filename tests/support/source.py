@@ -12,6 +12,7 @@ SERVICES = ("coordinator", "inference", "memory", "robot_bridge", "ui")
 SOURCES = {
     "contracts": ROOT / "packages/contracts/src/contracts",
     "geometry": ROOT / "packages/geometry/src/geometry",
+    "vocabulary": ROOT / "packages/vocabulary/src/vocabulary",
     "mesh": ROOT / "packages/mesh/src/mesh",
     "atom_cli": ROOT / "packages/cli/src/atom_cli",
     "sim": ROOT / "sim/src/sim",
