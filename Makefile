@@ -41,7 +41,7 @@ format: ## format and mend what can be mended
 	$(VENV)/bin/ruff format .
 	$(VENV)/bin/ruff check --fix .
 
-test: setup ## everything, the end-to-end run of the whole mesh included
+test: ## everything, the end-to-end run of the whole mesh included
 	@$(PYTHON3) tools/setup.py --tests
 	$(PYTEST) tests
 
@@ -94,7 +94,7 @@ bench-memory: setup ## a simulated year of sightings, beside a JSON file: out/be
 	$(PY) -m bench.memory_kills
 	$(PY) -m bench.memory_story
 
-test-ui: setup ## the operator's page in real Chromium: on fakes, then against the running mesh
+test-ui: ## the operator's page in real Chromium: on fakes, then against the running mesh
 	@$(PYTHON3) tools/setup.py --tests
 	$(PYTEST) tests/integration/ui tests/e2e/test_page.py
 

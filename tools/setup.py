@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
-"""Makes the development environment: checks system libraries, fills `.venv`, builds the ROS interface wheels.
+"""Makes the development environment: brings system packages, fills `.venv`, builds the ROS interface wheels.
 
-Needs only the standard library. Does nothing where nothing changed since the last time.
+Needs only the standard library. Does nothing where nothing changed since the last time. Where it may (root or sudo
+without a password, on Debian or Ubuntu) it installs the system packages that are missing, after it has said so;
+ATOM_NO_INSTALL=1 refuses. ATOM_INSTALLER=pip does without uv.
 """
 
 import argparse
-import ctypes.util
 import hashlib
-import importlib.util
+import os
 import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
+
+import system_packages
+from installer import Installer, find_installer
 
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
@@ -38,60 +43,63 @@ PYTHON_MIN = (3, 11)
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--force", action="store_true", help="install again even if nothing changed")
-    parser.add_argument("--tests", action="store_true", help="also check for what only the tests need")
+    parser.add_argument("--tests", action="store_true", help="also bring what only the tests need")
     arguments = parser.parse_args()
-    check_system(for_tests=arguments.tests)
+    if sys.version_info < PYTHON_MIN:
+        sys.exit(f"Python {sys.version_info.major}.{sys.version_info.minor} is too old: 3.11 or newer is needed")
+    bring_system_packages(for_tests=arguments.tests)
     fingerprint = digest()
-    if not arguments.force and STAMP.is_file() and STAMP.read_text() == fingerprint:
+    usable = environment_is_usable()
+    if usable and not arguments.force and STAMP.is_file() and STAMP.read_text() == fingerprint:
         return
     started = time.monotonic()
-    if not PYTHON.exists():
-        say(f"making {VENV.name} with {sys.executable}")
-        run(sys.executable, "-m", "venv", str(VENV))
-    say("installing Python packages (about 2 minutes the first time)")
-    editable = [argument for project in PROJECTS for argument in ("-e", str(ROOT / project))]
-    pip("install", "-q", "-c", str(ROOT / "constraints.txt"), "-r", str(ROOT / "requirements-dev.txt"), *editable)
+    if not usable:
+        make_environment()
+    installer = find_installer(PYTHON, say)
+    say(f"installing Python packages with {installer.name} (1.5 GB; about half a minute with uv, 4 minutes with pip)")
+    install_packages(installer)
     say("building the ROS 2 interface packages (about a minute the first time, then cached)")
-    run(str(PYTHON), str(ROOT / "services/robot_bridge/interfaces/build.py"), "--install")
+    build_interfaces(installer)
     STAMP.write_text(fingerprint)
     say(f"set up in {time.monotonic() - started:.0f} s")
 
 
-def check_system(*, for_tests: bool) -> None:
-    """Ends with the command that installs what is missing."""
-    problems: list[str] = []
-    packages: list[str] = []
-    if sys.version_info < PYTHON_MIN:
-        problems.append(f"Python {sys.version_info.major}.{sys.version_info.minor} is too old: 3.11 or newer is needed")
-    if importlib.util.find_spec("ensurepip") is None:
-        problems.append("Python's venv module is incomplete")
-        packages.append("python3-venv")
-    if shutil.which("gcc") is None or shutil.which("g++") is None:
-        problems.append("no C and C++ compiler (for the ROS interface packages)")
-        packages.append("build-essential")
-    if not list(Path(include_folder()).glob("Python.h")):
-        problems.append("no Python headers (for the ROS interface packages)")
-        packages.append("python3-dev")
-    if ctypes.util.find_library("EGL") is None:
-        problems.append("no libEGL (the simulator renders with it)")
-        packages += ["libegl1", "libgl1-mesa-dri"]
-    if ctypes.util.find_library("OpenGL") is None:
-        problems.append("no libOpenGL (the simulator renders with it)")
-        packages.append("libopengl0")
-    if for_tests and shutil.which("chromium") is None:
-        problems.append("no Chromium (the tests of the page drive a real browser)")
-        packages.append("chromium")
-    if problems:
-        lines = "\n".join(f"  - {problem}" for problem in problems)
-        command = f"apt-get install -y --no-install-recommends {' '.join(packages)}"
-        install = f"\nInstall with:\n  {command}" if packages else ""
-        sys.exit(f"This machine lacks something ATOM needs:\n{lines}{install}")
+def bring_system_packages(*, for_tests: bool) -> None:
+    """Ends with the command that installs what is missing, where this machine does not let us run it."""
+    lacking = system_packages.missing(for_tests=for_tests)
+    if lacking:
+        lacking = system_packages.bring(lacking, say)
+    if lacking:
+        sys.exit(system_packages.explain(lacking))
 
 
-def include_folder() -> str:
-    import sysconfig
+def environment_is_usable() -> bool:
+    """False where there is none, its Python is gone, or it was filled for a checkout in another folder."""
+    if not PYTHON.exists():
+        return False
+    place = "import contracts; print(contracts.__file__)"
+    asked = subprocess.run([str(PYTHON), "-c", place], capture_output=True, text=True, check=False)
+    return asked.returncode == 0 and Path(asked.stdout.strip()).is_relative_to(ROOT)
 
-    return sysconfig.get_path("include")
+
+def make_environment() -> None:
+    if VENV.exists():
+        say(f"{VENV.name} is broken, half made, or belongs to another folder: made anew")
+        shutil.rmtree(VENV)
+    say(f"making {VENV.name} with {sys.executable}")
+    run(sys.executable, "-m", "venv", str(VENV))
+
+
+def install_packages(installer: Installer) -> None:
+    editable = [argument for project in PROJECTS for argument in ("-e", str(ROOT / project))]
+    pinned = ["-c", str(ROOT / "constraints.txt"), "-r", str(ROOT / "requirements-dev.txt")]
+    if status := installer.install(*pinned, *editable):
+        sys.exit(f"setup failed: {installer.name} could not install the packages (exit {status})")
+
+
+def build_interfaces(installer: Installer) -> None:
+    build = str(ROOT / "services/robot_bridge/interfaces/build.py")
+    run(str(PYTHON), build, "--install", environment=installer.environment)
 
 
 def digest() -> str:
@@ -106,12 +114,9 @@ def digest() -> str:
     return found.hexdigest()
 
 
-def pip(*arguments: str) -> None:
-    run(str(PYTHON), "-m", "pip", "--disable-pip-version-check", *arguments)
-
-
-def run(*command: str) -> None:
-    done = subprocess.run(command, check=False)
+def run(*command: str, environment: Mapping[str, str] | None = None) -> None:
+    """Its standard output, which is for programs, is not shown."""
+    done = subprocess.run(command, env={**os.environ, **(environment or {})}, stdout=subprocess.DEVNULL, check=False)
     if done.returncode != 0:
         sys.exit(f"setup failed at: {' '.join(command[:6])} ... (exit {done.returncode})")
 

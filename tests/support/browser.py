@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from playwright.sync_api import Browser, Error, Page, Request
+from system_packages import chromium
 
-CHROMIUM = "/usr/bin/chromium"
+CHROMIUM = chromium() or "chromium"
 CHROMIUM_ARGS = [
     "--no-sandbox",
     "--disable-gpu",

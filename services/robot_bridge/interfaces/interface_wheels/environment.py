@@ -34,16 +34,22 @@ def is_installed(package: InterfacePackage, version: str) -> bool:
         return False
 
 
-def pip_command() -> list[str]:
-    """The running interpreter's pip; raises MissingToolError without one."""
+def install_command(python: Path) -> list[str]:
+    """Installs into the environment of `python`: uv's command where the variable UV names one, else pip's.
+
+    Raises MissingToolError without either.
+    """
+    if uv := os.environ.get("UV"):
+        return [uv, "pip", "install", "--python", str(python)]
     if importlib.util.find_spec("pip") is None:
         raise MissingToolError([f"pip for {sys.executable}"], ["python3-pip"])
-    return [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input"]
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input"]
+    return [*pip, "--python", str(python), "install", "--no-compile"]
 
 
 def install(wheels: Sequence[Path], log: Path) -> None:
     """Install `wheels` for the running interpreter; what they depend on is fetched only where it is missing."""
-    run("pip install", [*pip_command(), "install", *map(str, wheels)], log)
+    run("installing the wheels", [*install_command(Path(sys.executable)), *map(str, wheels)], log)
 
 
 def _is_outside_this_environment(module: str) -> bool:

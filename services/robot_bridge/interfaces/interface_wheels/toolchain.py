@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from interface_wheels.commands import clean_environment, run
-from interface_wheels.environment import pip_command
+from interface_wheels.environment import install_command
 from interface_wheels.errors import MissingToolError
 from interface_wheels.sources import REQUIREMENTS, InterfacePackage
 
@@ -83,8 +83,7 @@ def make_toolchain(prefix: Path, log: Path) -> Toolchain:
     venv.create(prefix, symlinks=True)
     site_packages = next(prefix.glob("lib/python3*/site-packages"))
     toolchain = Toolchain(prefix, site_packages)
-    pip = [*pip_command(), "--python", str(toolchain.python), "install", "--no-compile"]
-    run("installing the code generators", [*pip, "-r", str(REQUIREMENTS)], log)
+    run("installing the code generators", [*install_command(toolchain.python), "-r", str(REQUIREMENTS)], log)
     numpy_include = site_packages / "numpy" / "_core" / "include"
     for path in prefix.glob("share/*/cmake/*.cmake"):
         text = path.read_text()
