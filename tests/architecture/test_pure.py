@@ -11,6 +11,7 @@ PURE = {
     "coordinator": ("core", "coverage", "lookouts", "parse_validation", "seen", "view", "viewpoints"),
     "geometry": ("grids", "poses"),
     "inference": (
+        "answers",
         "boxes",
         "breaker",
         "colours",

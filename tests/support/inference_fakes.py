@@ -10,9 +10,9 @@ import numpy as np
 
 from contracts.coco import COLOURS
 from contracts.geometry import Pose2D
-from contracts.vision import Detection
+from contracts.vision import Detection, ModelInfo
 from inference.models import Loaded
-from inference.ports import Embeddings, Frame, Prompt, RgbImage
+from inference.ports import Completion, Embeddings, Frame, Prompt, RgbImage
 from mesh.errors import UnavailableError
 
 RGB = {
@@ -134,9 +134,12 @@ class FakeLanguageModel:
     name: str = "fake:llm"
     backend: str = "fake"
 
-    async def complete(self, prompt: Prompt) -> str:
+    async def complete(self, prompt: Prompt) -> Completion:
         await self._mood()
-        return json.dumps(self.says)
+        return Completion(self.says if isinstance(self.says, str) else json.dumps(self.says))
+
+    def info(self) -> ModelInfo:
+        return ModelInfo(role="vlm", name=self.name, backend=self.backend)
 
     async def present(self, jpeg: bytes, description: str) -> bool:
         await self._mood()

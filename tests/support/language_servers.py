@@ -4,8 +4,23 @@ import contextlib
 import json
 import threading
 from collections.abc import Iterator
+from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
+
+WHOLE_BODY = "whole body"
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A message as it goes over the wire, and why it ended; `WHOLE_BODY` where it is all that is sent."""
+
+    message: dict[str, Any]
+    ending: str = "stop"
+
+    @classmethod
+    def of(cls, content: "str | Reply") -> "Reply":
+        return content if isinstance(content, Reply) else cls({"content": content})
 
 
 class LanguageServer(ThreadingHTTPServer):
@@ -16,10 +31,11 @@ class LanguageServer(ThreadingHTTPServer):
     def __init__(self, handler: type["_Handler"]) -> None:
         super().__init__(("127.0.0.1", 0), handler)
         self.mood = "valid"
-        self.contents: list[str] = []
+        self.contents: list[str | Reply] = []
         self.asked: list[dict[str, Any]] = []
         self.headers_seen: list[dict[str, str]] = []
         self.refuses_named_format = False
+        self.refuses_think = False
         self.may_answer = threading.Event()
 
     @property
@@ -27,9 +43,10 @@ class LanguageServer(ThreadingHTTPServer):
         return f"http://127.0.0.1:{self.server_port}"
 
     def says(self, *contents: object) -> None:
-        self.contents = [one if isinstance(one, str) else json.dumps(one) for one in contents]
+        """Texts, objects that are the JSON in a text, or what `Reply` says of a whole message."""
+        self.contents = [one if isinstance(one, str | Reply) else json.dumps(one) for one in contents]
 
-    def content(self) -> str:
+    def content(self) -> "str | Reply":
         return self.contents.pop(0) if len(self.contents) > 1 else self.contents[0]
 
 
@@ -52,7 +69,8 @@ class _Handler(BaseHTTPRequestHandler):
                 getattr(self, self.server.mood)(body)
 
     def valid(self, body: dict[str, Any]) -> None:
-        self.send(200, self.reply(body, self.server.content()))
+        said = Reply.of(self.server.content())
+        self.send(200, said.message if said.ending == WHOLE_BODY else self.reply(body, said))
 
     def slow(self, body: dict[str, Any]) -> None:
         """Answers well, but only when told to."""
@@ -72,7 +90,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.send(200, b'{"model": "x", "message": {"role": ')
 
     def not_a_reply(self, body: dict[str, Any]) -> None:
-        self.send(200, {"message": 5, "choices": []})
+        self.send(200, {"message": 5, "choices": 5})
 
     def overloaded(self, body: dict[str, Any]) -> None:
         self.send(503, self.problem("server busy"))
@@ -88,7 +106,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.flush()
         self.close_connection = True
 
-    def reply(self, body: dict[str, Any], content: str) -> dict[str, Any]:
+    def reply(self, body: dict[str, Any], said: Reply) -> dict[str, Any]:
         raise NotImplementedError
 
     def problem(self, message: str) -> dict[str, Any]:
@@ -106,13 +124,19 @@ class _Handler(BaseHTTPRequestHandler):
 class OllamaHandler(_Handler):
     path_wanted = "/api/chat"
 
-    def reply(self, body: dict[str, Any], content: str) -> dict[str, Any]:
+    def valid(self, body: dict[str, Any]) -> None:
+        if self.server.refuses_think and "think" in body:
+            self.send(400, self.problem("invalid think value"))
+        else:
+            super().valid(body)
+
+    def reply(self, body: dict[str, Any], said: Reply) -> dict[str, Any]:
         return {
             "model": body["model"],
             "created_at": "2026-01-01T00:00:00.000000Z",
-            "message": {"role": "assistant", "content": content},
+            "message": {"role": "assistant", "content": ""} | said.message,
             "done": True,
-            "done_reason": "stop",
+            "done_reason": said.ending,
             "total_duration": 5_000_000_000,
             "eval_count": 20,
         }
@@ -125,19 +149,21 @@ class OpenAiHandler(_Handler):
     path_wanted = "/v1/chat/completions"
 
     def valid(self, body: dict[str, Any]) -> None:
-        if self.server.refuses_named_format and body["response_format"]["type"] != "json_object":
+        if self.server.refuses_think and "chat_template_kwargs" in body:
+            self.send(400, self.problem("Unrecognized request argument supplied: chat_template_kwargs"))
+        elif self.server.refuses_named_format and body["response_format"]["type"] != "json_object":
             self.send(500, self.problem("response_format.type: Input should be 'text' or 'json_object'"))
         else:
             super().valid(body)
 
-    def reply(self, body: dict[str, Any], content: str) -> dict[str, Any]:
-        message = {"role": "assistant", "content": content}
+    def reply(self, body: dict[str, Any], said: Reply) -> dict[str, Any]:
+        message = {"role": "assistant", "content": None} | said.message
         return {
             "id": "chatcmpl-1",
             "object": "chat.completion",
             "created": 1_767_225_600,
             "model": body["model"],
-            "choices": [{"index": 0, "message": message, "finish_reason": "stop", "logprobs": None}],
+            "choices": [{"index": 0, "message": message, "finish_reason": said.ending, "logprobs": None}],
             "usage": {"prompt_tokens": 90, "completion_tokens": 20, "total_tokens": 110},
         }
 

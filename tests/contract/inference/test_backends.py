@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from contracts.vision import Detections, ModelInfo
+from contracts.vision import Detections, ModelInfo, ModelState
 from inference.models import Loaded
 from support.inference_fakes import FakeClip, FakeDetector, bottle, jpeg_of, picture
 from support.waiting import until
@@ -72,7 +72,11 @@ async def test_an_export_that_cannot_be_made_is_told_and_the_weights_serve_on(op
     async with opened(house_with(faster)) as house:
         await house.until_loaded()
         told = await detector_once(house, lambda one: one.detail != "")
-        assert (told.backend, told.available, told.detail) == ("torch", True, "openvino needs the package openvino")
+        assert (told.backend, told.state, told.detail) == (
+            "torch",
+            ModelState.READY,
+            "openvino needs the package openvino",
+        )
         assert (await house.client.post("/detect", content=BODY)).status_code == 200
 
 

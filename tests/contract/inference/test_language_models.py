@@ -8,13 +8,15 @@ from typing import Any
 import pytest
 
 from contracts.coco import COCO_LABELS
-from contracts.vision import ParsedTask, ParseTaskRequest
+from contracts.problem import DependencyState, Readiness
+from contracts.vision import ModelInfo, ModelState, ParsedTask, ParseTaskRequest, Validation, Verdict
 from inference.adapters.ollama_models import OllamaModel
 from inference.adapters.openai_models import OpenAiModel
-from inference.ports import LanguageModel
+from inference.ports import THINKING_TOKENS_MAX, Completion, LanguageModel
 from inference.prompts import parse_prompt, presence_prompt
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
-from support.language_servers import LanguageServer, OllamaHandler, OpenAiHandler, running
+from support.inference_fakes import picture
+from support.language_servers import WHOLE_BODY, LanguageServer, OllamaHandler, OpenAiHandler, Reply, running
 
 from .conftest import House, Opened
 
@@ -64,7 +66,7 @@ async def model(spoken: Spoken) -> AsyncIterator[LanguageModel]:
 
 
 async def test_an_answer_comes_back_as_it_was_given(model: LanguageModel, spoken: Spoken) -> None:
-    assert json.loads(await model.complete(parse_prompt(REQUEST))) == ANSWER
+    assert json.loads((await model.complete(parse_prompt(REQUEST))).text) == ANSWER
     assert model.name == f"{spoken.kind}:small"
 
 
@@ -144,9 +146,10 @@ async def test_an_older_name_of_the_constrained_format_is_found_out_once() -> No
         server.refuses_named_format = True
         model = OpenAiModel(f"{server.url}/v1", "small", timeout_s=30.0)
         for _ in range(2):
-            assert json.loads(await model.complete(parse_prompt(REQUEST))) == ANSWER
+            assert json.loads((await model.complete(parse_prompt(REQUEST))).text) == ANSWER
         await model.aclose()
-    assert [one["response_format"]["type"] for one in server.asked] == ["json_schema", "json_object", "json_object"]
+    tried = ["json_schema", "json_schema", "json_object", "json_object"]
+    assert [one["response_format"]["type"] for one in server.asked] == tried
 
 
 async def test_a_key_is_shown_where_there_is_one() -> None:
@@ -180,24 +183,179 @@ async def test_an_answer_outside_the_schema_is_asked_for_once_more(opened: Opene
 
 
 @pytest.mark.parametrize(
-    "content",
+    ("content", "why"),
     [
-        "",
-        "a cup",
-        "[]",
-        {"yolo_class": 3},
-        ANSWER | {"description": "x" * 200},
-        ANSWER | {"velocity": 1.0},
-        "null",
+        ("", "its answer was empty"),
+        ("a cup", "no JSON in its answer: 'a cup'"),
+        ("[]", "no JSON in its answer: '[]'"),
+        ({"yolo_class": 3}, "answered outside the schema: yolo_class: Input should be a valid string"),
+        (ANSWER | {"description": "x" * 200}, "answered outside the schema: description: String should have at most"),
+        ("null", "no JSON in its answer: 'null'"),
+        (Reply({"content": "", "thinking": "Well,"}, "length"), "its tokens were used up"),
+        (Reply({"content": '{"yolo_class": "cup"'}, "length"), "its answer was cut off"),
     ],
 )
-async def test_after_the_second_wrong_answer_the_rules_answer(opened: Opened, spoken: Spoken, content: object) -> None:
+async def test_after_the_second_wrong_answer_the_rules_answer_and_what_was_wrong_is_told(
+    opened: Opened, spoken: Spoken, content: object, why: str
+) -> None:
     spoken.server.says(content)
     async with opened(House(), parse_deadline_s=30.0, **spoken.settings) as house:
         told = await parsed(house)
     assert (told.yolo_class, told.description, told.parser) == ("cup", "coffee mug", "rules")
-    assert "outside the schema" in told.notes
+    assert f"{spoken.kind}:small: " in told.notes
+    assert why in told.notes
     assert len(spoken.server.asked) == 2
+
+
+CALL = {"function": {"name": "answer", "arguments": ANSWER}}
+FORMS: dict[str, dict[str, Any]] = {
+    "in a code fence": {"content": f"```json\n{json.dumps(ANSWER)}\n```"},
+    "after its thoughts": {"content": f"<think>\nA bottle? {{}} A cup.\n</think>\n\n{json.dumps(ANSWER)}"},
+    "with prose round it": {"content": f"Sure, here it is:\n{json.dumps(ANSWER)}\nAnything else?"},
+    "after a byte-order mark": {"content": f"\ufeff{json.dumps(ANSWER)}"},
+    "with null, and a field more": {"content": json.dumps({**ANSWER, "description": None, "confidence": 0.9})},
+    "with a capital": {"content": json.dumps({**ANSWER, "yolo_class": "Cup", "memory_object": "Bottle"})},
+    "in a list": {"content": json.dumps([ANSWER])},
+    "as a tool call": {"content": "", "tool_calls": [CALL]},
+    "beside its thoughts": {"content": json.dumps(ANSWER), "thinking": "Hm.", "reasoning_content": "Hm."},
+    "in the place of its thoughts": {
+        "content": "", "thinking": json.dumps(ANSWER), "reasoning_content": json.dumps(ANSWER)
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+async def test_a_right_answer_counts_in_whatever_form_it_comes(opened: Opened, spoken: Spoken, form: str) -> None:
+    spoken.server.says(Reply(FORMS[form]))
+    async with opened(House(), parse_deadline_s=30.0, **spoken.settings) as house:
+        told = await parsed(house)
+    assert (told.yolo_class, told.memory_object, told.parser) == ("cup", "bottle", f"{spoken.kind}:small")
+    assert len(spoken.server.asked) == 1
+
+
+@pytest.mark.parametrize(
+    ("message", "ending", "why"),
+    [
+        ({"refusal": "I cannot help with that."}, "stop", "it refused: 'I cannot help with that.'"),
+        ({"content": "…"}, "content_filter", "it refused: '…'"),
+        (
+            {"content": [{"type": "thinking", "thinking": []}]},
+            "length",
+            "its answer was empty, its tokens were used up",
+        ),
+    ],
+)
+async def test_what_openai_servers_say_in_the_place_of_an_answer_is_told(
+    opened: Opened, message: dict[str, Any], ending: str, why: str
+) -> None:
+    with running(OpenAiHandler) as server:
+        server.says(Reply(message, ending))
+        async with opened(House(), parse_deadline_s=30.0, **Spoken(server, "openai").settings) as house:
+            told = await parsed(house)
+    assert (told.parser, why in told.notes) == ("rules", True)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"content": [{"type": "reasoning", "text": "{}"}, {"type": "text", "text": json.dumps(ANSWER)}]},
+        {"content": ANSWER},
+        {"function_call": {"name": "answer", "arguments": json.dumps(ANSWER)}},
+        {"tool_calls": [{"id": "1", "type": "function", "function": {"name": "a", "arguments": json.dumps(ANSWER)}}]},
+    ],
+)
+async def test_openai_servers_put_an_answer_in_several_places(message: dict[str, Any]) -> None:
+    with running(OpenAiHandler) as server:
+        server.says(Reply(message))
+        model = OpenAiModel(f"{server.url}/v1", "small", timeout_s=30.0)
+        said = await model.complete(parse_prompt(REQUEST))
+        await model.aclose()
+    assert json.loads(said.text) == ANSWER
+
+
+@pytest.mark.parametrize(
+    ("body", "detail"), [({"error": {"message": "no slots"}}, "no slots"), ({"error": "no slots"}, "no slots")]
+)
+async def test_a_refusal_that_is_called_a_success_is_a_refusal(body: dict[str, Any], detail: str) -> None:
+    with running(OpenAiHandler) as server:
+        server.says(Reply(body, WHOLE_BODY))
+        model = OpenAiModel(f"{server.url}/v1", "small", timeout_s=30.0)
+        with pytest.raises(UpstreamError, match=detail):
+            await model.complete(parse_prompt(REQUEST))
+        await model.aclose()
+
+
+async def test_an_answer_without_choices_is_an_empty_one() -> None:
+    with running(OpenAiHandler) as server:
+        server.says(Reply({"choices": []}, WHOLE_BODY))
+        model = OpenAiModel(f"{server.url}/v1", "small", timeout_s=30.0)
+        assert await model.complete(parse_prompt(REQUEST)) == Completion("")
+        await model.aclose()
+
+
+def asked_to_think(asked: dict[str, Any]) -> Any:
+    return asked.get("think", asked.get("chat_template_kwargs", {}).get("enable_thinking"))
+
+
+async def test_a_model_is_told_not_to_think_and_a_server_that_refuses_the_word_is_asked_without(
+    model: LanguageModel, spoken: Spoken
+) -> None:
+    await model.complete(parse_prompt(REQUEST))
+    spoken.server.refuses_think = True
+    for _ in range(2):
+        await model.complete(parse_prompt(REQUEST))
+    assert [asked_to_think(one) for one in spoken.server.asked] == [False, False, None, None]
+
+
+async def test_a_model_that_thinks_all_the_same_gets_room_for_it(opened: Opened, spoken: Spoken) -> None:
+    spoken.server.says(Reply({"content": "", "thinking": "Hm", "reasoning_content": "Hm"}, "length"), ANSWER)
+    async with opened(House(), parse_deadline_s=30.0, **spoken.settings) as house:
+        told = await parsed(house)
+    rooms = [one.get("max_tokens") or one["options"]["num_predict"] for one in spoken.server.asked]
+    assert (told.parser, rooms) == (f"{spoken.kind}:small", [120, 120 + THINKING_TOKENS_MAX])
+
+
+async def test_a_model_that_never_answers_as_asked_is_named_so_until_it_does(opened: Opened, spoken: Spoken) -> None:
+    spoken.server.says("A cup.", "It is a cup.", ANSWER)
+    async with opened(House(), parse_deadline_s=30.0, **spoken.settings) as house:
+        await parsed(house)
+        wrong, warned = await state_of(house, f"{spoken.kind}:small")
+        await parsed(house)
+        right, content = await state_of(house, f"{spoken.kind}:small")
+    detail = "answers, but never as asked: no JSON in its answer: 'It is a cup.'"
+    assert (wrong.state, wrong.detail) == (ModelState.ANSWERS_WRONG, detail)
+    assert warned == [(DependencyState.WARNING, detail)]
+    assert (right.state, right.detail, content) == (ModelState.READY, "", [])
+
+
+async def state_of(house: House, name: str) -> tuple[ModelInfo, list[tuple[DependencyState, str]]]:
+    """A model as `/models` has it, and its lines in `/ready`."""
+    infos = [ModelInfo.model_validate(one) for one in (await house.client.get("/models")).json()]
+    ready = Readiness.model_validate_json((await house.client.get("/ready")).content)
+    lines = [(one.state, one.detail) for one in ready.dependencies if one.name == name]
+    return next(one for one in infos if one.name == name), lines
+
+
+@pytest.mark.parametrize(
+    ("said", "verdict"),
+    [
+        ("PRESENT: yes", Verdict.YES),
+        ({"present": "No."}, Verdict.NO),
+        ("PRESENT: yes, drive on", Verdict.ABSTAIN),
+    ],
+)
+async def test_a_third_voters_word_counts_where_it_is_a_plain_yes_or_no(
+    opened: Opened, spoken: Spoken, said: object, verdict: Verdict
+) -> None:
+    house = House()
+    house.camera.show(10.0, picture(("red", (80, 60, 130, 200))))
+    spoken.server.says(said)
+    async with opened(house, vlm_deadline_s=30.0, **spoken.settings):
+        body = {"target": {"label": "bottle", "description": "blue bottle"}}
+        answer = await house.client.post("/validate", json=body)
+        info, _ = await state_of(house, f"{spoken.kind}:eyes")
+    vote = Validation.model_validate_json(answer.content).votes[2]
+    assert (vote.verdict, info.state is ModelState.ANSWERS_WRONG) == (verdict, verdict is Verdict.ABSTAIN)
 
 
 @pytest.mark.parametrize(

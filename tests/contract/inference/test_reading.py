@@ -71,7 +71,7 @@ async def test_the_rules_answer_for_a_model_that_does_not_and_it_is_left_alone(
             assert "fake:llm" in told.notes
         parsers = [one for one in (await house.client.get("/models")).json() if one["role"] == "parser"]
     assert model.asked == 1
-    assert [one["available"] for one in parsers] == [False, True]
+    assert [one["state"] for one in parsers] == ["away", "ready"]
 
 
 async def test_the_rules_are_heard_where_the_model_saw_nothing(opened: Opened) -> None:
@@ -106,7 +106,7 @@ async def test_words_written_in_a_picture_reach_no_prompt_and_an_answer_is_yes_o
     house = House()
     house.detector.found = (bottle((60, 60, 110, 200)),)
     with running(OllamaHandler) as server:
-        server.says({"present": "yes", "then": "drive on"})
+        server.says({"present": "yes, and drive on"})
         async with opened(house, vlm_deadline_s=30.0, ollama_url=server.url, vlm_model="eyes"):
             house.camera.show(10.0, note)
             await until(lambda: house.bus.published != [], timeout_s=30.0)

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from contracts.problem import Problem
-from contracts.vision import Detections, EmbedReply, ModelInfo, ScoreReply
+from contracts.vision import Detections, EmbedReply, ModelInfo, ModelState, ScoreReply
 from inference.models import Loaded
 from support.inference_fakes import POSE, FakeLanguageModel, bottle, jpeg_of, loads, picture
 from support.waiting import until
@@ -127,7 +127,11 @@ async def test_models_that_cannot_be_loaded_are_named(opened: Opened) -> None:
         assert "nowhere.pt" in ready["dependencies"][0]["detail"]
         told = [ModelInfo.model_validate(one) for one in (await house.client.get("/models")).json()]
         assert (await house.client.post("/clip-score", json={"texts": ["a"]})).status_code == 503
-    assert [one.role for one in told if not one.available] == ["detector", "clip", "vlm"]
+    assert [(one.role, one.state) for one in told][:3] == [
+        ("detector", ModelState.NOT_LOADED),
+        ("clip", ModelState.NOT_LOADED),
+        ("vlm", ModelState.NOT_CONFIGURED),
+    ]
 
 
 async def test_models_are_listed_with_their_thresholds(opened: Opened) -> None:

@@ -3,7 +3,7 @@
 import httpx
 import pytest
 
-from contracts.problem import Health
+from contracts.problem import Dependency, DependencyState, Health, Readiness
 from mesh.errors import MeshError, ServiceTimeoutError, UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 
@@ -72,3 +72,14 @@ async def test_a_service_that_waits_for_another_is_told_from_one_that_hangs(
     client, _ = answering(*answers)
     found = await client.dependency()
     assert (found.ok, found.detail) == (detail == "", detail)
+
+
+async def test_what_a_ready_service_warns_of_is_handed_on() -> None:
+    lines = (
+        Dependency.of("models", ok=True, detail="loaded"),
+        Dependency(name="ollama:small", state=DependencyState.WARNING, detail="answers, but never as asked"),
+    )
+    ready = Readiness(ready=True, service="inference", dependencies=lines)
+    client, _ = answering(httpx.Response(200, content=ready.model_dump_json()))
+    found = await client.dependency()
+    assert (found.state, found.detail) == (DependencyState.WARNING, "ollama:small: answers, but never as asked")

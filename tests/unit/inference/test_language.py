@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from contracts.coco import COCO_LABELS, COLOURS
-from contracts.vision import ParseTaskRequest
+from contracts.vision import ModelState, ParseTaskRequest
 from inference.breaker import Breaker
 from inference.claims import checked
 from inference.colours import SPELLINGS
@@ -44,6 +44,24 @@ def test_answers_without_sense_open_it_only_when_they_go_on() -> None:
     breaker.answered_wrong(1.0, "prose")
     breaker.answered_wrong(2.0, "prose")
     assert (breaker.allows(3.0), breaker.last_error) == (False, "prose")
+
+
+def test_a_model_is_named_wrong_at_once_when_it_was_never_right_and_when_it_goes_on_when_it_was() -> None:
+    breaker = Breaker(retry_after_s=30.0, wrong_answers_max=2)
+    states = [breaker.state]
+    for happens in (
+        lambda: breaker.answered_wrong(0.0, "prose"),
+        breaker.succeeded,
+        lambda: breaker.answered_wrong(1.0, "prose"),
+        lambda: breaker.answered_wrong(2.0, "prose"),
+        lambda: breaker.failed(40.0, "away"),
+        lambda: breaker.answered_wrong(80.0, "prose"),
+        breaker.succeeded,
+    ):
+        happens()
+        states.append(breaker.state)
+    ready, away, wrong = ModelState.READY, ModelState.AWAY, ModelState.ANSWERS_WRONG
+    assert states == [ready, wrong, ready, ready, wrong, away, wrong, ready]
 
 
 async def test_a_model_that_hangs_leaves_the_next_one_its_share_of_the_time() -> None:

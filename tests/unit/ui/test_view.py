@@ -112,6 +112,17 @@ def test_who_is_missing_is_named() -> None:
     assert seen(situation).away == "inference, memory not available"
 
 
+def test_a_service_that_warns_is_shown_as_one_that_works_and_says_of_what() -> None:
+    situation = Situation()
+    wrong = "ollama:small: answers, but never as asked: its answer was empty"
+    warns = Dependency(name="inference", state=DependencyState.WARNING, detail=wrong)
+    situation.services = (warns, Dependency.of("memory", ok=True))
+    chips = seen(situation).services
+    assert [(one.value, one.tone) for one in chips] == [(wrong[:60], Tone.WARN), ("", Tone.GOOD)]
+    assert wrong in chips[0].title
+    assert seen(situation).away == ""
+
+
 def test_durations_read_like_a_clock() -> None:
     assert [duration(seconds) for seconds in (7.9, 750.0, 3723.0)] == ["0:07", "12:30", "1:02:03"]
 

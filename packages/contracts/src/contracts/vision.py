@@ -150,6 +150,19 @@ class EmbedReply(Message):
     texts: tuple[tuple[float, ...], ...] = Field(default=(), description="one unit vector a text, in the order sent")
 
 
+class ModelState(StrEnum):
+    """How a model does."""
+
+    READY = "ready"
+    NOT_CONFIGURED = "not_configured"
+    NOT_LOADED = "not_loaded"
+    """Still loading, or its weights could not be read."""
+    AWAY = "away"
+    """It does not answer, or its server refuses."""
+    ANSWERS_WRONG = "answers_wrong"
+    """It answers, but not as asked."""
+
+
 class ModelInfo(Message):
     role: str = Field(description="detector, clip, vlm or parser")
     name: str
@@ -158,5 +171,5 @@ class ModelInfo(Message):
         default_factory=dict, description="the backends that were tried, fastest call of each in milliseconds"
     )
     threshold: float | None = None
-    available: bool = True
-    detail: str = ""
+    state: ModelState = ModelState.READY
+    detail: str = Field(default="", description="for a person: why it is not ready, or not as fast as it could be")

@@ -7,7 +7,7 @@ import stamina
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.base import Message
-from contracts.problem import Dependency, DependencyState
+from contracts.problem import Dependency, DependencyState, Readiness
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
 
 M = TypeVar("M", bound=Message)
@@ -96,7 +96,7 @@ class ServiceClient:
         raise UpstreamError(self.service, response.status_code, detail, code=code)
 
     async def dependency(self) -> Dependency:
-        """This service as a line of somebody's `/ready`: is it ready itself?"""
+        """This service as a line of somebody's `/ready`: is it ready itself, and does it warn of something?"""
         try:
             response = await self.http.get("/ready", timeout=1.0)
         except httpx.ReadTimeout as error:
@@ -104,7 +104,11 @@ class ServiceClient:
             return Dependency.of(self.service, ok=False, detail="not ready in time") if alive else self._away(error)
         except httpx.HTTPError as error:
             return self._away(error)
-        return Dependency.of(self.service, ok=response.is_success, detail="" if response.is_success else "not ready")
+        if not response.is_success:
+            return Dependency.of(self.service, ok=False, detail="not ready")
+        warnings = _warnings(response)
+        state = DependencyState.WARNING if warnings else DependencyState.READY
+        return Dependency(name=self.service, state=state, detail=warnings)
 
     def _away(self, error: httpx.HTTPError) -> Dependency:
         detail = f"not reachable ({type(error).__name__})"
@@ -125,6 +129,15 @@ class ServiceClient:
 
     def _not_the_contract(self, error: ValidationError) -> UpstreamError:
         return UpstreamError(self.service, 200, f"the answer is not the contract: {error.error_count()} errors")
+
+
+def _warnings(ready: httpx.Response) -> str:
+    """What a `/ready` warns of, in one line."""
+    try:
+        lines = Readiness.model_validate_json(ready.content).dependencies
+    except ValidationError:
+        return ""
+    return "; ".join(f"{one.name}: {one.detail}" for one in lines if one.state is DependencyState.WARNING)
 
 
 def _problem(response: httpx.Response) -> tuple[str, str]:

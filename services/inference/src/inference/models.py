@@ -10,7 +10,7 @@ import structlog
 from prometheus_client import Histogram
 
 from contracts.base import BboxXyxy
-from contracts.vision import Detection, ModelInfo, Target
+from contracts.vision import Detection, ModelInfo, ModelState, Target
 from inference.colours import colour_prompts, pick_colour
 from inference.images import decode
 from inference.ports import Detector, Embeddings, FasterDetector, ImageText, RgbImage
@@ -147,10 +147,10 @@ class Models:
         loaded = self.loaded or Loaded()
         detector, clip = loaded.detector, loaded.clip
         return [
-            ModelInfo(role="detector", name="", backend="", available=False, detail=self.problem)
+            ModelInfo(role="detector", name="", backend="", state=ModelState.NOT_LOADED, detail=self.problem)
             if detector is None
             else _info("detector", detector, self.slower_because),
-            ModelInfo(role="clip", name="", backend="", available=False, detail=self.problem)
+            ModelInfo(role="clip", name="", backend="", state=ModelState.NOT_LOADED, detail=self.problem)
             if clip is None
             else _info("clip", clip),
         ]

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from contracts.geometry import Pose2D
-from contracts.vision import Detection
+from contracts.vision import Detection, ModelInfo
 
 RgbImage = npt.NDArray[np.uint8]
 """(height, width, 3), red first."""
@@ -16,6 +17,9 @@ Embeddings = npt.NDArray[np.float32]
 """(n, d), unit vectors: a dot product is a cosine."""
 CONNECT_TIMEOUT_S = 3.0
 """A server of language models that has not picked up by then is down."""
+
+THINKING_TOKENS_MAX = 1000
+"""Given on top of an answer's to a model that thinks aloud although it was told not to; deadlines hold all the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +130,26 @@ class Prompt:
     temperature: float = 0.0
 
 
+class Ending(StrEnum):
+    """How a model's answer ended."""
+
+    WHOLE = "whole"
+    CUT_OFF = "cut_off"
+    """Its tokens were used up."""
+    REFUSED = "refused"
+    """It would not answer; `Completion.text` is what it said instead."""
+
+
+@dataclass(frozen=True, slots=True)
+class Completion:
+    """An answer as it came, not yet checked against the schema."""
+
+    text: str
+    thoughts: str = ""
+    """What it thought aloud, where its server keeps that apart."""
+    ending: Ending = Ending.WHOLE
+
+
 class LanguageModel(Protocol):
     """One model of one server, whatever wire format that speaks; with images, a vision-language model."""
 
@@ -137,8 +161,8 @@ class LanguageModel(Protocol):
     @property
     def backend(self) -> str: ...
 
-    async def complete(self, prompt: Prompt) -> str:
-        """The text of the answer, not yet checked against the schema.
+    async def complete(self, prompt: Prompt) -> Completion:
+        """One answer, in whatever form the model gives it.
 
         Raises `UnavailableError` (away, slow) or `UpstreamError` (it refused, or spoke another wire format).
         """
@@ -151,8 +175,9 @@ class VisionLanguageModel(Protocol):
     @property
     def name(self) -> str: ...
 
-    @property
-    def backend(self) -> str: ...
+    def info(self) -> ModelInfo:
+        """What it is, and how it does."""
+        ...
 
     async def present(self, jpeg: bytes, description: str) -> bool:
         """Is there a `description` visible? Raises `UnavailableError` (away, slow, no sense in its answers)."""

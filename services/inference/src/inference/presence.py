@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from contracts.vision import ModelInfo
 from inference.prompts import PresenceAnswer, presence_prompt
 from inference.providers import Providers
 
@@ -17,9 +18,8 @@ class PresenceJudge:
     def name(self) -> str:
         return self.providers.providers[0].model.name
 
-    @property
-    def backend(self) -> str:
-        return self.providers.providers[0].model.backend
+    def info(self) -> ModelInfo:
+        return self.providers.providers[0].info("vlm")
 
     async def present(self, jpeg: bytes, description: str) -> bool:
         answer, _ = await self.providers.ask(

@@ -5,9 +5,10 @@ is written there, the answer can be no more than a label, a few words, yes or no
 """
 
 import json
-from typing import Any, Literal
+import re
+from typing import Annotated, Any, Literal, Self, cast
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from contracts.coco import COCO_LABELS
 from contracts.language import ReasonRequest
@@ -37,20 +38,59 @@ REASON_SYSTEM = (
 )
 
 
-class Answer(BaseModel):
-    """A field too many is an answer outside the schema."""
+BARE = re.compile(r"\W*(yes|no)\W*", re.IGNORECASE)
+PRESENT = re.compile(r"\bpresent\W{0,4}:\W{0,4}(yes|no)\b[ .!*_\"'`]*$", re.IGNORECASE | re.MULTILINE)
+"""Requirement A11's form of an answer, at the end of a line: 'PRESENT: yes or no' is the question, said again."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+
+def _lower(value: Any) -> Any:
+    return value.strip().lower() if isinstance(value, str) else value
+
+
+def _class(value: Any) -> Any:
+    return _lower(value) or "none"
+
+
+def _yes_or_no(value: Any) -> Any:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    bare = BARE.fullmatch(value) if isinstance(value, str) else None
+    return bare[1].lower() if bare else value
+
+
+class Answer(BaseModel):
+    """Fields that were not asked for say nothing, and null in the place of an optional one says nothing either."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plainly_named(cls, given: Any) -> Any:
+        named = {_lower(name): value for name, value in cast(dict[Any, Any], given).items()}
+        required = {name for name, field in cls.model_fields.items() if field.is_required()}
+        return {name: value for name, value in named.items() if value is not None or name in required}
+
+    @classmethod
+    def said_plainly(cls, text: str) -> Self | None:
+        """The answer where it was given in words, without any JSON; none where words will not do."""
+        return None
 
 
 class TaskAnswer(Answer):
-    yolo_class: str = Field(min_length=1, max_length=64)
-    memory_object: str = Field(default="", max_length=64)
+    yolo_class: Annotated[str, BeforeValidator(_class)] = Field(max_length=64)
+    memory_object: Annotated[str, BeforeValidator(_lower)] = Field(default="", max_length=64)
     description: str = Field(default="", max_length=120)
 
 
 class PresenceAnswer(Answer):
-    present: Literal["yes", "no"]
+    present: Annotated[Literal["yes", "no"], BeforeValidator(_yes_or_no)]
+
+    @classmethod
+    def said_plainly(cls, text: str) -> Self | None:
+        """'Yes.' and nothing else, or 'PRESENT: no' on a line; none where both are said."""
+        bare = BARE.fullmatch(text)
+        said = {bare[1].lower()} if bare else {one.lower() for one in PRESENT.findall(text)}
+        return cls.model_validate({"present": said.pop()}) if len(said) == 1 else None
 
 
 class ReasonAnswer(Answer):

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import structlog
-from pydantic import ValidationError
 
-from contracts.vision import ModelInfo
+from contracts.vision import ModelInfo, ModelState
+from inference.answers import WrongAnswerError, read
 from inference.breaker import Breaker
 from inference.ports import LanguageModel, Prompt
 from inference.prompts import Answer
@@ -32,10 +32,6 @@ class NoAnswerError(UnavailableError):
         super().__init__("language model", detail)
 
 
-class _OutsideTheSchemaError(Exception):
-    """An answer nobody can use."""
-
-
 @dataclass(frozen=True)
 class Provider:
     model: LanguageModel
@@ -46,8 +42,14 @@ class Provider:
         return cls(model, Breaker(retry_after_s))
 
     def info(self, role: str) -> ModelInfo:
-        down = self.breaker.last_error
-        return ModelInfo(role=role, name=self.model.name, backend=self.model.backend, available=not down, detail=down)
+        state, why = self.breaker.state, ""
+        if state is ModelState.ANSWERS_WRONG:
+            why = (
+                f"answers, but {'no longer' if self.breaker.was_right else 'never'} as asked: {self.breaker.last_error}"
+            )
+        elif state is ModelState.AWAY:
+            why = self.breaker.last_error
+        return ModelInfo(role=role, name=self.model.name, backend=self.model.backend, state=state, detail=why)
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class Providers:
             except (UnavailableError, UpstreamError) as error:
                 why = error.detail
                 breaker.failed(self.clock.now_s(), why)
-            except _OutsideTheSchemaError as error:
+            except WrongAnswerError as error:
                 why = str(error)
                 breaker.answered_wrong(self.clock.now_s(), why)
             else:
@@ -100,13 +102,13 @@ class Providers:
 async def _attempts(model: LanguageModel, prompt: Prompt, kind: type[A], objection: Callable[[A], str]) -> A:
     wrong = ""
     for attempt in range(ATTEMPTS):
-        content = await model.complete(prompt if attempt == 0 else replace(prompt, temperature=RETRY_TEMPERATURE))
+        said = await model.complete(prompt if attempt == 0 else replace(prompt, temperature=RETRY_TEMPERATURE))
         try:
-            answer = kind.model_validate_json(content)
-        except ValidationError as error:
-            wrong = f"answered outside the schema: {error.error_count()} errors"
+            answer = read(said, kind)
+        except WrongAnswerError as error:
+            wrong = str(error)
             continue
         wrong = objection(answer)
         if not wrong:
             return answer
-    raise _OutsideTheSchemaError(wrong)
+    raise WrongAnswerError(wrong)

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from contracts.geometry import Pose2D
-from contracts.problem import Dependency
-from contracts.vision import Detections, ModelInfo
+from contracts.problem import Dependency, DependencyState
+from contracts.vision import Detections, ModelInfo, ModelState
 from inference.images import decode
 from inference.models import Models
 from inference.perception import Perception
@@ -50,14 +50,22 @@ class Inference:
     def model_infos(self) -> list[ModelInfo]:
         vlm = self.validator.vlm
         third = (
-            ModelInfo(role="vlm", name="", backend="", available=False, detail="none configured: its vote abstains")
+            ModelInfo(role="vlm", name="", backend="", state=ModelState.NOT_CONFIGURED, detail="its vote abstains")
             if vlm is None
-            else ModelInfo(role="vlm", name=vlm.name, backend=vlm.backend)
+            else vlm.info()
         )
         return [*self.models.infos(), third, *self.reader.infos()]
 
+    def helpers(self) -> list[ModelInfo]:
+        """The models that are asked in words; those of a role that is not filled are left out."""
+        vlm = self.validator.vlm
+        return [*([vlm.info()] if vlm is not None else []), *self.reader.infos()]
+
     def dependencies(self) -> Sequence[Dependency]:
-        """Ready means: models loaded, frames looked at within the last seconds, and Redis there."""
+        """Ready means: models loaded, frames looked at within the last seconds, and Redis there.
+
+        A helper that does not help is a warning: the rules read, and two votes decide, without it.
+        """
         problem = self.models.problem
         age_s = self.perception.frame_age_s()
         flowing = age_s is not None and age_s <= self.frame_age_max_s
@@ -67,4 +75,9 @@ class Inference:
             Dependency.of("models", ok=not problem, detail=problem),
             Dependency.of("frames", ok=flowing, detail=told + why),
             redis_dependency(self.bus),
+            *(
+                Dependency(name=one.name, state=DependencyState.WARNING, detail=one.detail)
+                for one in self.helpers()
+                if one.state in {ModelState.AWAY, ModelState.ANSWERS_WRONG}
+            ),
         ]

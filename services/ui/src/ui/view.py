@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import Final
 
 from contracts.mission import Mission, MissionState, Outcome
-from contracts.problem import DependencyState
+from contracts.problem import Dependency, DependencyState
 from contracts.robot import NavigationState, RobotState
 from ui.situation import Situation
 from ui.texts import mark, t
@@ -103,15 +103,7 @@ def view(situation: Situation, *, now_s: float, silence_s_max: float) -> View:
         robot_facts=_robot_facts(situation, robot, now_s),
         mission_facts=_mission_facts(situation, mission, now_s, silence_s_max),
         sensors=_sensors(robot),
-        services=tuple(
-            Chip(
-                name_of(s.name),
-                "" if s.ok else _short(s.detail),
-                Tone.GOOD if s.ok else Tone.BAD,
-                f"{s.name}: {s.detail or 'ready'}",
-            )
-            for s in situation.services
-        ),
+        services=tuple(_service(one) for one in situation.services),
         away=_away(situation),
         queue=tuple((one.id, one.command) for one in situation.mission.queue) if situation.mission is not None else (),
         goal_open=situation.goal is not None and not running,
@@ -224,6 +216,16 @@ def _sensors(robot: RobotState | None) -> tuple[Chip, ...]:
             f"{name}: {t('fresh') if status.valid else t('not fresh')}",
         )
         for name, status in sorted(robot.sensors.items())
+    )
+
+
+SERVICE_TONES = {DependencyState.READY: Tone.GOOD, DependencyState.WARNING: Tone.WARN}
+
+
+def _service(one: Dependency) -> Chip:
+    value = "" if one.state is DependencyState.READY else _short(one.detail)
+    return Chip(
+        name_of(one.name), value, SERVICE_TONES.get(one.state, Tone.BAD), f"{one.name}: {one.detail or t('ready')}"
     )
 
 
