@@ -9,7 +9,7 @@ from support.source import Module, all_modules
 
 PURE = {
     "coordinator": ("core", "coverage", "lookouts", "parse_validation", "seen", "view", "viewpoints"),
-    "geometry": ("grids", "poses"),
+    "geometry": ("grids", "places", "poses"),
     "inference": (
         "answers",
         "boxes",
