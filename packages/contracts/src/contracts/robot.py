@@ -1,11 +1,14 @@
 """What robot_bridge says about the robot and what it can be asked to do."""
 
 from enum import IntEnum, StrEnum
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from contracts.base import BboxXyxy, ImageSidePx, Message, StampS
+from contracts.base import NO_CONTROL_CHARACTERS, BboxXyxy, ImageSidePx, Message, StampS
 from contracts.geometry import Point3D, Pose2D, Twist2D
+
+MapId = Annotated[str, Field(min_length=1, max_length=40, pattern=NO_CONTROL_CHARACTERS)]
 
 
 class SensorStatus(Message):
@@ -82,7 +85,10 @@ class RobotState(Message):
     battery: Battery | None = None
     docked: bool | None = None
     dock_visible: bool | None = Field(default=None, description="the base sees its dock")
-    dock: Pose2D | None = Field(default=None, description="base_link in map while docked, as set or last seen")
+    dock: Pose2D | None = Field(default=None, description="base_link in map while docked, as set or last seen there")
+    map_id: MapId | None = Field(
+        default=None, description="which home the map is of; coordinates of one mean nothing in another"
+    )
     navigation: NavigationState = NavigationState.INACTIVE
     goal_id: str | None = None
     emergency_stop: EmergencyStop
@@ -283,6 +289,21 @@ class MotionGains(Message):
 MAP_CELLS_MAX = 4096 * 4096
 
 
+class KnownMap(Message):
+    """A home that the robot has a map of, or had: known again by what stands in it, however the map is written down."""
+
+    id: MapId
+    was: tuple[MapId, ...] = Field(default=(), description="maps that a person has since said are of this home")
+    first_seen_s: StampS
+    last_seen_s: StampS
+
+
+class SameHomeRequest(Message):
+    """The map of now is of the home `id`: see `GET /maps`."""
+
+    id: MapId
+
+
 class Map(Message):
     """Occupancy grid, row 0 at the origin (ROS OccupancyGrid order); `geometry.grids` reads it."""
 
@@ -290,6 +311,7 @@ class Map(Message):
     height: int = Field(ge=1, le=MAP_CELLS_MAX)
     resolution_m: float = Field(gt=0.0, le=1.0)
     origin: Pose2D = Field(description="of the corner of the first cell in map; may be turned")
+    home: KnownMap | None = Field(default=None, description="which home it is of; none where nobody has looked")
     data_base64: str = Field(
         description="width*height int8 cells, zlib-compressed, base64: -1 unknown, 0 free .. 100 occupied"
     )

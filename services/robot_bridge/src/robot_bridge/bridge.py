@@ -19,6 +19,7 @@ from robot_bridge.closed_loop import Running
 from robot_bridge.docking import Docking
 from robot_bridge.emergency_stop import LatchFile, StopHistory
 from robot_bridge.limits import arbiter_limits, motion_gains, obstacle_limits, safety_limits
+from robot_bridge.map_book import MapBook
 from robot_bridge.measuring import Measuring
 from robot_bridge.motion import Motion, Tuning
 from robot_bridge.navigator import Navigator
@@ -55,6 +56,7 @@ class Bridge:
     stopping: Stopping
     tuning: Tuning
     docking: Docking
+    maps: MapBook
     recordings: Recordings
     celebrated_s: float | None = None
 
@@ -107,7 +109,8 @@ class Bridge:
                 "stamp_s": now.taken_s,
                 "pose": now.pose,
                 "battery": now.battery,
-                "dock": self.docking.place.pose,
+                "dock": self.docking.dock_pose,
+                "map_id": current.id if (current := self.maps.current) is not None else None,
                 "navigation": self.navigator.state,
                 "goal_id": self.navigator.goal_id,
                 "emergency_stop": self.wheels.stop_state,
@@ -207,7 +210,8 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         publish=events.put,
         measure=measuring.sighting,
     )
-    docking = Docking(robot=robot, wheels=wheels, navigator=navigator, clock=clock, settings=settings)
+    maps = MapBook(settings.state_dir, senses.map, clock)
+    docking = Docking(robot=robot, wheels=wheels, navigator=navigator, maps=maps, clock=clock, settings=settings)
     stopping = Stopping(
         wheels=wheels,
         robot=robot,
@@ -230,6 +234,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         stopping=stopping,
         tuning=Tuning(motion_gains(settings)),
         docking=docking,
+        maps=maps,
         recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
     wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=bridge.session_ended)
@@ -242,6 +247,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("keep-stop", stopping.keep())
         tasks.start("publish-navigation", events.publish(bus))
         tasks.start("hear-sightings", bus.listen(VISION_OBJECT_SPOTTED, navigator.sighted))
+        tasks.start("name-map", maps.watch())
         tasks.start("watch-dock", bridge.docking.watch())
         yield bridge
     finally:

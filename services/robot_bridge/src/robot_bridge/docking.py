@@ -1,18 +1,15 @@
 """Onto the dock and off it: first in front of the dock with Nav2, then the base by itself (requirement A15)."""
 
 import asyncio
-import json
 from collections.abc import Coroutine
-from pathlib import Path
 from typing import Any
-
-import structlog
-from pydantic import ValidationError
 
 from contracts.geometry import Pose2D
 from contracts.robot import GoalRequest, GoalStatus, MotionReply
 from mesh.clock import Clock
 from mesh.errors import ConflictError
+from robot_bridge.dock_place import DockPlace
+from robot_bridge.map_book import MapBook
 from robot_bridge.navigator import Navigator, refuse_while_navigating
 from robot_bridge.ports import Robot
 from robot_bridge.settings import Settings
@@ -20,52 +17,18 @@ from robot_bridge.snapshot import Snapshot, look
 from robot_bridge.transforms import apart_m, compose
 from robot_bridge.wheels import Wheels
 
-log = structlog.get_logger()
-
-FILE = "dock.json"
-MOVED_M = 0.15
 NEAR_M = 0.35
 RING_M = 0.3
-
-
-class DockPlace:
-    """Where base_link is in the map while docked: set, or remembered from the last time it was docked and localised."""
-
-    def __init__(self, state_dir: Path, set_to: Pose2D | None) -> None:
-        self._file = state_dir / FILE
-        self._set_to = set_to
-        self._seen = self._load()
-
-    @property
-    def pose(self) -> Pose2D | None:
-        return self._set_to or self._seen
-
-    def learn(self, snapshot: Snapshot) -> None:
-        """Once a second: a robot that stands on its dock and knows where it is knows where the dock is."""
-        docked = snapshot.dock is not None and snapshot.dock.is_docked
-        if self._set_to is not None or snapshot.pose is None or not docked:
-            return
-        if self._seen is None or apart_m(self._seen, snapshot.pose) > MOVED_M:
-            self._seen = snapshot.pose
-            log.info("the dock is here", x=round(self._seen.x, 2), y=round(self._seen.y, 2))
-            try:
-                self._file.parent.mkdir(parents=True, exist_ok=True)
-                self._file.write_text(self._seen.model_dump_json())
-            except OSError as error:
-                log.warning("where the dock is could not be stored", error=str(error))
-
-    def _load(self) -> Pose2D | None:
-        try:
-            return Pose2D.model_validate(json.loads(self._file.read_text()))
-        except (OSError, ValueError, ValidationError):
-            return None
 
 
 class Docking:
     """One request at a time: the base is busy meanwhile. Ends with the awaiting task, its session, or `stop`."""
 
-    def __init__(self, *, robot: Robot, wheels: Wheels, navigator: Navigator, clock: Clock, settings: Settings) -> None:
-        self.place = DockPlace(settings.state_dir, settings.dock_pose)
+    def __init__(
+        self, *, robot: Robot, wheels: Wheels, navigator: Navigator, maps: MapBook, clock: Clock, settings: Settings
+    ) -> None:
+        self._place = DockPlace(settings.state_dir, settings.dock_pose)
+        self._maps = maps
         self._robot = robot
         self._wheels = wheels
         self._navigator = navigator
@@ -76,10 +39,15 @@ class Docking:
         self._session_id: str | None = None
         self._given_up_because = ""
 
+    @property
+    def dock_pose(self) -> Pose2D | None:
+        """base_link in the map of now while docked; none where that is not known."""
+        return self._place.in_map(self._maps.current)
+
     async def watch(self) -> None:
         """Learns where the dock is; runs as a background task."""
         while True:
-            self.place.learn(self._look())
+            self._place.learn(self._look(), self._maps.current)
             await self._clock.sleep(1.0)
 
     async def dock(self, session_id: str | None) -> MotionReply:
@@ -137,13 +105,15 @@ class Docking:
     def _before_the_dock(self, snapshot: Snapshot) -> Pose2D | None:
         """The pose to drive to first; none where the base can see its dock and had better go from where it is."""
         visible = snapshot.dock is not None and snapshot.dock.dock_visible
-        dock = self.place.pose
+        dock = self.dock_pose
         if dock is None:
             if visible:
                 return None
+            elsewhere = " in this map (it was learned in another one)"
+            where = elsewhere if self._place.is_known_elsewhere(self._maps.current) else ""
             raise ConflictError(
-                "where the dock is, is not known, and the base does not see it: put the robot on its dock once, "
-                "or set ROBOT_BRIDGE_DOCK_POSE"
+                f"where the dock is, is not known{where}, and the base does not see it: "
+                "put the robot on its dock once, or set ROBOT_BRIDGE_DOCK_POSE"
             )
         before = compose(dock, Pose2D(x=-self._settings.predock_distance_m, y=0.0, yaw=0.0))
         missing = "its place on the map is not known" if snapshot.pose is None else ""

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query
 from fastapi.responses import Response
 
 from contracts.laser import LaserScan
-from contracts.robot import Map, RobotState
+from contracts.robot import KnownMap, Map, RobotState, SameHomeRequest
 from geometry.grids import encode
 from mesh.errors import UnavailableError
 from robot_bridge import maps
@@ -41,7 +41,22 @@ async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000
 
 @router.get("/map")
 async def the_map(bridge: BridgeDep) -> Map:
-    return await asyncio.to_thread(encode, _grid(bridge))
+    """The newest map, and which home it is of."""
+    grid = _grid(bridge)
+    home = await bridge.maps.name(grid)
+    return (await asyncio.to_thread(encode, grid)).model_copy(update={"home": home})
+
+
+@router.get("/maps")
+async def known_maps(bridge: BridgeDep) -> tuple[KnownMap, ...]:
+    """Every home it ever had a map of, the last one first."""
+    return bridge.maps.known()
+
+
+@router.post("/map/same-home")
+async def same_home(body: SameHomeRequest, bridge: BridgeDep) -> KnownMap:
+    """'This is the same home': what belongs to that map belongs to the map of now. 409 where their walls do not fit."""
+    return await bridge.maps.same_home(body.id)
 
 
 @router.get("/map.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
