@@ -13,9 +13,12 @@ from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Any
 
+from bench import people
 from contracts.vision import ParsedTask, ParseTaskRequest
 from inference import parser
 from inference.languages import Languages, open_languages
+from inference.providers import Providers
+from inference.reading import Reader
 from inference.settings import Settings
 from mesh.clock import SystemClock
 
@@ -28,7 +31,7 @@ def main() -> None:
     rows = list(csv.DictReader(options.table.read_text(encoding="utf-8").splitlines()))
     if options.quick:
         rows = rows[::20]
-    report: dict[str, Any] = {"commands": len(rows), "rules": _by_rules(rows)}
+    report: dict[str, Any] = {"commands": len(rows), "rules": _by_rules(rows), "people": asyncio.run(_of_people())}
     settings = Settings()
     if settings.ollama_url or settings.openai_url:
         sample = rows if not options.sample else random.Random(0).sample(rows, min(options.sample, len(rows)))
@@ -52,6 +55,18 @@ def _by_rules(rows: Sequence[dict[str, str]]) -> dict[str, Any]:
             right[group] += _is_right(task, row)
     scores = {group: round(right[group] / count, 4) for group, count in sorted(every.items())}
     return {"right": scores} | _times(took_ms)
+
+
+async def _of_people() -> dict[str, Any]:
+    """The sayings of tests/data/people.csv, read by the rules; the held-out half apart."""
+    none = Providers.of((), retry_after_s=1.0, clock=SystemClock())
+    reader = Reader(none, none, deadline_s=8.0)
+    halves: dict[str, Any] = {}
+    for half in ("tuned", "held_out"):
+        some = people.rows(half)
+        read = [(row, await reader.parse(ParseTaskRequest(command=row["text"]))) for row in some]
+        halves[half] = people.report(read)
+    return halves
 
 
 async def _by_model(settings: Settings, rows: Sequence[dict[str, str]]) -> dict[str, Any]:

@@ -65,3 +65,4 @@ class RestrictionKind(StrEnum):
 class Restriction(Message):
     kind: RestrictionKind
     said: str = Field(min_length=1, max_length=120, description="the words of it")
+    value: str = Field(default="", max_length=24, description="the colour, or the number: '2', 'all', 'several'")

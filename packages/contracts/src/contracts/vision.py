@@ -7,6 +7,7 @@ from pydantic import Field
 
 from contracts.base import BboxXyxy, Confidence, ImageSidePx, Label, Message, StampS
 from contracts.geometry import Pose2D
+from contracts.reading import Mood, Restriction
 
 
 class Target(Message):
@@ -117,6 +118,8 @@ class ParsedTask(Message):
     parser: str = Field(description="who answered: 'rules', 'ollama:<model>' or 'openai:<model>'")
     notes: str = Field(default="", max_length=500)
     targets: tuple[ParsedTarget, ...] = Field(default=(), max_length=8)
+    mood: Mood = Field(default=Mood.FIND, description="only FIND asks for a search")
+    restrictions: tuple[Restriction, ...] = Field(default=(), max_length=24, description="what narrows the thing down")
 
 
 class ScoreRequest(Message):

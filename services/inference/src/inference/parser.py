@@ -8,6 +8,7 @@ said with it: no word is added that nobody said.
 
 from collections.abc import Sequence
 
+from contracts.reading import Mood
 from contracts.vision import ParsedTask, ParseTaskRequest
 from inference.describing import DESCRIPTION_WORDS_MAX, colour_of_the_other, description_of
 from inference.lexicon import Lexicon, lexicon
@@ -23,7 +24,7 @@ def parse(request: ParseTaskRequest) -> ParsedTask:
     """What the command means, as far as the rules can tell; `yolo_class` is 'none' when nothing known is named."""
     words = lexicon()
     tokens = tokens_of(request.command)
-    mentions = with_roles(tokens, find_mentions(tokens, words), words)
+    mentions = with_roles(tokens, _believable(tokens, find_mentions(tokens, words), words), words)
     group, description = _wanted(tokens, mentions, words)
     head = group[-1] if group else None
     needed = find_need(tokens, words.activities, request.labels_in_memory)
@@ -32,12 +33,24 @@ def parse(request: ParseTaskRequest) -> ParsedTask:
     if needed is not None:
         return _answer(needed, needed, mentions, request, f"the need for a {needed} was read from the wording")
     if head is None:
-        return ParsedTask(yolo_class=NONE, parser=PARSER, notes="names nothing the detector knows")
+        notes = "names nothing the detector knows"
+        return ParsedTask(yolo_class=NONE, parser=PARSER, notes=notes, mood=Mood.UNKNOWN)
     if head.label == NONE:
         return ParsedTask(yolo_class=NONE, parser=PARSER, notes=f"the detector knows no '{head.said}'")
     literal = " ".join(token.word for token in tokens[head.start : head.end])
     notes = f"'{literal}' was read as '{head.said}'" if head.corrected else ""
     return _answer(head.label, description, mentions, request, notes)
+
+
+def _believable(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
+    """A word is taken for a slip only among words that are known: Turkish 'bul' is no misspelt bull."""
+    named = {at for one in mentions if one.corrected for at in range(one.start, one.end)}
+    known = any(
+        words.is_plain(token.word) or words.is_attribute(token.word) or token.word in words.vocabulary
+        for at, token in enumerate(tokens)
+        if at not in named
+    )
+    return [one for one in mentions if known or not one.corrected or len(named) == len(tokens)]
 
 
 def _wanted(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> tuple[list[Mention], str]:
