@@ -89,7 +89,7 @@ async def test_of_a_half_denied_command_a_model_reads_the_asked_half_alone() -> 
     ("text", "label"),
     [
         ("kırmızı şişeyi bul", "none"), ("xyz bul qwe", "none"), ("find the botle", "bottle"), ("botle", "bottle"),
-        ("find the bike lights", "none"), ("find the bike", "bicycle"), ("where is the gato", "cat"), 
+        ("find the bike lights", "none"), ("find the bike", "bicycle"), ("where is the gato", "cat"),
         ("where is my Handy", "cell phone"),
     ],
 )  # fmt: skip
