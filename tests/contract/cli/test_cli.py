@@ -167,3 +167,49 @@ def test_memory_lists_things_with_belief(played: Played) -> None:
 def test_another_host_and_port_base_are_asked(played: Played) -> None:
     atom("stop", "--port-base", "9000")
     assert played.asked == [("POST", "9004/emergency-stop")]
+
+
+@pytest.mark.parametrize(
+    ("said", "host"),
+    [
+        ("::1", "::1"),
+        ("[::1]", "::1"),
+        ("fe80::1%eth0", "fe80::1%eth0"),
+        ("http://127.0.0.1", "127.0.0.1"),
+        ("http://127.0.0.1/", "127.0.0.1"),
+        ("ROBOT.local", "robot.local"),
+        ("robot.local.", "robot.local."),
+        (" robot ", "robot"),
+    ],
+)
+def test_a_host_is_understood_however_it_is_written(monkeypatch: pytest.MonkeyPatch, said: str, host: str) -> None:
+    asked: list[httpx.URL] = []
+
+    def away(request: httpx.Request) -> httpx.Response:
+        asked.append(request.url)
+        raise httpx.ConnectError("refused")
+
+    monkeypatch.setattr(cli, "transport", httpx.MockTransport(away))
+    done = atom("stop", "--host", said)
+    assert (done.exit_code, {(one.host, one.port, one.path) for one in asked}) == (4, {(host, 8004, "/emergency-stop")})
+    assert "robot_bridge is not reachable at http://" in done.output
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ("", "is no name or address"),
+        ("robot.local:9000", "say robot.local alone"),
+        ("[::1]:9000", "say ::1 alone"),
+        ("https://robot.local", "speak http, not https"),
+        ("http://robot.local/page", "is no name or address"),
+        ("me@robot.local", "is no name or address"),
+        ("robot local", "is no name or address"),
+        ("robot:port", "is no name or address"),
+        (":::1", "is no name or address"),
+    ],
+)
+def test_what_is_no_host_is_wrong_usage_and_says_why(played: Played, said: str, why: str) -> None:
+    done = atom("stop", "--host", said)
+    assert (done.exit_code, played.asked) == (2, [])
+    assert why in " ".join(done.output.replace("│", " ").split())

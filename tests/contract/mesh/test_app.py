@@ -72,6 +72,51 @@ async def test_what_a_foreign_page_asks_for_is_refused(
     assert (await client.post("/open", headers=headers)).status_code == 200
 
 
+@pytest.mark.parametrize(
+    ("origin", "host", "status"),
+    [
+        ("http://[::1]:8080", "[::1]:8080", 200),
+        ("http://[::1]:8080", "[0:0::1]:8080", 200),
+        ("http://[fe80::1]:8080", "[fe80::1%25eth0]:8080", 200),
+        ("http://[::1]:8080", "[::2]:8080", 403),
+        ("http://robot.local", "robot.local:80", 200),
+        ("http://robot.local:80", "robot.local", 200),
+        ("https://robot.local:443", "robot.local", 200),
+        ("http://robot.local:443", "robot.local", 403),
+        ("http://ROBOT.local:8080", "robot.local:8080", 200),
+        ("http://robot.local:8080", "Robot.Local:8080", 200),
+        ("http://robot.local.:8080", "robot.local:8080", 200),
+        ("http://robot.local:8080", "robot.local.:8080", 200),
+        ("HTTPS://Robot.lan:443/", "sample", 200),
+        ("https://robot.lan:8443", "sample", 403),
+        ("http://robot.lan", "sample", 403),
+        ("null", "robot.local", 403),
+        ("null", "null", 403),
+        ("", "robot.local", 403),
+        ("file://", "robot.local", 403),
+        ("chrome-extension://robot.local", "robot.local", 403),
+        ("http://robot.local@evil.example", "robot.local", 403),
+        ("http://evil.example@robot.local", "robot.local", 403),
+        ("http://robot.local/page", "robot.local", 403),
+        ("http://robot.local http://evil.example", "robot.local", 403),
+        ("http://robot.local:port", "robot.local", 403),
+        ("http://[", "robot.local", 403),
+        ("http://robot.local.evil.example", "robot.local", 403),
+        ("http://robot.local", "", 403),
+    ],
+)
+async def test_the_same_place_is_the_same_however_it_is_written(
+    client: httpx.AsyncClient, origin: str, host: str, status: int
+) -> None:
+    answer = await client.post("/echo", json={"word": "drive"}, headers={"origin": origin, "host": host})
+    assert answer.status_code == status
+
+
+async def test_a_page_with_two_origins_is_foreign(client: httpx.AsyncClient) -> None:
+    headers = [("origin", OWN), ("origin", FOREIGN), ("content-type", "application/json")]
+    assert (await client.post("/echo", content='{"word": "drive"}', headers=headers)).status_code == 403
+
+
 @pytest.mark.parametrize("origin", [None, OWN])
 def test_a_socket_opens_for_programs_and_the_own_page(origin: str | None) -> None:
     with (

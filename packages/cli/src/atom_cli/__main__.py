@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from atom_cli.services import AwayError, ServiceError, Services
+from atom_cli.services import AwayError, ServiceError, Services, host_of
 from contracts.mission import Mission, MissionStatus, Outcome
 from contracts.robot import RobotState
 
@@ -41,7 +41,17 @@ console = Console(highlight=False)
 transport: httpx.BaseTransport | None = None
 """Set by tests; none = the network."""
 
-Host = Annotated[str, typer.Option(envvar="ATOM_HOST", help="where the services listen")]
+
+def _host(said: str) -> str:
+    try:
+        return host_of(said)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+Host = Annotated[
+    str, typer.Option(envvar="ATOM_HOST", help="where the services listen: a name or an address", callback=_host)
+]
 PortBase = Annotated[int, typer.Option(envvar="ATOM_PORT_BASE", help="ports are this + 1..4", min=1, max=65000)]
 
 

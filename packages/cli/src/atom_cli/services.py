@@ -5,7 +5,9 @@ ServiceError
 `- RefusedError    it said no; the message is its own
 """
 
+import contextlib
 import uuid
+from ipaddress import IPv6Address
 from types import TracebackType
 from typing import Any, Final, Self, TypeVar
 
@@ -37,8 +39,29 @@ class RefusedError(ServiceError):
     pass
 
 
+def host_of(said: str) -> str:
+    """The name or address in what a person gave for it: 'robot.local', '::1', '[::1]', 'http://10.0.0.7/'.
+
+    Raises `ValueError`, which says what is wrong, for what is more than that.
+    """
+    text = said.strip()
+    with contextlib.suppress(ValueError):
+        return str(IPv6Address(text))
+    try:
+        url = httpx.URL(text if "://" in text else f"http://{text}")
+    except httpx.InvalidURL as error:
+        raise ValueError(f"{said!r} is no name or address of a host: {error}") from error
+    if url.scheme != "http":
+        raise ValueError(f"the services speak http, not {url.scheme}")
+    if url.port is not None:
+        raise ValueError(f"say {url.host} alone: the ports of the services are --port-base + 1 to + 4")
+    if not url.host or "%20" in url.host or url.userinfo or url.path != "/" or url.query or url.fragment:
+        raise ValueError(f"{said!r} is no name or address of a host")
+    return url.host
+
+
 class Services:
-    """`with Services(host, port_base) as services`. Every call raises `ServiceError`."""
+    """`with Services(host, port_base) as services`; `host` as `host_of` gives it. Every call raises `ServiceError`."""
 
     def __init__(self, host: str, port_base: int, *, transport: httpx.BaseTransport | None = None) -> None:
         self._host = host
@@ -118,7 +141,7 @@ class Services:
         except httpx.TimeoutException as error:
             raise AwayError(f"{service} does not answer in time") from error
         except httpx.TransportError as error:
-            raise AwayError(f"{service} is not reachable at {self._url(service, '')}") from error
+            raise AwayError(f"{service} is not reachable at {self._url(service, '/')}") from error
         if answer.is_success:
             return answer
         try:
@@ -133,5 +156,5 @@ class Services:
         except ValidationError as error:
             raise RefusedError(f"{service} answered with something else than its contract") from error
 
-    def _url(self, service: str, path: str) -> str:
-        return f"http://{self._host}:{self._port_base + PORTS[service]}{path}"
+    def _url(self, service: str, path: str) -> httpx.URL:
+        return httpx.URL(scheme="http", host=self._host, port=self._port_base + PORTS[service], path=path)

@@ -2,13 +2,13 @@
 
 import contextlib
 from collections.abc import Collection, Mapping
-from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
 from mesh.errors import TooLargeError
+from mesh.origins import place_of_host, place_of_origin
 from mesh.problems import problem
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
@@ -68,7 +68,7 @@ class SameOrigin:
     def __init__(self, app: ASGIApp, *, allowed: Collection[str] = (), open_paths: Collection[str] = ()) -> None:
         """`allowed` are further origins (`https://robot.lan`, behind a proxy); `open_paths` take what anybody asks."""
         self.app = app
-        self.allowed = frozenset(origin.rstrip("/") for origin in allowed)
+        self.allowed = frozenset(place for origin in allowed if (place := place_of_origin(origin)) is not None)
         self.open_paths = frozenset(open_paths)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -82,7 +82,11 @@ class SameOrigin:
 
     def _foreign(self, scope: Scope) -> bool:
         headers = Headers(scope=scope)
-        origin = headers.get("origin")
-        if origin is None or scope["path"] in self.open_paths or origin in self.allowed:
+        origins = headers.getlist("origin")
+        if not origins or scope["path"] in self.open_paths:
             return False
-        return urlsplit(origin).netloc != headers.get("host", "")
+        page = place_of_origin(origins[0]) if len(origins) == 1 else None
+        if page is None or page in self.allowed:
+            return page is None
+        scheme, place = page
+        return place_of_host(headers.get("host", ""), scheme) != place
