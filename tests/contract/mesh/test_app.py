@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager
 import httpx
 import pytest
 from fastapi import FastAPI, Request, WebSocket
+from fastapi.responses import StreamingResponse
 from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
@@ -46,6 +47,13 @@ def make(*, ok: bool = True) -> FastAPI:
     async def open_to_all() -> Word:
         return Word(word="stopped")
 
+    @app.get("/stream")
+    async def stream() -> StreamingResponse:
+        async def parts() -> AsyncIterator[bytes]:
+            yield b"a part"
+
+        return StreamingResponse(parts())
+
     @app.websocket("/talk")
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
@@ -70,6 +78,11 @@ async def test_what_a_foreign_page_asks_for_is_refused(
     assert answer.status_code == status
     assert (await client.get("/health", headers=headers)).status_code == 200
     assert (await client.post("/open", headers=headers)).status_code == 200
+
+
+async def test_a_stream_passes_a_proxy_as_it_comes_and_nothing_else_is_said_to(client: httpx.AsyncClient) -> None:
+    answers = [await client.get(path) for path in ("/stream", "/health")]
+    assert [one.headers.get("x-accel-buffering") for one in answers] == ["no", None]
 
 
 @pytest.mark.parametrize(

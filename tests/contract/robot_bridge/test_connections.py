@@ -181,6 +181,7 @@ async def test_the_stream_shows_newer_and_newer_frames(served: Served) -> None:
     stamps: list[float] = []
     async with client(served) as http, http.stream("GET", "/camera/stream") as response:
         assert response.headers["content-type"].startswith("multipart/x-mixed-replace")
+        assert response.headers["x-accel-buffering"] == "no"
         async for line in response.aiter_lines():
             if line.startswith("X-Stamp-S: "):
                 stamps.append(float(line.removeprefix("X-Stamp-S: ")))

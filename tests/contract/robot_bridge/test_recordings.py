@@ -1,14 +1,18 @@
 """What a recording never holds, never exceeds, and survives."""
 
+import contextlib
 import io
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader
 
-from contracts.recording import Recording
+from contracts.recording import Recording, RecordingState
 from contracts.topics import VISION_DETECTIONS
 from contracts.vision import Detection, Detections
 from robot_bridge.mcap_file import WAITING_MAX, McapFile, Raw, Sink, json_kind
@@ -85,6 +89,35 @@ def test_a_file_never_grows_past_its_limit_by_more_than_a_chunk_and_stays_readab
     assert file.path.stat().st_size < 900_000
     with file.path.open("rb") as stream:
         assert len(list(make_reader(stream).iter_messages())) == sum(file.counts.values())
+
+
+async def test_what_was_said_a_second_ago_is_in_the_file_of_a_bridge_that_is_killed(tmp_path: Path) -> None:
+    file = McapFile(tmp_path / "a.mcap", bytes_max=10_000_000)
+    for _ in range(50):
+        file.put(raw(100))
+    await until(lambda: file.path.stat().st_size > 0)
+    killed = file.path.read_bytes()
+    file.finish("stopped")
+    readable: list[McapMessage] = []
+    with contextlib.suppress(EndOfFile):
+        readable.extend(each for each in StreamReader(io.BytesIO(killed)).records if isinstance(each, McapMessage))
+    assert len(readable) == 50
+
+
+async def test_a_recording_of_which_nothing_was_kept_says_so(tmp_path: Path) -> None:
+    toy = ToyRobot()
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for name, held in (("20260101T000000-cut-abcdef", b" " * 100), ("20260102T000000-lost-abcdef", b"")):
+        (folder / f"{name}.mcap").write_bytes(held)
+    async with running(tmp_path, toy, FakeRobot(toy)) as rig:
+        lost, cut = [Recording.model_validate(each) for each in (await rig.client.get("/recordings")).json()]
+        assert (cut.state, lost.state) == (RecordingState.CUT_OFF, RecordingState.EMPTY)
+        assert ("mcap recover" in cut.reason, lost.reason.endswith("nothing was kept")) == (True, True)
+        files = [(await rig.client.get(f"/recordings/{each.id}/file")).status_code for each in (lost, cut)]
+        assert files == [404, 200]
+        assert (await rig.client.delete(f"/recordings/{lost.id}")).status_code == 204
+        assert [each["id"] for each in (await rig.client.get("/recordings")).json()] == [cut.id]
 
 
 def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(tmp_path: Path) -> None:

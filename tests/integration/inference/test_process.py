@@ -37,6 +37,7 @@ def test_the_process_sees_streams_and_ends_when_told(
                 until_ready(client, process)
                 with client.stream("GET", "/annotated/stream") as stream:
                     first = next(stream.iter_raw())
+                    assert stream.headers["x-accel-buffering"] == "no"
                 assert client.post("/detect").json()["image_width_px"] == 250
             process.send_signal(signal.SIGTERM)
             assert process.wait(timeout=60.0) in {0, -signal.SIGTERM}

@@ -12,6 +12,10 @@ class RecordingState(StrEnum):
     """Being written; it cannot be downloaded yet."""
     FINISHED = "finished"
     """Closed and complete."""
+    CUT_OFF = "cut_off"
+    """The bridge ended while it was written; `mcap recover` mends it."""
+    EMPTY = "empty"
+    """Cut off before anything was kept: there is no file to fetch."""
 
 
 class RecordingRequest(Message):

@@ -12,7 +12,7 @@ from starlette.exceptions import HTTPException
 
 from contracts.problem import Dependency, Health, Readiness
 from mesh.errors import MeshError, TooManyError
-from mesh.middleware import BodyLimit, SameOrigin
+from mesh.middleware import BodyLimit, SameOrigin, Unbuffered
 from mesh.problems import problem
 
 Readies = Callable[[Request], Awaitable[Sequence[Dependency]]]
@@ -47,6 +47,7 @@ def make_app(
         lifespan=lifespan,
         responses=PROBLEM_RESPONSES,
     )
+    app.add_middleware(Unbuffered)
     app.add_middleware(SameOrigin, allowed=origins_allowed, open_paths=open_to_pages)
     app.add_middleware(BodyLimit, bytes_max=body_bytes_max, bytes_max_at=body_bytes_max_at or {})
     app.add_exception_handler(MeshError, _mesh_problem)

@@ -1,9 +1,9 @@
-"""ASGI middleware of every service: how much may be sent, and from which pages."""
+"""ASGI middleware of every service: how much may be sent, from which pages, and that streams are streams."""
 
 import contextlib
 from collections.abc import Collection, Mapping
 
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
@@ -55,6 +55,23 @@ class BodyLimit:
         refusal = problem(413, TooLargeError.title, f"the limit is {bytes_max} bytes", scope["path"])
         refusal.headers["Connection"] = "close"
         await refusal(scope, receive, send)
+
+
+class Unbuffered:
+    """ASGI middleware: an answer of unknown length is a stream, and nginx is told to pass it on as it comes."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def told(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                if "content-length" not in headers:
+                    headers["X-Accel-Buffering"] = "no"
+            await send(message)
+
+        await self.app(scope, receive, told if scope["type"] == "http" else send)
 
 
 class SameOrigin:

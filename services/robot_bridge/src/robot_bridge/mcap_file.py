@@ -1,5 +1,6 @@
 """One MCAP file and the thread that writes it: messages come from any thread, are never waited for, and are counted."""
 
+import contextlib
 import json
 import queue
 import threading
@@ -16,6 +17,8 @@ from pydantic import BaseModel
 WAITING_MAX = 300
 """Messages on their way to the disk; more are dropped and counted."""
 CHUNK_BYTES = 256 * 1024
+FLUSH_PERIOD_S = 1.0
+"""What a bridge that is killed may lose of a recording."""
 LIBRARY = "atom robot_bridge"
 
 
@@ -67,6 +70,7 @@ class McapFile:
         self._counts: Counter[str] = Counter()
         self._waiting: queue.Queue[Raw | None] = queue.Queue(WAITING_MAX)
         self._stream = path.open("wb")
+        self._flush_due_s = time.monotonic() + FLUSH_PERIOD_S
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._write, name="mcap", daemon=True)
         self._thread.start()
@@ -116,11 +120,22 @@ class McapFile:
         finally:
             self._ended.set()
 
+    def _next(self, writer: Writer) -> Raw | None:
+        """The next message, none after the last; what was written before is on its way to the disk every second."""
+        while True:
+            if time.monotonic() >= self._flush_due_s:
+                self._flush_due_s = time.monotonic() + FLUSH_PERIOD_S
+                if self._counts:
+                    writer.flush()
+                    self.size_bytes = self._stream.tell()
+            with contextlib.suppress(queue.Empty):
+                return self._waiting.get(timeout=max(0.0, self._flush_due_s - time.monotonic()))
+
     def _write_messages(self, writer: Writer) -> None:
         schemas: dict[Kind, int] = {}
         channels: dict[str, int] = {}
         unchunked = 0
-        while (message := self._waiting.get()) is not None:
+        while (message := self._next(writer)) is not None:
             kind = message.kind
             if kind not in schemas:
                 schemas[kind] = writer.register_schema(kind.name, kind.schema_encoding, kind.definition)

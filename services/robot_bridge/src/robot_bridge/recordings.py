@@ -29,6 +29,10 @@ NEVER_STORED = "person"
 """The class that is never written anywhere (requirement A18)."""
 RECORDINGS_MAX = 200
 """Kept; the oldest make room."""
+UNFINISHED = {
+    RecordingState.CUT_OFF: "cut off: the bridge ended while it was written; `mcap recover` mends it",
+    RecordingState.EMPTY: "cut off: the bridge ended before anything was on the disk; nothing was kept",
+}
 
 
 class _Running:
@@ -118,14 +122,21 @@ class Recordings:
         raise NotFoundError(f"no recording {recording_id[:100]}")
 
     async def file(self, recording_id: str) -> Path:
-        """The finished file."""
-        if (await self.get(recording_id)).state is RecordingState.RECORDING:
-            raise ConflictError("it is still being written; stop it first")
+        """The file of one that is no longer written, cut off or whole."""
+        ended = await self._ended(recording_id)
+        if ended.state is RecordingState.EMPTY:
+            raise NotFoundError(ended.reason)
         return self._path(recording_id)
 
     async def delete(self, recording_id: str) -> None:
-        await self.file(recording_id)
+        await self._ended(recording_id)
         await asyncio.to_thread(self._remove, recording_id)
+
+    async def _ended(self, recording_id: str) -> Recording:
+        found = await self.get(recording_id)
+        if found.state is RecordingState.RECORDING:
+            raise ConflictError("it is still being written; stop it first")
+        return found
 
     async def _watch(self, running: _Running) -> None:
         """Until somebody stops it, or a limit does."""
@@ -192,14 +203,15 @@ class Recordings:
             return Recording.model_validate_json(path.with_suffix(".json").read_text())
         file = path.stat()
         changed_s = file.st_mtime
+        state = RecordingState.CUT_OFF if file.st_size else RecordingState.EMPTY
         return Recording(
             id=path.stem,
             name=path.stem.split("-")[1] if path.stem.count("-") > 1 else path.stem,
-            state=RecordingState.FINISHED,
+            state=state,
             started_s=changed_s,
             ended_s=changed_s,
             size_bytes=file.st_size,
-            reason="cut off: the bridge ended while it was written; `mcap recover` mends it",
+            reason=UNFINISHED[state],
         )
 
     def _note(self, recording: Recording) -> None:

@@ -42,7 +42,8 @@ async def stop(recording_id: RecordingId, bridge: BridgeDep) -> Recording:
     responses={200: {"content": {"application/octet-stream": {}}}},
 )
 async def fetch(recording_id: RecordingId, bridge: BridgeDep) -> FileResponse:
-    """The MCAP file, for Foxglove or `ros2 bag`; 409 while it is being written."""
+    """The MCAP file, for Foxglove or `ros2 bag`; 409 while it is being written, 404 where
+    nothing was kept."""
     path = await bridge.recordings.file(recording_id)
     return FileResponse(path, media_type="application/octet-stream", filename=path.name)
 
