@@ -28,6 +28,7 @@ PURE = {
     "memory": ("belief", "exchange", "frames", "kinds", "ledger", "looks", "picture", "recall", "things", "views"),
     "robot_bridge": (
         "arbiter",
+        "base_stop",
         "celebration",
         "depth",
         "gaps",

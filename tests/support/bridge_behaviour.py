@@ -19,6 +19,7 @@ from mcap.reader import make_reader
 from contracts.geometry import Pose2D, Twist2D
 from contracts.recording import Recording, RecordingState
 from contracts.robot import (
+    BaseStopState,
     EmergencyStop,
     Goal,
     GoalStatus,
@@ -48,6 +49,8 @@ NEAR = {"x": 1.35, "y": 2.0, "yaw": 0.0}
 """A few decimetres ahead of where the robot begins."""
 BY_THE_WALL = {"x": 2.5, "y": 0.35, "yaw": 0.0}
 OCCUPIED_POSE = {"x": OCCUPIED[0], "y": OCCUPIED[1], "yaw": 0.0}
+BY_THE_BASE = {"battery", "dock", "hazards"}
+"""Told on change only: they hold as long as the base speaks, as its odometry shows."""
 COASTED_RAD, COASTED_M = 0.2, 0.1
 """How far a robot may have gone on, on a machine that kept the bridge from its tick for a moment."""
 LONG_S = 40.0
@@ -176,7 +179,7 @@ class BridgeBehaviour:
 
     async def test_stale_data_is_named_and_has_no_value(self, rig: Rig) -> None:
         rig.toy.silent |= {"odom", "rgb"}
-        await until(lambda: set(rig.bus.of(ROBOT_STATE)[-1].stale) == {"odom", "rgb"})
+        await until(lambda: set(rig.bus.of(ROBOT_STATE)[-1].stale) == {"odom", "rgb", *BY_THE_BASE})
         state = rig.bus.of(ROBOT_STATE)[-1]
         assert (state.odometry, state.twist) == (None, Twist2D())
         assert not state.sensors["odom"].valid
@@ -237,6 +240,33 @@ class BridgeBehaviour:
         assert set(rig.toy.velocities[before:]) == {(0.0, 0.0)}
         assert (await rig.velocity(epoch=0)).status_code == 409
         assert (await rig.velocity(epoch=1)).json()["accepted"]
+
+    async def test_a_stop_and_a_reset_ask_the_base_once_each(self, rig: Rig) -> None:
+        await rig.client.post("/emergency-stop")
+        await until(lambda: rig.bus.of(ROBOT_STATE)[-1].base_stop is BaseStopState.ENGAGED)
+        await rig.client.post("/emergency-stop/reset")
+        await until(lambda: rig.bus.of(ROBOT_STATE)[-1].base_stop is BaseStopState.RELEASED)
+        assert rig.toy.base_stop_asks == [True, False]
+
+    async def test_a_stop_pressed_at_the_robot_latches_and_no_reset_from_afar_undoes_it(self, rig: Rig) -> None:
+        await until(lambda: rig.bus.of(ROBOT_STATE)[-1].base_stop is BaseStopState.RELEASED)
+        await rig.velocity(duration_s=2.0)
+        rig.toy.base_stop = True
+        await until(lambda: rig.bus.of(ROBOT_STATE)[-1].emergency_stop.latched)
+        state = (await rig.state()).emergency_stop
+        assert (state.by, state.epoch) == ("the robot", 1)
+        assert "pressed at the robot" in state.reason
+        await rig.client.post("/emergency-stop/reset")
+        await until(lambda: rig.bus.of(ROBOT_STATE)[-1].base_stop is BaseStopState.HELD)
+        ready = await rig.client.get("/ready")
+        assert ready.status_code == 503
+        told = {each["name"]: each for each in ready.json()["dependencies"]}
+        assert told["base_stop"]["state"] == "not_ready"
+        assert "let go there" in told["base_stop"]["detail"]
+        assert False not in rig.toy.base_stop_asks
+        rig.toy.base_stop = False
+        await rig.ready()
+        assert rig.toy.at_rest
 
     async def test_it_turns_by_the_angle_asked_for(self, rig: Rig) -> None:
         reply, _, before_rad = await rig.moved("/rotate", angle_rad=-0.6, speed_rad_s=1.5)
@@ -444,7 +474,8 @@ class BridgeBehaviour:
         assert (await rig.post("/dock")).json()["reason"] == "it is docked already"
         rig.toy.put_away()
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].docked is False)
-        rig.toy.navigation = "succeeds"
+        rig.toy.navigation, rig.toy.dock_visible = "succeeds", True
+        await until(lambda: rig.bus.of(ROBOT_STATE)[-1].dock_visible is True)
         assert (await rig.post("/dock")).json()["completed"]
         before = next(goal.wanted for goal in rig.bus.of(ROBOT_NAVIGATION))
         assert math.isclose(before.x, DOCK.x + 0.6, abs_tol=0.05)

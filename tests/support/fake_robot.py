@@ -12,6 +12,7 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from mesh.errors import UnavailableError
+from robot_bridge.base_stop import BaseStop
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import GoalEnd, Path
@@ -46,6 +47,7 @@ class FakeRobot:
         self.toy = toy
         self._senses = Senses()
         self._clock = SystemClock()
+        self._base_stop = BaseStop()
         self._goal: FakeGoal | None = None
         self._on_progress: Callable[[float], None] = lambda _: None
 
@@ -67,8 +69,12 @@ class FakeRobot:
     def send_velocity(self, twist: Twist2D) -> None:
         self.toy.told(twist.linear_x, twist.angular_z)
 
-    def engage_base_stop(self, engaged: bool) -> None:
-        self.toy.base_stop = engaged
+    def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
+        if engaged:
+            self._base_stop.stopped(restored=restored)
+        else:
+            self._base_stop.reset()
+        self._follow_base_stop()
 
     def cancel_all_goals(self) -> None:
         if self._goal is not None:
@@ -97,10 +103,10 @@ class FakeRobot:
         self.toy.cleared += 1
 
     async def dock(self) -> bool:
-        return await self._base(docked=True)
+        return await self._base_drives(docked=True)
 
     async def undock(self) -> bool:
-        return await self._base(docked=False)
+        return await self._base_drives(docked=False)
 
     def celebrate(self, celebration: Celebration) -> None:
         self.toy.notes = [(note.frequency_hz, note.duration_s) for note in celebration.notes]
@@ -110,7 +116,7 @@ class FakeRobot:
         """It has no messages of its own."""
         return lambda: None
 
-    async def _base(self, *, docked: bool) -> bool:
+    async def _base_drives(self, *, docked: bool) -> bool:
         if "base" in self.toy.silent:
             raise UnavailableError("base", "is not there")
         if "base" in self.toy.thinking:
@@ -133,7 +139,18 @@ class FakeRobot:
             tick()
             await asyncio.sleep(STEP_S)
 
+    def _follow_base_stop(self) -> None:
+        """As the real adapter does, without the wire."""
+        now_s = self._clock.now_s()
+        self._base_stop.there("base" not in self.toy.silent)
+        self._base_stop.heard(not self.toy.base_stop, now_s)
+        if (asked := self._base_stop.due(now_s)) is not None:
+            self.toy.asked_to_stop(asked)
+            self._base_stop.heard(not asked, now_s)
+        self._senses.base_stop.put(self._base_stop.state(now_s), now_s)
+
     def _sense(self) -> None:
+        self._follow_base_stop()
         toy, senses, now_s, stamp_s = self.toy, self._senses, self._clock.now_s(), time.time()
         if "scan" not in toy.silent:
             bearings, ranges = toy.bearings_and_ranges()

@@ -56,6 +56,16 @@ CREATE3 = {
         ),
     ),
     "irobot_create_msgs/msg/HazardDetectionVector": ((HEADER, "irobot_create_msgs/HazardDetection[] detections"),),
+    "irobot_create_msgs/msg/WheelStatus": (
+        (
+            HEADER,
+            "int16 current_ma_left",
+            "int16 current_ma_right",
+            "int16 pwm_left",
+            "int16 pwm_right",
+            "bool wheels_enabled",
+        ),
+    ),
     "irobot_create_msgs/action/LedAnimation": (
         (
             "int8 BLINK_LIGHTS=1",

@@ -8,8 +8,7 @@ import rclpy
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
-from irobot_create_msgs.msg import AudioNoteVector, DockStatus, HazardDetection, HazardDetectionVector
-from irobot_create_msgs.srv import EStop
+from irobot_create_msgs.msg import AudioNoteVector
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
@@ -21,10 +20,11 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
+from sensor_msgs.msg import CameraInfo, Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from robot_bridge.adapters.ros.convert import pose_stamped
+from support.ros_base import RepublishedBase
 from support.toy_robot import BEAMS, CAMERA_X_M, CAMERA_Z_M, FX, OPTICAL_XYZW, START, ToyRobot
 
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -84,22 +84,15 @@ class RosToyRobot:
         self._rgb_info = publisher(CameraInfo, "oakd/rgb/preview/camera_info", SENSOR)
         self._depth = publisher(Image, "oakd/stereo/image_raw", SENSOR)
         self._depth_info = publisher(CameraInfo, "oakd/stereo/camera_info", SENSOR)
-        self._battery = publisher(BatteryState, "battery_state", SENSOR)
-        self._dock_status = publisher(DockStatus, "dock_status", SENSOR)
-        self._hazards = publisher(HazardDetectionVector, "hazard_detection", SENSOR)
         self._tf = publisher(TFMessage, "tf", 100)
         self._tf_static = publisher(TFMessage, "tf_static", LATCHED)
         self._map = publisher(OccupancyGrid, "map", LATCHED)
         velocity = TwistStamped if self._stamped else Twist
         self._cmd_vel_nav = publisher(velocity, "cmd_vel_nav", 1)
         self._publish_fixed()
-        self._node.create_subscription(velocity, "cmd_vel", self._told, 10)
+        self._base = RepublishedBase(self._node, self.toy, self._group, velocity=velocity)
         self._node.create_subscription(AudioNoteVector, "cmd_audio", self._audio, 10)
         self._node.create_timer(STEP_S, self._step)
-
-    def _told(self, message: Twist | TwistStamped) -> None:
-        twist = message.twist if isinstance(message, TwistStamped) else message
-        self.toy.told(twist.linear.x, twist.angular.z)
 
     def _audio(self, message: AudioNoteVector) -> None:
         self.toy.notes = [(n.frequency, n.max_runtime.sec + n.max_runtime.nanosec * 1e-9) for n in message.notes]
@@ -131,10 +124,7 @@ class RosToyRobot:
         if "scan" not in toy.silent:
             self._publish_scan(now)
         self._publish_images(now)
-        self._battery.publish(BatteryState(percentage=0.8))
-        self._dock_status.publish(DockStatus(is_docked=toy.docked, dock_visible=toy.dock_visible))
-        found = [HazardDetection(type=getattr(HazardDetection, name)) for name in toy.hazards]
-        self._hazards.publish(HazardDetectionVector(detections=found))
+        self._base.publish()
         if toy.navigation == "drives":  # always: also when no goal of the bridge is active
             velocity = TwistStamped() if self._stamped else Twist()
             (velocity.twist if isinstance(velocity, TwistStamped) else velocity).linear.x = 0.2
@@ -181,12 +171,11 @@ class RosToyRobot:
         for name in ("global", "local"):
             service = f"{name}_costmap/clear_entirely_{name}_costmap"
             node.create_service(ClearEntireCostmap, service, self._clear, callback_group=group)
-        node.create_service(EStop, "e_stop", self._e_stop, callback_group=group)
         self._actions = [
             self._action(NavigateToPose, "navigate_to_pose", self._navigate),
             self._action(ComputePathToPose, "compute_path_to_pose", self._plan),
-            self._action(Dock, "dock", lambda handle: self._dock(handle, Dock, docked=True)),
-            self._action(Undock, "undock", lambda handle: self._dock(handle, Undock, docked=False)),
+            self._action(Dock, "dock", lambda handle: self._base.dock(handle, Dock)),
+            self._action(Undock, "undock", lambda handle: self._base.dock(handle, Undock)),
             self._action(LedAnimation, "led_animation", self._lights),
         ]
 
@@ -216,11 +205,6 @@ class RosToyRobot:
 
     def _clear(self, _: Any, response: ClearEntireCostmap.Response) -> ClearEntireCostmap.Response:
         self.toy.cleared += 1
-        return response
-
-    def _e_stop(self, request: EStop.Request, response: EStop.Response) -> EStop.Response:
-        self.toy.base_stop = request.e_stop_on
-        response.success = True
         return response
 
     def _navigate(self, handle: Any) -> NavigateToPose.Result:
@@ -254,14 +238,6 @@ class RosToyRobot:
         result.path.poses = [begin, corner, goal]
         handle.succeed()
         return result
-
-    def _dock(self, handle: Any, kind: Any, *, docked: bool) -> Any:
-        if self.toy.can_dock:
-            self.toy.drive_onto_dock(docked)
-            handle.succeed()
-        else:
-            handle.abort()
-        return kind.Result(is_docked=self.toy.docked)
 
     def _lights(self, handle: Any) -> LedAnimation.Result:
         asked = handle.request

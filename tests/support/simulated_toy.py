@@ -140,7 +140,7 @@ class SimulatedRobot:
         self.toy.told(twist.linear_x, twist.angular_z)
         self._twist = twist
 
-    def engage_base_stop(self, engaged: bool) -> None:
+    def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
         self.toy.base_stop = engaged
 
     def cancel_all_goals(self) -> None:

@@ -49,6 +49,11 @@ class ToyRobot:
     docked: bool = False
     dock_visible: bool = False
     base_stop: bool | None = None
+    """Whether its wheels are disabled: by its own stop, whoever pressed it; None = nobody has yet."""
+    base_stop_asks: list[bool] = field(default_factory=list)
+    """What its own stop was asked for, by service."""
+    republisher_deaths: int = 0
+    """How often the base was asked for what it rejects: that kills create3_republisher."""
     velocities: list[tuple[float, float]] = field(default_factory=list)
     goals: list[tuple[float, float, float]] = field(default_factory=list)
     cancelled: int = 0
@@ -58,6 +63,11 @@ class ToyRobot:
     leds: tuple[int, tuple[tuple[int, int, int], ...], float] | None = None
     """The newest animation: its type, each LED's colour, its seconds."""
     cleared: int = 0
+
+    def asked_to_stop(self, on: bool) -> None:
+        """Its own stop, by service."""
+        self.base_stop = on
+        self.base_stop_asks.append(on)
 
     def told(self, linear_x: float, angular_z: float) -> None:
         self.linear_x, self.angular_z = linear_x, angular_z

@@ -64,6 +64,25 @@ class EmergencyStopEvent(Message):
     reason: str = Field(default="", max_length=500)
 
 
+class BaseStopState(StrEnum):
+    """The base's own stop, beside the bridge's latch."""
+
+    UNKNOWN = "unknown"
+    """Not asked for, and nothing tells whether the wheels are enabled."""
+    RELEASED = "released"
+    """The wheels are enabled."""
+    ASKED = "asked"
+    """Asked for; the wheels have not said so yet."""
+    ENGAGED = "engaged"
+    """Asked for, and the wheels say that they are disabled."""
+    UNCONFIRMED = "unconfirmed"
+    """Asked for as often as it may be; the wheels did not say so."""
+    MISSING = "missing"
+    """Wanted, and the base offers no such service now."""
+    HELD = "held"
+    """The wheels are disabled, though this bridge does not want it: somebody stopped the robot at the robot."""
+
+
 class NavigationState(StrEnum):
     INACTIVE = "inactive"
     """Nav2 is not there, or its lifecycle is not active."""
@@ -92,6 +111,7 @@ class RobotState(Message):
     navigation: NavigationState = NavigationState.INACTIVE
     goal_id: str | None = None
     emergency_stop: EmergencyStop
+    base_stop: BaseStopState = BaseStopState.UNKNOWN
     hazards: tuple[str, ...] = Field(default=(), description="active bumper, cliff, wheel-drop names")
     sensors: dict[str, SensorStatus] = Field(
         default_factory=dict, description="by name: scan, odom, rgb, depth, pose, map, battery, dock, hazards"

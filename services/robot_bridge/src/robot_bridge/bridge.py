@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import structlog
 
 from contracts.problem import Dependency
-from contracts.robot import Goal, MotionReply, RobotState
+from contracts.robot import BaseStopState, Goal, MotionReply, RobotState
 from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VISION_OBJECT_SPOTTED
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.tasks import Tasks
+from robot_bridge import base_health
 from robot_bridge.camera import Camera
 from robot_bridge.closed_loop import Running
 from robot_bridge.docking import Docking
@@ -114,6 +115,7 @@ class Bridge:
                 "navigation": self.navigator.state,
                 "goal_id": self.navigator.goal_id,
                 "emergency_stop": self.wheels.stop_state,
+                "base_stop": self.robot.senses.base_stop.value or BaseStopState.UNKNOWN,
                 "hazards": tuple(sorted(now.hazards)),
                 "sensors": now.sensors,
                 "stale": now.stale,
@@ -137,6 +139,8 @@ class Bridge:
         ]
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
+        senses = self.robot.senses
+        found += [base_health.base_stop(senses), base_health.hazards(senses, self.settings)]
         unstored = self.stopping.unstored
         found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
         found.append(redis_dependency(self.bus))
@@ -243,6 +247,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         stopping.restore()
         tasks.start("publish-state", bridge.publish_state())
         tasks.start("publish-obstacles", bridge.publish_obstacles())
+        tasks.start("watch-base-stop", stopping.watch_base())
         tasks.start("publish-stop", stopping.publish(bus))
         tasks.start("keep-stop", stopping.keep())
         tasks.start("publish-navigation", events.publish(bus))

@@ -59,8 +59,11 @@ class Robot(Protocol):
         """To the base, now, from any thread. Never blocks, never raises."""
         ...
 
-    def engage_base_stop(self, engaged: bool) -> None:
-        """Calls the base's own e_stop where there is one; waits for nothing."""
+    def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
+        """Has the base's own e_stop follow the latch, as `robot_bridge.base_stop` says; waits for nothing.
+
+        `restored`: the latch was found set at the start.
+        """
         ...
 
     def cancel_all_goals(self) -> None:

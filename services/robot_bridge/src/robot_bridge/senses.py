@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import Battery
+from contracts.robot import BaseStopState, Battery
 from geometry.grids import OccupancyGrid
 from robot_bridge.frames import FrameTree, PoseBuffer
 from robot_bridge.mailbox import Mailbox
@@ -104,19 +104,21 @@ class Hazard(StrEnum):
 
 
 class HazardMailbox(Mailbox[frozenset[Hazard]]):
-    """Remembers when each hazard was last seen: a bump shorter than a tick must not be missed."""
+    """The newest vector is the state until another comes; a bump shorter than a tick must not be missed."""
 
     def __init__(self) -> None:
         super().__init__()
         self._seen_s: dict[Hazard, float] = {}
 
     def put(self, value: frozenset[Hazard], received_s: float) -> None:
-        self._seen_s = self._seen_s | dict.fromkeys(value, received_s)
+        """A hazard that is no longer among them lasted until now."""
+        self._seen_s = self._seen_s | dict.fromkeys(value | (self.value or frozenset()), received_s)
         super().put(value, received_s)
 
     def active(self, now_s: float, hold_s: float) -> frozenset[Hazard]:
-        """Those seen within the last `hold_s`."""
-        return frozenset(hazard for hazard, seen_s in self._seen_s.items() if now_s - seen_s <= hold_s)
+        """Those of the newest message, however old: they come on change only. And those seen within `hold_s`."""
+        lately = frozenset(hazard for hazard, seen_s in self._seen_s.items() if now_s - seen_s <= hold_s)
+        return lately | (self.value or frozenset())
 
 
 DEPTH_IMAGES_KEPT = 12
@@ -157,6 +159,10 @@ class Senses:
     battery: Mailbox[Battery] = field(default_factory=Mailbox[Battery])
     dock: Mailbox[DockView] = field(default_factory=Mailbox[DockView])
     hazards: HazardMailbox = field(default_factory=HazardMailbox)
+    base_stop: Mailbox[BaseStopState] = field(default_factory=Mailbox[BaseStopState])
+    """Told about once a second, and whenever the wheels say something."""
+    unpublished: Mailbox[frozenset[str]] = field(default_factory=Mailbox[frozenset[str]])
+    """Of the topics that come on change only, those that nobody publishes. Told about once a second."""
     nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)

@@ -15,8 +15,8 @@ class Channel(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     name: str
-    reliability: Literal["reliable", "best_effort"] = "best_effort"
-    durability: Literal["volatile", "transient_local"] = "volatile"
+    reliability: Literal["reliable", "best_effort", "best_available"] = "best_effort"
+    durability: Literal["volatile", "transient_local", "best_available"] = "volatile"
     depth: int = Field(default=5, ge=1, le=1000)
 
 
@@ -26,6 +26,11 @@ def _sensor(name: str, depth: int = 5) -> Channel:
 
 def _kept(name: str, depth: int = 1) -> Channel:
     return Channel(name=name, reliability="reliable", durability="transient_local", depth=depth)
+
+
+def _changing(name: str) -> Channel:
+    """Told on change only: the last word counts, also one said before the bridge began."""
+    return Channel(name=name, reliability="best_available", durability="best_available")
 
 
 def _reliable(name: str, depth: int = 10) -> Channel:
@@ -54,9 +59,10 @@ class RosSettings(BaseModel):
     map: Channel = _kept("map")
     tf: Channel = _reliable("tf", 100)
     tf_static: Channel = _kept("tf_static", 100)
-    battery: Channel = _sensor("battery_state")
-    dock_status: Channel = _sensor("dock_status")
-    hazards: Channel = _sensor("hazard_detection")
+    battery: Channel = _changing("battery_state")
+    dock_status: Channel = _changing("dock_status")
+    hazards: Channel = _changing("hazard_detection")
+    wheel_status: Channel = _changing("wheel_status")
     cmd_vel_nav: Channel = _reliable("cmd_vel_nav", 1)
     cmd_vel_nav_type: Literal["Twist", "TwistStamped"] = "TwistStamped"
     cmd_vel: Channel = _reliable("cmd_vel")
@@ -110,7 +116,6 @@ class Settings(BaseSettings):
     scan_age_to_turn_s_max: float = Field(default=2.0, gt=0.0)
     odometry_age_s_max: float = Field(default=0.5, gt=0.0)
     hazard_hold_s: float = Field(default=1.0, gt=0.0)
-    hazards_age_s_max: float = Field(default=5.0, gt=0.0)
 
     sector_wall_m: float = Field(default=0.25, gt=0.0, description="a ring sector nearer than this is a WALL")
     sector_obstacle_m: float = Field(default=0.5, gt=0.0, description="nearer than this: OBSTACLE")
@@ -120,8 +125,6 @@ class Settings(BaseSettings):
 
     image_age_s_max: float = Field(default=1.5, gt=0.0)
     pose_age_s_max: float = Field(default=5.0, gt=0.0)
-    battery_age_s_max: float = Field(default=60.0, gt=0.0)
-    dock_age_s_max: float = Field(default=10.0, gt=0.0)
     jpeg_quality: int = Field(default=85, ge=10, le=100)
     stream_viewers_max: int = Field(default=8, ge=1)
     depth_match_s_max: float = Field(default=0.5, gt=0.0, description="between a picture and the depth measured in it")

@@ -37,6 +37,11 @@ def look(senses: Senses, settings: Settings, now_s: float) -> Snapshot:
         age_s = max(0.0, now_s - received_s) if received_s is not None else None
         return SensorStatus(valid=age_s is not None and age_s <= age_s_max, age_s=age_s)
 
+    def changing(reading: "object", *, base_speaks: bool, offered: bool = False) -> SensorStatus:
+        """Told on change only: the last word holds as long as the base speaks at all."""
+        told = of(reading, float("inf"))
+        return SensorStatus(valid=base_speaks and (told.valid or offered), age_s=told.age_s)
+
     def of(reading: "object", age_s_max: float) -> SensorStatus:
         return status(getattr(reading, "received_s", None), age_s_max)
 
@@ -50,9 +55,12 @@ def look(senses: Senses, settings: Settings, now_s: float) -> Snapshot:
             age_s=pose_age_s,
         ),
         "map": of(grid, float("inf")),
-        "battery": of(battery, settings.battery_age_s_max),
-        "dock": of(dock, settings.dock_age_s_max),
-        "hazards": of(hazards, settings.hazards_age_s_max),
+    }
+    speaks = sensors["odom"].valid
+    sensors |= {
+        "battery": changing(battery, base_speaks=speaks),
+        "dock": changing(dock, base_speaks=speaks),
+        "hazards": changing(hazards, base_speaks=speaks, offered=hazards_offered(senses, settings)),
     }
     return Snapshot(
         taken_s=now_s,
@@ -65,3 +73,9 @@ def look(senses: Senses, settings: Settings, now_s: float) -> Snapshot:
         dock=dock.value if dock is not None and sensors["dock"].valid else None,
         hazards=senses.hazards.active(now_s, settings.hazard_hold_s),
     )
+
+
+def hazards_offered(senses: Senses, settings: Settings) -> bool:
+    """Whether somebody would tell of a hazard if there were one."""
+    unpublished = senses.unpublished.value
+    return unpublished is not None and settings.ros.hazards.name not in unpublished

@@ -5,7 +5,7 @@ import contextlib
 
 import structlog
 
-from contracts.robot import EmergencyStop, EmergencyStopAction, EmergencyStopEvent
+from contracts.robot import BaseStopState, EmergencyStop, EmergencyStopAction, EmergencyStopEvent
 from contracts.topics import ROBOT_EMERGENCY_STOP
 from mesh.bus import Bus
 from mesh.clock import Clock
@@ -18,6 +18,7 @@ from robot_bridge.wheels import Wheels
 log = structlog.get_logger()
 
 REPEAT_S = 1.0
+WATCH_S = 60.0
 
 
 class Stopping:
@@ -83,9 +84,24 @@ class Stopping:
         found out before the first stop."""
         self._store(self.state)
         if self.state.latched:
-            self._robot.engage_base_stop(True)
+            self._robot.engage_base_stop(True, restored=True)
             reason = f"still latched: {self.state.reason}"[:500]
             self._note(EmergencyStopAction.RESTORED, self.state.epoch, reason=reason, by=self.state.by)
+
+    async def watch_base(self) -> None:
+        """A stop pressed at the robot itself latches here too: what was under way ends, and does not go on by itself
+        when the base is let go there."""
+        told = BaseStopState.UNKNOWN
+        while True:
+            last = told
+            reading = await self._robot.senses.base_stop.wait_for(lambda each: each.value is not last, WATCH_S)  # noqa: B023
+            told = reading.value if reading is not None else last
+            pressed = last is BaseStopState.RELEASED and told is BaseStopState.HELD
+            if pressed and not self.state.latched:
+                state, _ = self.stop(reason="", by="the robot")
+                self.explain(
+                    state.epoch, reason="pressed at the robot: its base has disabled the wheels", by="the robot"
+                )
 
     async def publish(self, bus: Bus) -> None:
         """On every change, and every second: the key must be there when Redis comes back empty."""

@@ -1,55 +1,52 @@
-"""The base's own emergency stop, kept as wanted: asked for again until the base has confirmed it."""
+"""The base's own emergency stop over ROS: `robot_bridge.base_stop` decides, this asks and listens."""
 
 from typing import Any
 
 import structlog
+from irobot_create_msgs.msg import WheelStatus
 from irobot_create_msgs.srv import EStop
 from rclpy.node import Node
 
 from mesh.clock import Clock
+from robot_bridge.base_stop import BaseStop, BaseStopState
+from robot_bridge.mailbox import Mailbox
 
 log = structlog.get_logger()
 
-ANSWER_S_MAX = 2.5
 
+class BaseStopService:
+    """Lives in the robot's thread.
 
-class BaseStop:
-    """Lives in the robot's thread. A base without the service is left alone; one that comes late or back is told."""
+    What the service answers is not looked at: behind create3_republisher it is always `success: false`.
+    """
 
-    def __init__(self, node: Node, service: str, clock: Clock) -> None:
+    def __init__(self, node: Node, service: str, clock: Clock, told: Mailbox[BaseStopState]) -> None:
         self._client = node.create_client(EStop, service)
         self._clock = clock
-        self._wanted: bool | None = None
-        self._confirmed: bool | None = None
-        self._asked_s: float | None = None
+        self._told = told
+        self._base = BaseStop()
+        self._asked: Any = None
 
-    def want(self, engaged: bool) -> None:
-        """At once when the base is there, else as soon as it is."""
-        self._wanted, self._asked_s = engaged, None
+    def want(self, engaged: bool, *, restored: bool) -> None:
+        """At once when the base is there, else as soon as it is (a stop; a reset that finds it away is not kept)."""
+        self._base.there(self._client.service_is_ready())
+        if engaged:
+            self._base.stopped(restored=restored)
+        else:
+            self._base.reset()
+        self.poll()
+
+    def wheels(self, message: WheelStatus) -> None:
+        self._base.heard(bool(message.wheels_enabled), self._clock.now_s())
         self.poll()
 
     def poll(self) -> None:
-        """Called every second."""
-        if self._wanted is None:
-            return
-        if not self._client.service_is_ready():
-            self._confirmed = self._asked_s = None  # whoever answers next may know nothing of it
-            return
+        """Called every second, too."""
         now_s = self._clock.now_s()
-        waiting = self._asked_s is not None and now_s - self._asked_s < ANSWER_S_MAX
-        if self._confirmed is self._wanted or waiting:
-            return
-        wanted, self._asked_s = self._wanted, now_s
-        request = self._client.call_async(EStop.Request(e_stop_on=wanted))
-        request.add_done_callback(lambda done: self._answered(done, wanted))
-
-    def _answered(self, done: Any, wanted: bool) -> None:
-        answer = done.result()
-        if answer is not None and answer.success:
-            self._confirmed = wanted
-        else:
-            log.warning(
-                "the base refuses its own emergency stop", wanted=wanted, message=getattr(answer, "message", "")
-            )
-        if wanted is self._wanted:
-            self._asked_s = None
+        self._base.there(self._client.service_is_ready())
+        if (engaged := self._base.due(now_s)) is not None:
+            log.info("the base is asked to stop" if engaged else "the base is asked to let go")
+            if self._asked is not None:
+                self._client.remove_pending_request(self._asked)
+            self._asked = self._client.call_async(EStop.Request(e_stop_on=engaged))
+        self._told.put(self._base.state(now_s), now_s)

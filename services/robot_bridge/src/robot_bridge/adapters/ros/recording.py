@@ -15,7 +15,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from robot_bridge.adapters.ros.sensing import quality
+from robot_bridge.adapters.ros.subscriptions import quality
 from robot_bridge.mcap_file import Kind, Raw, Sink, ros_kind
 from robot_bridge.settings import Channel, RosSettings
 

@@ -26,11 +26,12 @@ from contracts.geometry import Pose2D, Twist2D
 from mesh.clock import Clock
 from mesh.errors import ServiceTimeoutError, UnavailableError
 from robot_bridge.adapters.ros import convert
-from robot_bridge.adapters.ros.base_stop import BaseStop
+from robot_bridge.adapters.ros.base_stop import BaseStopService
 from robot_bridge.adapters.ros.calls import Calls, RosGoal
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.recording import RosRecording
-from robot_bridge.adapters.ros.sensing import Sensing, quality
+from robot_bridge.adapters.ros.sensing import Sensing
+from robot_bridge.adapters.ros.subscriptions import quality
 from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
@@ -81,8 +82,8 @@ class RosRobot:
         if self._can_send:
             self._velocity.send(twist)
 
-    def engage_base_stop(self, engaged: bool) -> None:
-        self._do(lambda: self._base_stop.want(engaged))
+    def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
+        self._do(lambda: self._base_stop.want(engaged, restored=restored))
 
     def cancel_all_goals(self) -> None:
         def call() -> None:
@@ -199,19 +200,22 @@ class RosRobot:
         self._dock = ActionClient(node, Dock, ros.dock_action)
         self._undock = ActionClient(node, Undock, ros.undock_action)
         self._lights = ActionClient(node, LedAnimation, ros.led_action)
-        self._base_stop = BaseStop(node, ros.e_stop_service, self._clock)
+        self._base_stop = BaseStopService(node, ros.e_stop_service, self._clock, self._senses.base_stop)
         self._clear_costmaps = [node.create_client(ClearEntireCostmap, name) for name in ros.clear_costmap_services]
         self._cancels = [
             node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
             for action in (ros.navigate_action, ros.dock_action, ros.undock_action)
         ]
-        Sensing(node, ros, self._senses, self._clock, navigation_velocity)
+        sensing = Sensing(
+            node, ros, self._senses, self._clock, navigation_velocity=navigation_velocity, wheels=self._base_stop.wheels
+        )
         self._nav2 = Nav2Watch(
             node, ros, self._senses.nav2_missing, self._clock, self._navigate, cancel=self._cancels[0]
         )
         steady = RosClock(clock_type=ClockType.STEADY_TIME)  # whatever a simulated or stepped clock does
         node.create_timer(1.0, self._nav2.poll, clock=steady)
         node.create_timer(1.0, self._base_stop.poll, clock=steady)
+        node.create_timer(1.0, sensing.poll, clock=steady)
         self._executor.add_node(node)
 
     def _shut(self) -> None:

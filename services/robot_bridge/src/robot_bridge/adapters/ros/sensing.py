@@ -4,17 +4,17 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
-from irobot_create_msgs.msg import DockStatus, HazardDetectionVector
+from irobot_create_msgs.msg import DockStatus, HazardDetectionVector, WheelStatus
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
 from prometheus_client import Counter
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from mesh.clock import Clock
 from robot_bridge.adapters.ros import convert
+from robot_bridge.adapters.ros.subscriptions import BestAvailable, quality
 from robot_bridge.mailbox import Mailbox
 from robot_bridge.senses import Senses
 from robot_bridge.settings import Channel, RosSettings
@@ -26,16 +26,6 @@ V = TypeVar("V")
 MALFORMED = Counter("robot_bridge_ros_malformed_total", "ROS messages that made no sense and were dropped", ["topic"])
 
 
-def quality(channel: Channel) -> QoSProfile:
-    return QoSProfile(
-        depth=channel.depth,
-        reliability=ReliabilityPolicy.RELIABLE if channel.reliability == "reliable" else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL
-        if channel.durability == "transient_local"
-        else DurabilityPolicy.VOLATILE,
-    )
-
-
 class Sensing:
     """Fills `senses` from the node's subscriptions."""
 
@@ -45,12 +35,15 @@ class Sensing:
         ros: RosSettings,
         senses: Senses,
         clock: Clock,
+        *,
         navigation_velocity: Callable[[float, float], None],
+        wheels: Callable[[WheelStatus], None],
     ) -> None:
         self._node = node
         self._ros = ros
         self._senses = senses
         self._clock = clock
+        self._changing: list[BestAvailable] = []
         senses.frames.set_base(ros.base_frame)
         self._on(TFMessage, ros.tf_static, self._fixed_frames)
         self._on(TFMessage, ros.tf, self._moving_frames)
@@ -65,10 +58,16 @@ class Sensing:
         self._keep(BatteryState, ros.battery, senses.battery, convert.battery)
         self._keep(DockStatus, ros.dock_status, senses.dock, convert.dock)
         self._keep(HazardDetectionVector, ros.hazards, senses.hazards, convert.hazards)
+        self._on(WheelStatus, ros.wheel_status, wheels)
         if ros.cmd_vel_nav_type == "TwistStamped":
             self._on(TwistStamped, ros.cmd_vel_nav, lambda m: navigation_velocity(m.twist.linear.x, m.twist.angular.z))
         else:
             self._on(Twist, ros.cmd_vel_nav, lambda m: navigation_velocity(m.linear.x, m.angular.z))
+
+    def poll(self) -> None:
+        """Called every second: what nobody publishes, of the topics that come on change only."""
+        unpublished = frozenset(each.name for each in self._changing if not each.poll())
+        self._senses.unpublished.put(unpublished, self._clock.now_s())
 
     def _on(self, kind: type[M], channel: Channel, handle: Callable[[M], None]) -> None:
         malformed = MALFORMED.labels(channel.name)
@@ -79,7 +78,10 @@ class Sensing:
             except (ValueError, OverflowError):  # pydantic's ValidationError is a ValueError
                 malformed.inc()
 
-        self._node.create_subscription(kind, channel.name, guarded, quality(channel))
+        if "best_available" in {channel.reliability, channel.durability}:
+            self._changing.append(BestAvailable(self._node, kind, channel, guarded))
+        else:
+            self._node.create_subscription(kind, channel.name, guarded, quality(channel))
 
     def _keep(self, kind: type[Any], channel: Channel, into: Mailbox[V], read: Callable[[Any], V]) -> None:
         self._on(kind, channel, lambda message: into.put(read(message), self._clock.now_s()))

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
 from contracts.geometry import Twist2D
-from robot_bridge.adapters.ros.sensing import quality
+from robot_bridge.adapters.ros.subscriptions import quality
 from robot_bridge.settings import RosSettings
 
 log = structlog.get_logger()

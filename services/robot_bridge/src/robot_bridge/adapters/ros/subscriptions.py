@@ -1,0 +1,67 @@
+"""Quality of service: as a channel says, or the best that whoever publishes the topic offers."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from robot_bridge.settings import Channel
+
+_RELIABLE = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": ReliabilityPolicy.BEST_EFFORT}
+_DURABLE = {"transient_local": DurabilityPolicy.TRANSIENT_LOCAL, "volatile": DurabilityPolicy.VOLATILE}
+
+
+def quality(channel: Channel) -> QoSProfile:
+    """What every publisher can serve where the channel asks for the best there is."""
+    return QoSProfile(
+        depth=channel.depth,
+        reliability=_RELIABLE.get(channel.reliability, ReliabilityPolicy.BEST_EFFORT),
+        durability=_DURABLE.get(channel.durability, DurabilityPolicy.VOLATILE),
+    )
+
+
+class BestAvailable:
+    """One subscription, made anew when its publishers offer more or less than before; in the node's own thread.
+
+    rmw's own "best available" is decided once, when the subscription is made; publishers come later.
+    """
+
+    def __init__(self, node: Node, kind: type[Any], channel: Channel, heard: Callable[[Any], None]) -> None:
+        self._node = node
+        self._kind = kind
+        self._channel = channel
+        self._heard = heard
+        self._topic = node.resolve_topic_name(channel.name)
+        self._quality = quality(channel)
+        self._subscription = self._subscribe()
+
+    @property
+    def name(self) -> str:
+        return self._channel.name
+
+    def poll(self) -> bool:
+        """Called every second. Whether anybody publishes it."""
+        publishers = [info.qos_profile for info in self._node.get_publishers_info_by_topic(self._topic)]
+        offered = self._offered(publishers) if publishers else self._quality
+        if offered != self._quality:
+            self._node.destroy_subscription(self._subscription)
+            self._quality = offered
+            self._subscription = self._subscribe()
+        return bool(publishers)
+
+    def _offered(self, publishers: list[QoSProfile]) -> QoSProfile:
+        """Asking for what one of them does not offer would silence that one."""
+        best = quality(self._channel)
+        if self._channel.reliability == "best_available" and all(
+            each.reliability == ReliabilityPolicy.RELIABLE for each in publishers
+        ):
+            best.reliability = ReliabilityPolicy.RELIABLE
+        if self._channel.durability == "best_available" and all(
+            each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in publishers
+        ):
+            best.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        return best
+
+    def _subscribe(self) -> Any:
+        return self._node.create_subscription(self._kind, self._channel.name, self._heard, self._quality)

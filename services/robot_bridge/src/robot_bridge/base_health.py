@@ -1,0 +1,44 @@
+"""What `/ready` says of the base beyond its sensors, in words for a person."""
+
+from contracts.problem import Dependency, DependencyState
+from contracts.robot import BaseStopState
+from robot_bridge.senses import Senses
+from robot_bridge.settings import Settings
+from robot_bridge.snapshot import hazards_offered
+
+_READY, _WARNING, _NOT_READY = DependencyState.READY, DependencyState.WARNING, DependencyState.NOT_READY
+
+BASE_STOP: dict[BaseStopState, tuple[DependencyState, str]] = {
+    BaseStopState.UNKNOWN: (_READY, "not asked for; no wheel_status tells whether the wheels are enabled"),
+    BaseStopState.RELEASED: (_READY, "the wheels are enabled"),
+    BaseStopState.ASKED: (_READY, "asked for; the wheels have not said so yet"),
+    BaseStopState.ENGAGED: (_READY, "the wheels are disabled, as asked"),
+    BaseStopState.UNCONFIRMED: (
+        _WARNING,
+        "asked for, and the wheels never said that they are disabled: the stop holds by zero velocities",
+    ),
+    BaseStopState.MISSING: (_WARNING, "the base offers no e_stop: the stop holds by zero velocities"),
+    BaseStopState.HELD: (
+        _NOT_READY,
+        "the base has disabled its wheels: it was stopped at the robot, and is let go there (power button)",
+    ),
+}
+
+
+def base_stop(senses: Senses) -> Dependency:
+    state, detail = BASE_STOP[senses.base_stop.value or BaseStopState.UNKNOWN]
+    return Dependency(name="base_stop", state=state, detail=detail)
+
+
+def hazards(senses: Senses, settings: Settings) -> Dependency:
+    """A robot drives without them; a person should know that its bumper and cliff sensors stop it by the base alone."""
+    if senses.hazards.newest is not None:
+        return Dependency(name="hazards", state=_READY, detail="received")
+    if hazards_offered(senses, settings):
+        return Dependency(name="hazards", state=_READY, detail="none since the bridge began: they come on change only")
+    return Dependency(
+        name="hazards",
+        state=_WARNING,
+        detail="nobody publishes them: bumps, cliffs and lifted wheels are known to the base alone. On a TurtleBot 4 "
+        "uncomment hazard_detection in the robot's republisher.yaml (docs/turtlebot4.md, step 1)",
+    )

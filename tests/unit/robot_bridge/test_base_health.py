@@ -1,0 +1,54 @@
+"""What `/ready` says of the base: a warning where it works and a person should know something."""
+
+import pytest
+
+from contracts.problem import DependencyState
+from contracts.robot import BaseStopState
+from robot_bridge import base_health
+from robot_bridge.senses import Hazard, Senses
+from robot_bridge.settings import Settings
+
+SETTINGS = Settings()
+TOPIC = SETTINGS.ros.hazards.name
+
+
+def test_the_table_names_every_state_of_the_bases_stop() -> None:
+    assert set(base_health.BASE_STOP) == set(BaseStopState)
+
+
+@pytest.mark.parametrize(
+    ("state", "told"),
+    [
+        (None, DependencyState.READY),
+        (BaseStopState.ENGAGED, DependencyState.READY),
+        (BaseStopState.UNCONFIRMED, DependencyState.WARNING),
+        (BaseStopState.MISSING, DependencyState.WARNING),
+        (BaseStopState.HELD, DependencyState.NOT_READY),
+    ],
+)
+def test_a_stop_that_is_not_as_wanted_is_told(state: BaseStopState | None, told: DependencyState) -> None:
+    senses = Senses()
+    if state is not None:
+        senses.base_stop.put(state, 1.0)
+    assert base_health.base_stop(senses).state is told
+
+
+def test_hazards_that_nobody_publishes_are_a_warning_that_names_the_line_to_uncomment() -> None:
+    senses = Senses()
+    senses.unpublished.put(frozenset({TOPIC}), 1.0)
+    told = base_health.hazards(senses, SETTINGS)
+    assert told.state is DependencyState.WARNING
+    assert "hazard_detection" in told.detail
+
+
+def test_hazards_that_are_offered_and_never_came_are_none() -> None:
+    senses = Senses()
+    senses.unpublished.put(frozenset(), 1.0)
+    assert base_health.hazards(senses, SETTINGS).state is DependencyState.READY
+
+
+def test_hazards_that_came_once_are_received_whoever_publishes_now() -> None:
+    senses = Senses()
+    senses.hazards.put(frozenset({Hazard.BUMP}), 1.0)
+    senses.unpublished.put(frozenset({TOPIC}), 2.0)
+    assert base_health.hazards(senses, SETTINGS).state is DependencyState.READY
