@@ -15,13 +15,15 @@ from sim.home import Home, Wanted
 from sim.home.catalog import THINGS
 from sim.nav.codes import Code, NavigationError
 from sim.nav.costmap import Costmap
+from sim.nav.planner import TOLERANCE_M, nearest_cell
 from sim.scoring import NothingToScoreError, Score, camera_position, nearest_surface_m, score
 from sim.world import World
 from sim.world.robot import RGB_CAMERA
 from sim.world.sensors import compose
 from sim.world.types import ThingTruth
 
-START_SLACK_M = 0.3
+ELSEWHERE_M = 0.15
+"""robot_bridge's: a plan that ends farther from its goal is none."""
 
 
 @dataclass(frozen=True)
@@ -71,36 +73,37 @@ class SimulatedPlace:
         return np.isfinite(self._costs(self._start_cell(start))[1])
 
     def way(self, start: Pose2D, goal: Pose2D) -> NDArray[np.float64]:
-        """(n, 2) points from start to goal, in m. Raises `NavigationError` with the planner's code."""
-        cell = self.costmap.grid.cell(goal.x, goal.y)
+        """(n, 2) points from start to goal, in m, ending up to `ELSEWHERE_M` beside it where it is occupied.
+
+        Raises `NavigationError` with the planner's code, or where the plan would end farther off.
+        """
+        cell, start_cell = self.costmap.grid.cell(goal.x, goal.y), self._start_cell(start)
         if cell is None:
             raise NavigationError(Code.GOAL_OUTSIDE_MAP, "the goal is outside the map")
-        if not self.costmap.free[cell]:
-            raise NavigationError(Code.GOAL_OCCUPIED, "the goal is too near an obstacle")
-        search, costs = self._costs(self._start_cell(start))
-        if not np.isfinite(costs[cell]):
+        search, costs = self._costs(start_cell)
+        reachable = np.isfinite(costs)
+        end = nearest_cell(reachable, cell, round(TOLERANCE_M / self.costmap.grid.resolution_m))
+        if end is None:
             raise NavigationError(Code.NO_VALID_PATH, "no way leads there")
-        cells = np.array(search.traceback(cell), dtype=np.intp).reshape(-1, 2)[2:-1:2]
+        last = (goal.x, goal.y) if end == cell else tuple(self.costmap.grid.centres(end[0], end[1]))
+        if math.hypot(last[0] - goal.x, last[1] - goal.y) > ELSEWHERE_M:
+            raise NavigationError(Code.NO_VALID_PATH, "the plan ends elsewhere")
+        cells = np.array(search.traceback(end), dtype=np.intp).reshape(-1, 2)[2:-1:2]
         middle = self.costmap.grid.centres(cells[:, 0], cells[:, 1])
-        return np.concatenate([[[start.x, start.y]], middle, [[goal.x, goal.y]]])
+        return np.concatenate([[[start.x, start.y]], middle, [last]])
 
     def _start_cell(self, start: Pose2D) -> tuple[int, int]:
-        """The start's cell, or the nearest one within 0.3 m where the robot may be."""
         cell = self.costmap.grid.cell(start.x, start.y)
         if cell is None:
             raise NavigationError(Code.START_OUTSIDE_MAP, "the start is outside the map")
-        if self.costmap.free[cell]:
-            return cell
-        free = np.argwhere(self.costmap.free)
-        away = np.hypot(*(free - cell).T) * self.costmap.grid.resolution_m
-        nearest = int(away.argmin())
-        if away[nearest] > START_SLACK_M:
-            raise NavigationError(Code.START_OCCUPIED, "the start is inside an obstacle")
-        return int(free[nearest, 0]), int(free[nearest, 1])
+        return cell
 
     def _costs(self, start: tuple[int, int]) -> tuple[MCP_Geometric, NDArray[np.float64]]:
+        """As NavFn, the one cell under the robot counts as free whatever it holds."""
         if self._ways is None or self._ways[0] != start:
-            search = MCP_Geometric(self.costmap.price, fully_connected=True)
+            price = self.costmap.price.copy()
+            price[start] = max(price[start], 1.0)
+            search = MCP_Geometric(price, fully_connected=True)
             costs, _ = search.find_costs([start])
             self._ways = (start, search, costs)
         return self._ways[1], self._ways[2]

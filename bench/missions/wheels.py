@@ -16,6 +16,8 @@ from sim.world.types import WorldOptions
 STOP_CLEARANCE_M = 0.20
 BLOCKED_S = 1.5
 GOAL_SPEED_M_S, GOAL_TURN_RAD_S = 0.26, 1.2
+GOAL_TOLERANCE_M, GOAL_TOLERANCE_RAD = 0.25, 0.25
+"""turtlebot4's own for Nav2: a goal ends short of where it was sent, and one nearer than this without a move."""
 
 
 def _future() -> "asyncio.Future[MotionReply]":
@@ -59,6 +61,8 @@ class Going:
     gives_up_after: float | None = None
     claims_after: float | None = None
     along_m: float = 0.0
+    arrived: bool = False
+    """Within the tolerance once: from then on it only turns."""
 
     def __post_init__(self) -> None:
         steps = np.hypot(*np.diff(self.way, axis=0).T)
@@ -180,8 +184,9 @@ class Wheels:
         if going.claims_after is not None and going.along_m >= going.claims_after * going.length_m:
             self._going, self.goal_ending = None, 0
             return
-        if left_m <= 1e-6:
-            if self._spin_towards(going.yaw, dt_s):
+        if going.arrived or left_m <= GOAL_TOLERANCE_M:
+            going.arrived = True
+            if self._spin_towards(going.yaw, dt_s, within_rad=GOAL_TOLERANCE_RAD):
                 self._going, self.goal_ending = None, 0
             return
         ahead = going.point(min(going.along_m + 0.2, going.length_m))
@@ -197,11 +202,13 @@ class Wheels:
         turn = math.copysign(min(abs(turn), GOAL_TURN_RAD_S * dt_s), turn)
         self.pose = Pose2D(x=x - error_x, y=y - error_y, yaw=wrap(self.pose.yaw + turn))
 
-    def _spin_towards(self, yaw: float, dt_s: float) -> bool:
+    def _spin_towards(self, yaw: float, dt_s: float, *, within_rad: float = 0.06) -> bool:
         """In the map, as believed; true when it looks there."""
         left = wrap(yaw - self.believed().yaw)
+        if abs(left) < within_rad:
+            return True
         self._spin(math.copysign(min(abs(left), GOAL_TURN_RAD_S * dt_s), left))
-        return abs(left) < 0.06
+        return False
 
     def _spin(self, angle_rad: float) -> None:
         self.pose = Pose2D(x=self.pose.x, y=self.pose.y, yaw=wrap(self.pose.yaw + angle_rad))

@@ -57,7 +57,7 @@ class SimulatedToy(ToyRobot):
         self.put(DOCK)
 
     def put_away(self) -> None:
-        self.put(Pose2D(x=1.9, y=2.0, yaw=0.0))
+        self.put(Pose2D(x=2.4, y=2.0, yaw=0.0))
 
     def put(self, pose: Pose2D) -> None:
         """By hand."""
@@ -159,8 +159,8 @@ class SimulatedRobot:
         return goal
 
     async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
-        if self.toy.planner_code:
-            return Path((), self.toy.planner_code)
+        if code := self.toy.refusal(goal.x, goal.y):
+            return Path((), code)
         try:
             found = await asyncio.to_thread(plan, self._navigator.costmap, start or self.toy.where, goal)
         except NavigationError as error:

@@ -21,6 +21,7 @@ OCCUPIED = (4.5, 3.0, 0.3)
 """x, y and radius of a place in the map that no path leads into: something stands there."""
 DOCK = Pose2D(x=0.5, y=2.0, yaw=math.pi)
 """base_link in map while docked."""
+NEAR_M = 0.65
 THING_BOX = (105.0, 105.0, 145.0, 145.0)
 
 Navigation = Literal["drives", "succeeds", "aborts", "rejects", "is_inactive"]
@@ -40,7 +41,7 @@ class ToyRobot:
     silent: set[str] = field(default_factory=set)
     navigation: Navigation = "drives"
     planner_code: int = 0
-    """What the planner says of every goal, where it is not 0."""
+    """What the planner says of every goal farther off than `NEAR_M`, where it is not 0."""
     give_ups: int = 0
     """So many goals are aborted with PATIENCE_EXCEEDED before `navigation` holds."""
     thinking: set[str] = field(default_factory=set)
@@ -85,7 +86,7 @@ class ToyRobot:
 
     def put_away(self) -> None:
         """Off the dock by hand, to where the base does not see it."""
-        self.x, self.y, self.yaw = 1.0, 0.0, 0.0
+        self.x, self.y, self.yaw = 1.5, 0.0, 0.0
         self.docked = self.dock_visible = False
 
     def drive_onto_dock(self, docked: bool) -> None:
@@ -102,7 +103,12 @@ class ToyRobot:
     def plan_code(self, x: float, y: float) -> int:
         """Of the toy's planner, 0 where a path leads there."""
         inside = math.hypot(x - OCCUPIED[0], y - OCCUPIED[1]) < OCCUPIED[2]
-        return self.planner_code or (206 if inside else 0)
+        return self.refusal(x, y) or (206 if inside else 0)
+
+    def refusal(self, x: float, y: float) -> int:
+        """`planner_code`, where it is said of a goal there."""
+        near = math.hypot(x - START.x - self.x, y - START.y - self.y) < NEAR_M
+        return 0 if near else self.planner_code
 
     def gives_up(self) -> bool:
         """Asked once for each goal."""

@@ -38,5 +38,21 @@ class SimSettings(BaseSettings):
     namespace: str = Field(default="", description="ROS namespace of everything the robot says and hears")
     nav2_stand_in: bool = Field(default=True, description="answer as Nav2; off where a real Nav2 runs beside it")
     nav2_active: bool = Field(default=True, description="the stand-in's lifecycle nodes start active")
+    nav2_goal_tolerance_m: float = Field(default=0.25, gt=0.0, le=2.0, description="Nav2's xy_goal_tolerance")
+    nav2_goal_tolerance_rad: float = Field(default=0.25, gt=0.0, le=3.2, description="Nav2's yaw_goal_tolerance")
+    nav2_planner_tolerance_m: float = Field(
+        default=0.5, ge=0.0, le=2.0, description="so far beside an occupied goal a path may end; 0 = none, code 206"
+    )
+    nav2_delay_s: float = Field(default=0.1, ge=0.0, le=1.0, description="from the controller to cmd_vel_nav")
+    nav2_gap_s: float = Field(default=0.0, ge=0.0, le=2.0, description="so long cmd_vel_nav is silent every 5 s")
+    nav2_abort_one_in: int = Field(
+        default=0, ge=0, description="one in so many replannings (one a second) aborts the goal, code 0; 0 = none"
+    )
+    nav2_drives_on_s: float = Field(
+        default=0.0, ge=0.0, le=10.0, description="so long Nav2 drives on after a goal's end"
+    )
+    nav2_dies_after_s: float = Field(
+        default=0.0, ge=0.0, description="the controller dies after so much driving; 0 = never"
+    )
     start_docked: bool = Field(default=False, description="start in the dock instead of half a metre in front of it")
     log_level: Literal["DEBUG", "INFO", "WARNING", "ERROR"] = Field(default="INFO", description="of the log on stderr")

@@ -22,7 +22,7 @@ DOMAIN = 40 + os.getpid() % 60
 RELAY = Path(__file__).with_name("velocity_relay.py")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def ros_environment() -> Iterator[dict[str, str]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
@@ -31,9 +31,9 @@ def ros_environment() -> Iterator[dict[str, str]]:
         yield dict(os.environ)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def sim(ros_environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimProcess]:
-    """Started once for the module; at the end it must go, by SIGTERM, with exit code 0."""
+    """Started once for all modules here; at the end it must go, by SIGTERM, with exit code 0."""
     port = free_port()
     log_path = tmp_path_factory.mktemp("sim") / "sim.log"
     command = [sys.executable, "-m", "sim", "--seed", "3", "--want", "red bottle", "--port", str(port)]
@@ -50,7 +50,7 @@ def sim(ros_environment: dict[str, str], tmp_path_factory: pytest.TempPathFactor
             process.wait()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def mission(ros_environment: dict[str, str], sim: SimProcess) -> Iterator[Mission]:
     """A client in this process; `relaying` makes it pass the stand-in's velocities on to the base."""
     context = rclpy.Context()

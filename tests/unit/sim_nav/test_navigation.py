@@ -95,8 +95,10 @@ def moved(pose: Pose2D, twist: Twist2D, dt_s: float) -> Pose2D:
     )
 
 
-def drive(data: np.ndarray, start: Pose2D, *, real: np.ndarray | None = None) -> Drive:
-    return Drive(Navigator(costmap(data)), Laser((data if real is None else real) > 50), start)
+def drive(
+    data: np.ndarray, start: Pose2D, *, real: np.ndarray | None = None, patience: Patience | None = None
+) -> Drive:
+    return Drive(Navigator(costmap(data), patience=patience), Laser((data if real is None else real) > 50), start)
 
 
 def test_a_path_leads_through_the_door_and_keeps_clear_of_its_posts() -> None:
@@ -114,18 +116,53 @@ def test_a_path_leads_through_the_door_and_keeps_clear_of_its_posts() -> None:
     [
         ((-1.0, 1.0), (2.0, 2.0), Code.START_OUTSIDE_MAP),
         ((1.0, 1.0), (50.0, 2.0), Code.GOAL_OUTSIDE_MAP),
-        ((3.02, 0.6), (2.0, 2.0), Code.NONE),
-        ((1.0, 1.0), (2.9, 0.6), Code.GOAL_OCCUPIED),
+        ((3.02, 0.6), (1.0, 2.0), Code.NO_VALID_PATH),
+        ((1.0, 1.0), (2.9, 0.6), Code.NONE),
     ],
 )
 def test_each_bad_goal_has_nav2s_own_code(start: tuple[float, float], goal: tuple[float, float], code: Code) -> None:
     assert planning_code(rooms(), start, goal) is code
 
 
-def test_a_start_deep_inside_an_obstacle_is_refused() -> None:
+def test_a_start_inside_an_obstacle_is_told_as_if_the_goal_were_to_blame() -> None:
     data = rooms()
     data[10:40, 10:40] = 100
-    assert planning_code(data, (1.25, 1.25), (2.0, 3.0)) is Code.START_OCCUPIED
+    assert planning_code(data, (1.25, 1.25), (2.0, 3.0)) is Code.NO_VALID_PATH
+
+
+def test_only_the_one_cell_under_the_robot_is_cleared() -> None:
+    data = np.zeros((40, 40), dtype=np.int8)
+    free = costmap(data)
+    assert plan(free, Pose2D(x=1.0, y=1.0, yaw=0.0), Pose2D(x=1.6, y=1.0, yaw=0.0)).length_m == pytest.approx(0.6)
+    data[22, 20] = 100  # 0.1 m beside the robot: everything round it is too near, not only where it stands
+    assert planning_code(data, (1.02, 1.02), (0.2, 1.8)) is Code.NO_VALID_PATH
+
+
+@pytest.mark.parametrize("goal", [(3.02, 0.6), (2.95, 0.8), (0.05, 2.0)])
+def test_an_occupied_goal_becomes_the_nearest_free_point_half_a_metre_round_it(goal: tuple[float, float]) -> None:
+    map_ = costmap(rooms())
+    path = plan(map_, Pose2D(x=1.0, y=1.0, yaw=0.0), Pose2D(x=goal[0], y=goal[1], yaw=1.2))
+    end = path.poses()[-1]
+    assert 0.1 < math.hypot(end.x - goal[0], end.y - goal[1]) < 0.5
+    assert map_.free[map_.grid.cell(end.x, end.y)]
+    assert end.yaw == 1.2
+
+
+def test_where_nothing_is_free_half_a_metre_round_it_there_is_no_path() -> None:
+    data = rooms()
+    data[:, 80:110] = 100
+    assert planning_code(data, (1.0, 1.0), (4.8, 2.0)) is Code.NO_VALID_PATH
+
+
+def test_a_planner_without_a_tolerance_names_the_occupied_goal() -> None:
+    with pytest.raises(NavigationError) as refused:
+        plan(costmap(rooms()), Pose2D(x=1.0, y=1.0, yaw=0.0), Pose2D(x=2.9, y=0.6, yaw=0.0), tolerance_m=0.0)
+    assert refused.value.code is Code.GOAL_OCCUPIED
+
+
+def test_way_points_lie_two_and_a_half_centimetres_apart() -> None:
+    points = plan(costmap(rooms()), Pose2D(x=1.0, y=0.8, yaw=0.0), Pose2D(x=5.0, y=3.2, yaw=0.0)).points_m
+    assert np.hypot(*np.diff(points, axis=0).T).max() <= 0.0251
 
 
 def test_a_closed_door_leaves_no_valid_path() -> None:
@@ -157,11 +194,29 @@ def test_the_robot_arrives_within_tolerance_without_touching_a_wall(
     robot = drive(data, Pose2D(x=x, y=y, yaw=yaw))
     robot.navigator.start(goal, robot.pose, 0.0)
     assert robot.to_the_end().outcome is Outcome.SUCCEEDED
-    assert math.hypot(robot.pose.x - goal.x, robot.pose.y - goal.y) < 0.15
-    assert abs(wrap(robot.pose.yaw - goal.yaw)) < 0.15
+    assert 0.15 < math.hypot(robot.pose.x - goal.x, robot.pose.y - goal.y) < 0.25
+    assert abs(wrap(robot.pose.yaw - goal.yaw)) < 0.25
     map_ = costmap(data)
     rows, columns = map_.grid.cells(np.array([(p.x, p.y) for p in robot.trail]))
     assert map_.clearance_m[rows, columns].min() > 0.17
+
+
+@pytest.mark.parametrize("goal", [Pose2D(x=1.2, y=1.1, yaw=0.2), Pose2D(x=0.78, y=1.0, yaw=-0.2)])
+def test_a_goal_nearer_than_the_tolerance_succeeds_at_once_without_a_move(goal: Pose2D) -> None:
+    robot = drive(rooms(), Pose2D(x=1.0, y=1.0, yaw=0.0))
+    robot.navigator.start(goal, robot.pose, 0.0)
+    assert robot.tick().outcome is Outcome.SUCCEEDED
+    assert robot.pose == Pose2D(x=1.0, y=1.0, yaw=0.0)
+
+
+def test_once_within_the_tolerance_it_only_turns_whatever_pushes_it_away() -> None:
+    robot = drive(rooms(), Pose2D(x=1.0, y=1.0, yaw=0.0))
+    robot.navigator.start(Pose2D(x=1.2, y=1.0, yaw=3.0), robot.pose, 0.0)
+    assert robot.tick().twist.linear_x == 0.0
+    robot.pose = robot.pose.model_copy(update={"x": 0.7})
+    end = robot.to_the_end()
+    assert end.outcome is Outcome.SUCCEEDED
+    assert all(pose.x == 0.7 for pose in robot.trail[1:])
 
 
 def test_speeds_stay_within_the_limits_of_the_base() -> None:
@@ -213,6 +268,24 @@ def test_a_robot_that_is_held_fails_to_make_progress() -> None:
     end = robot.to_the_end()
     assert end.code is Code.FAILED_TO_MAKE_PROGRESS
     assert robot.time_s == pytest.approx(Patience().stuck_s, abs=0.2)
+
+
+def test_turning_on_the_spot_and_creeping_are_no_progress() -> None:
+    robot = drive(rooms(), Pose2D(x=1.0, y=2.0, yaw=0.0))
+    robot.navigator.start(Pose2D(x=2.5, y=2.0, yaw=0.0), robot.pose, 0.0)
+    while (end := robot.tick()).outcome is Outcome.RUNNING:
+        robot.pose = Pose2D(x=1.0 + 0.04 * robot.time_s, y=2.0, yaw=wrap(0.5 * robot.time_s))
+    assert (end.code, round(robot.time_s)) == (Code.FAILED_TO_MAKE_PROGRESS, 10)
+
+
+def test_one_in_so_many_replannings_is_lost_and_aborts_without_a_code() -> None:
+    robot = drive(rooms(), Pose2D(x=1.0, y=2.0, yaw=0.0), patience=Patience(lost_one_in=3))
+    robot.navigator.start(Pose2D(x=5.0, y=2.0, yaw=0.0), robot.pose, 0.0)
+    end = robot.to_the_end()
+    assert (end.outcome, end.code) == (Outcome.ABORTED, Code.NONE)
+    assert robot.time_s == pytest.approx(3.0, abs=0.2)
+    robot.navigator.start(Pose2D(x=2.2, y=2.0, yaw=0.0), robot.pose, robot.time_s)
+    assert robot.to_the_end().outcome is Outcome.SUCCEEDED
 
 
 def test_a_cancelled_goal_asks_for_nothing_more() -> None:

@@ -40,6 +40,7 @@ ERROR_NAMES: dict[int, str] = {
 """Nav2's codes (Jazzy): 1xx from the controller under way, 2xx from the planner."""
 
 
+START_OCCUPIED = 205
 NO_VALID_PATH = 208
 
 GIVEN_UP_UNDER_WAY = frozenset({104, 105, 106})

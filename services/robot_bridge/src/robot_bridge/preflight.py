@@ -7,15 +7,18 @@ import structlog
 
 from contracts.geometry import Point3D, Pose2D
 from contracts.robot import PathReply
+from geometry.poses import apart_m
 from mesh.clock import Clock
 from mesh.errors import UnavailableError
 from robot_bridge.maps import room_of
-from robot_bridge.navigation import NO_VALID_PATH, error_name, says_nothing_of_the_goal
+from robot_bridge.navigation import NO_VALID_PATH, START_OCCUPIED, error_name, says_nothing_of_the_goal
 from robot_bridge.ports import Path, Robot
 from robot_bridge.ring import Room, length_m, poses_round, roomiest_first
 from robot_bridge.senses import Grid
 from robot_bridge.settings import Settings
 
+BESIDE_M = 0.6
+"""Farther than NavFn's tolerance would let a plan end that does not move at all."""
 log = structlog.get_logger()
 
 
@@ -36,6 +39,8 @@ class Checked:
     plan: tuple[Pose2D, ...] = ()
     tried: int = 0
     error_code: int = 0
+    ends_off_m: float | None = None
+    """How far from the wanted pose Nav2's plan ended, where it gave one that ended elsewhere."""
 
     @property
     def hopeless(self) -> bool:
@@ -47,6 +52,10 @@ class Checked:
         if self.pose is not None:
             return ""
         others = f", nor to {self.tried - 1} poses round it" if self.tried > 1 else ""
+        if self.error_code == START_OCCUPIED:
+            return "Nav2 finds no way out of where the robot stands"
+        if self.ends_off_m is not None:
+            return f"no path leads there (Nav2's plan ends {self.ends_off_m:.2f} m from it){others}"
         return f"no path leads there ({error_name(self.error_code)}){others}"
 
 
@@ -82,22 +91,46 @@ class Preflight:
             log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
 
     async def _first(self, poses: list[Pose2D], start: Pose2D | None) -> Checked:
-        tried, code = 0, 0
+        tried, code, off_m = 0, 0, None
         try:
             async with asyncio.timeout(self._settings.preflight_s_max):
                 for pose in poses[: self._settings.preflight_poses_max]:
                     plan = await self._robot.compute_path(pose, start)
                     tried += 1
-                    failed = _failure(plan)
-                    code = code or failed
+                    failed = self._failure(plan, pose)
                     if not failed:
-                        return Checked(pose, plan.poses, tried, code)
-                    if says_nothing_of_the_goal(failed):
+                        return Checked(pose, plan.poses, tried, code, off_m)
+                    if tried == 1:
+                        code, off_m = failed, _end_off_m(plan, pose)
+                        if failed == NO_VALID_PATH and await self._is_shut_in(start):
+                            code = START_OCCUPIED
+                    if says_nothing_of_the_goal(code if tried == 1 else failed):
                         break  # another goal would meet the same
         except TimeoutError:
             log.warning("the preflight ran out of time", tried=tried)
             code = code or NO_VALID_PATH
-        return Checked(None, (), tried, code)
+        return Checked(None, (), tried, code, off_m)
+
+    def _failure(self, plan: Path, pose: Pose2D) -> int:
+        """Nav2's code; NO_VALID_PATH also for a plan that ends elsewhere: NavFn takes the nearest point it can reach
+        (its `tolerance`), with code 0."""
+        off_m = _end_off_m(plan, pose)
+        elsewhere = off_m is None or off_m > self._settings.plan_end_off_m_max
+        return plan.error_code or (NO_VALID_PATH if elsewhere else 0)
+
+    async def _is_shut_in(self, start: Pose2D | None) -> bool:
+        """Nav2 blames the goal where the robot itself stands too near something (208): asked once for a way to a roomy
+        pose beside the start, it says the same."""
+        here, room = start or self._robot.senses.poses.newest(), self._known_room()
+        if here is None or room is None:
+            return False
+        settings = self._settings
+        clearance_m = settings.footprint_radius_m + settings.ring_clearance_m
+        around = poses_round(here, room, radius_m=BESIDE_M, clearance_m_min=clearance_m)
+        beside = next((pose for pose in around if apart_m(pose, here) > BESIDE_M - 0.1), None)
+        if beside is None:
+            return False
+        return self._failure(await self._robot.compute_path(beside, start), beside) == NO_VALID_PATH
 
     def _ring(self, place: Place) -> list[Pose2D]:
         room = self._known_room()
@@ -134,8 +167,9 @@ def path_reply(checked: Checked) -> PathReply:
     )
 
 
-def _failure(plan: Path) -> int:
-    return plan.error_code or (0 if plan.poses else NO_VALID_PATH)
+def _end_off_m(plan: Path, pose: Pose2D) -> float | None:
+    """From where a plan ends to where it was to end; none without a plan."""
+    return apart_m(plan.poses[-1], pose) if plan.poses else None
 
 
 async def path_or_none(preflight: Preflight, place: Place) -> Checked | None:

@@ -134,6 +134,9 @@ class Settings(BaseSettings):
     ring_radius_m: float = Field(default=0.6, ge=0.0, le=3.0, description="how far from the wanted pose a goal may end")
     ring_clearance_m: float = Field(default=0.08, ge=0.0, description="of the footprint, for poses on the ring")
     preflight_poses_max: int = Field(default=40, ge=1, le=100)
+    plan_end_off_m_max: float = Field(
+        default=0.15, gt=0.0, le=2.0, description="a plan that ends farther from its goal does not lead there"
+    )
     preflight_s_max: float = Field(default=4.0, gt=0.0)
     retries_max: int = Field(default=2, ge=0, le=5, description="after Nav2 gave up under way (104, 105, 106)")
     costmap_timeout_s: float = Field(default=1.0, gt=0.0)

@@ -7,6 +7,7 @@ class Code(IntEnum):
     """`error_code` of NavigateToPose and ComputePathToPose; NavigateToPose passes its sub-tasks' codes through."""
 
     NONE = 0
+    """Of an abort: preempted by another client, or a server that did not answer the tree in time."""
     PATIENCE_EXCEEDED = 104
     """The way stayed blocked for longer than the controller is willing to wait."""
     FAILED_TO_MAKE_PROGRESS = 105
@@ -15,9 +16,10 @@ class Code(IntEnum):
     TF_ERROR = 202
     START_OUTSIDE_MAP = 203
     GOAL_OUTSIDE_MAP = 204
-    START_OCCUPIED = 205
     GOAL_OCCUPIED = 206
+    """Only from a planner without a tolerance."""
     NO_VALID_PATH = 208
+    """Also where the robot itself stands in an obstacle: 205 (START_OCCUPIED) was never seen of the real one."""
 
 
 class NavigationError(Exception):

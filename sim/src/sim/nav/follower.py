@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
-from sim.nav.planner import Path
+from sim.nav.planner import SPACING_M, Path
 
 STILL: Final = Twist2D()
+_WINDOW: Final = round(1.2 / SPACING_M)
+"""Way points ahead among which the nearest is looked for."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +32,10 @@ class Limits:
     turn_first_rad: float = math.radians(45)
     turned_rad: float = math.radians(8)
     slow_radius_m: float = 0.7
-    slow_goal_m: float = 0.4
+    slow_goal_m: float = 0.6
     slow_clearance_m: float = 0.35
-    goal_tolerance_m: float = 0.15
-    goal_aim_m: float = 0.08
-    goal_tolerance_rad: float = 0.15
-    goal_aim_rad: float = 0.05
+    goal_tolerance_m: float = 0.25
+    goal_tolerance_rad: float = 0.25
     footprint_m: float = 0.17
     foresight_s: float = 1.2
     foresight_min_m: float = 0.12
@@ -58,7 +58,11 @@ class Command:
 
 
 class Follower:
-    """Drives one path. `step` is asked often (20 Hz); it remembers how far along the path the robot is."""
+    """Drives one path. `step` is asked often (20 Hz); it remembers how far along the path the robot is.
+
+    As Nav2's goal checker it is stateful: once within `goal_tolerance_m` of the end it only turns, and it has arrived
+    when the heading is within `goal_tolerance_rad`. So it ends short of the goal, by nearly the whole tolerance.
+    """
 
     def __init__(self, path: Path, limits: Limits | None = None) -> None:
         self.path = path
@@ -73,25 +77,18 @@ class Follower:
         remaining_m, heading = self._look(pose)
         goal = self.path.points_m[-1]
         to_goal_m = math.hypot(goal[0] - pose.x, goal[1] - pose.y)
-        overshooting = to_goal_m < limits.goal_tolerance_m and abs(heading) > limits.turn_first_rad
-        if to_goal_m < limits.goal_aim_m or overshooting:
-            self._at_goal = True
-        elif to_goal_m > 2 * limits.goal_tolerance_m:
-            self._at_goal = False  # pushed away, or the estimate jumped
+        self._at_goal = self._at_goal or to_goal_m < limits.goal_tolerance_m
         if self._at_goal:
             return self._align(pose, remaining_m)
         twist = self._pursue(heading, remaining_m, obstacles_m)
         if blocked(twist, obstacles_m, limits):
-            if to_goal_m < limits.goal_tolerance_m:
-                self._at_goal = True
-                return self._align(pose, remaining_m)
             return Command(STILL, Following.BLOCKED, remaining_m)
         return Command(twist, Following.DRIVING, remaining_m)
 
     def _look(self, pose: Pose2D) -> tuple[float, float]:
         """Metres of path left, and the bearing of the point a lookahead further on, relative to the heading."""
         points, along = self.path.points_m, self.path.along_m
-        window = points[self._index : self._index + 12]
+        window = points[self._index : self._index + _WINDOW]
         distances = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
         nearest = int(distances.argmin())
         self._index += nearest
@@ -121,7 +118,7 @@ class Follower:
 
     def _align(self, pose: Pose2D, remaining_m: float) -> Command:
         error = wrap(self.path.goal_yaw - pose.yaw)
-        if abs(error) < self._limits.goal_aim_rad:
+        if abs(error) < self._limits.goal_tolerance_rad:
             return Command(STILL, Following.ARRIVED, remaining_m)
         return Command(Twist2D(angular_z=_turn(error, self._limits)), Following.DRIVING, remaining_m)
 

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from contracts.geometry import Pose2D, Twist2D
 from sim.nav.codes import Code, NavigationError
 from sim.nav.costmap import Costmap
-from sim.nav.follower import STILL, Follower, Following, Limits, wrap
+from sim.nav.follower import STILL, Follower, Following, Limits
 from sim.nav.obstacles import ObstacleLayer, hits_m
-from sim.nav.planner import Path, plan
+from sim.nav.planner import TOLERANCE_M, Path, plan
 from sim.world.types import Scan
 
 _LOCAL_RANGE_M: Final = 1.5
+_UNBLOCKED_M: Final = 0.1
 _NOTHING: Final = np.empty((0, 2))
 
 
@@ -27,8 +28,10 @@ class Patience:
     replan_s: float = 1.0
     blocked_s: float = 8.0
     stuck_s: float = 10.0
-    moved_m: float = 0.1
-    turned_rad: float = 0.3
+    moved_m: float = 0.5
+    """In `stuck_s`; turning is no progress."""
+    lost_one_in: int = 0
+    """Of so many replannings one is not taken by the controller in time: ABORTED without a code. 0 = none."""
 
 
 class Outcome(StrEnum):
@@ -59,14 +62,26 @@ class _Goal:
     marked_s: float
     blocked_since_s: float | None = None
     replanned_s: float = -math.inf
+    handed_on_s: float = 0.0
+    """When the tree last handed a new plan to the controller."""
     recoveries: int = 0
 
 
 class Navigator:
     """One robot's navigation. All poses are in the map frame, all times on one clock (here: simulated)."""
 
-    def __init__(self, static: Costmap, *, limits: Limits | None = None, patience: Patience | None = None) -> None:
+    def __init__(
+        self,
+        static: Costmap,
+        *,
+        limits: Limits | None = None,
+        patience: Patience | None = None,
+        tolerance_m: float = TOLERANCE_M,
+    ) -> None:
+        """`tolerance_m` is the planner's: how far from an occupied goal a path may end."""
         self._static = static
+        self._tolerance_m = tolerance_m
+        self._replannings = 0
         self._limits = limits or Limits()
         self._patience = patience or Patience()
         self._layer = ObstacleLayer(static)
@@ -98,10 +113,15 @@ class Navigator:
         """Forgets what the laser last saw round the robot; the next scan brings it back where it is real."""
         self._local_m = _NOTHING
 
+    def plan(self, start: Pose2D, goal: Pose2D) -> Path:
+        """On the newest global costmap, from any thread. Raises `NavigationError` (2xx) when no path leads there."""
+        return plan(self._costmap, start, goal, tolerance_m=self._tolerance_m)
+
     def start(self, goal: Pose2D, pose: Pose2D, now_s: float) -> None:
         """Takes a new goal in place of any other. Raises `NavigationError` (2xx) when no path leads there."""
         self._goal = None
-        self._goal = _Goal(goal, Follower(plan(self._costmap, pose, goal), self._limits), pose, now_s)
+        follower = Follower(self.plan(pose, goal), self._limits)
+        self._goal = _Goal(goal, follower, pose, now_s, handed_on_s=now_s)
 
     def cancel(self) -> None:
         self._goal = None
@@ -115,9 +135,8 @@ class Navigator:
         if command.following is Following.ARRIVED:
             self._goal = None
             return Progress(Outcome.SUCCEEDED, recoveries=goal.recoveries)
-        failure = (
-            self._wait(goal, pose, now_s) if command.following is Following.BLOCKED else self._drive(goal, pose, now_s)
-        )
+        waits = command.following is Following.BLOCKED
+        failure = self._lost(goal, now_s) or (self._wait if waits else self._drive)(goal, pose, now_s)
         if failure is not None:
             self._goal = None
             return Progress(Outcome.ABORTED, recoveries=goal.recoveries, code=failure.code, detail=failure.detail)
@@ -133,7 +152,7 @@ class Navigator:
         if now_s - goal.replanned_s >= self._patience.replan_s:
             goal.replanned_s = now_s
             try:
-                path = plan(self._costmap, pose, goal.pose)
+                path = self.plan(pose, goal.pose)
             except NavigationError:
                 return None  # wait: the obstacle may go away
             goal.recoveries += 1
@@ -144,12 +163,22 @@ class Navigator:
         """Driving: has the robot moved lately?"""
         patience = self._patience
         moved_m = math.hypot(pose.x - goal.marked.x, pose.y - goal.marked.y)
-        if moved_m > patience.moved_m or abs(wrap(pose.yaw - goal.marked.yaw)) > patience.turned_rad:
+        if moved_m > _UNBLOCKED_M:
+            goal.blocked_since_s = None
+        if moved_m > patience.moved_m:
             goal.marked, goal.marked_s = pose, now_s
-            if moved_m > patience.moved_m:
-                goal.blocked_since_s = None
         elif now_s - goal.marked_s > patience.stuck_s:
             return NavigationError(Code.FAILED_TO_MAKE_PROGRESS, f"did not move for {patience.stuck_s:.0f} s")
+        return None
+
+    def _lost(self, goal: _Goal, now_s: float) -> NavigationError | None:
+        """Once a second the tree hands a new plan on, and fails without a code where nobody takes it in time."""
+        if now_s - goal.handed_on_s < self._patience.replan_s:
+            return None
+        goal.handed_on_s = now_s
+        self._replannings += 1
+        if self._patience.lost_one_in and self._replannings % self._patience.lost_one_in == 0:
+            return NavigationError(Code.NONE, "the controller did not take the new plan in time")
         return None
 
     def _seen_from(self, pose: Pose2D) -> NDArray[np.float64]:

@@ -13,8 +13,9 @@ from contracts.geometry import Pose2D
 from sim.nav.codes import Code, NavigationError
 from sim.nav.costmap import Cell, Costmap
 
-START_TOLERANCE_M: Final = 0.25
-SPACING_M: Final = 0.1
+TOLERANCE_M: Final = 0.5
+"""turtlebot4's own for NavFn."""
+SPACING_M: Final = 0.025
 _SHORTCUT_ALLOWANCE: Final = 1.02
 
 
@@ -42,11 +43,13 @@ class Path:
         return [Pose2D(x=x, y=y, yaw=yaw) for (x, y), yaw in zip(self.points_m.tolist(), yaws, strict=True)]
 
 
-def plan(costmap: Costmap, start: Pose2D, goal: Pose2D) -> Path:
-    """The cheapest path from `start` to `goal`, both in the map frame.
+def plan(costmap: Costmap, start: Pose2D, goal: Pose2D, *, tolerance_m: float = TOLERANCE_M) -> Path:
+    """The cheapest path from `start` to `goal`, both in the map frame, as NavFn gives it.
 
-    A start a little inside the inflation (where the robot came to stand, or was put) begins at the nearest free cell.
-    Raises `NavigationError` with START_OUTSIDE_MAP, GOAL_OUTSIDE_MAP, START_OCCUPIED, GOAL_OCCUPIED or NO_VALID_PATH.
+    A goal that cannot be reached becomes the nearest point that can, in a square of `tolerance_m` to each side: the
+    path ends elsewhere, with the goal's own heading. The one cell under the robot counts as free, whatever it holds.
+    Raises `NavigationError` with START_OUTSIDE_MAP, GOAL_OUTSIDE_MAP, NO_VALID_PATH, and, where `tolerance_m` is 0,
+    GOAL_OCCUPIED.
     """
     grid = costmap.grid
     start_cell, goal_cell = grid.cell(start.x, start.y), grid.cell(goal.x, goal.y)
@@ -54,42 +57,46 @@ def plan(costmap: Costmap, start: Pose2D, goal: Pose2D) -> Path:
         raise NavigationError(Code.START_OUTSIDE_MAP, f"start ({start.x:.2f}, {start.y:.2f}) is outside the map")
     if goal_cell is None:
         raise NavigationError(Code.GOAL_OUTSIDE_MAP, f"goal ({goal.x:.2f}, {goal.y:.2f}) is outside the map")
-    if not costmap.free[goal_cell]:
+    if tolerance_m == 0.0 and not costmap.free[goal_cell]:
         raise NavigationError(Code.GOAL_OCCUPIED, f"goal ({goal.x:.2f}, {goal.y:.2f}) is too near an obstacle")
-    free_start = _nearest_free(costmap, start_cell)
-    if free_start is None:
-        raise NavigationError(Code.START_OCCUPIED, f"start ({start.x:.2f}, {start.y:.2f}) is inside an obstacle")
-    cells = _cheapest(costmap, free_start, goal_cell)
+    cells = _cheapest(costmap, start_cell, goal_cell, tolerance_m)
+    last = cells[-1]
+    end = [goal.x, goal.y] if tuple(last) == goal_cell else grid.centres(last[0], last[1]).tolist()
     middle = grid.centres(cells[:, 0], cells[:, 1])[1:-1]
-    first = grid.centres(cells[:1, 0], cells[:1, 1]) if free_start != start_cell else np.empty((0, 2))
-    points = np.concatenate([[[start.x, start.y]], first, middle, [[goal.x, goal.y]]])
+    points = np.concatenate([[[start.x, start.y]], middle, [end]])
     return Path(_resample(_shorten(costmap, points)), goal.yaw)
 
 
-def _nearest_free(costmap: Costmap, cell: Cell) -> Cell | None:
-    """`cell` if the robot may be there, else the nearest cell within `START_TOLERANCE_M` where it may."""
-    if costmap.free[cell]:
-        return cell
-    reach = math.ceil(START_TOLERANCE_M / costmap.grid.resolution_m)
+def _cheapest(costmap: Costmap, start: Cell, goal: Cell, tolerance_m: float) -> NDArray[np.intp]:
+    """(N, 2) rows and columns from the start to the goal, or to the nearest cell in its square that can be reached."""
+    price = costmap.price
+    if price[start] < 0.0:
+        price = price.copy()
+        price[start] = 1.0
+    search: Any = cast(Any, MCP_Geometric)(price, fully_connected=True)
+    end: Cell | None = goal
+    if not _reached(search, start, goal):
+        totals, _ = search.find_costs([start])
+        end = nearest_cell(np.isfinite(totals), goal, round(tolerance_m / costmap.grid.resolution_m))
+    if end is None:
+        raise NavigationError(Code.NO_VALID_PATH, "no way through the map leads from the start to the goal")
+    return np.array(search.traceback(end), dtype=np.intp).reshape(-1, 2)
+
+
+def _reached(search: Any, start: Cell, goal: Cell) -> bool:
+    totals, _ = search.find_costs([start], [goal])
+    return bool(np.isfinite(totals[goal]))
+
+
+def nearest_cell(reachable: NDArray[np.bool_], cell: Cell, reach: int) -> Cell | None:
+    """The reachable cell nearest to `cell`, at most `reach` rows and columns away."""
     row_min, column_min = max(cell[0] - reach, 0), max(cell[1] - reach, 0)
-    window = costmap.free[row_min : cell[0] + reach + 1, column_min : cell[1] + reach + 1]
+    window = reachable[row_min : cell[0] + reach + 1, column_min : cell[1] + reach + 1]
     candidates = np.argwhere(window) + np.array([row_min, column_min])
     if not len(candidates):
         return None
-    distances = np.hypot(*(candidates - cell).T) * costmap.grid.resolution_m
-    nearest = int(distances.argmin())
-    if distances[nearest] > START_TOLERANCE_M:
-        return None
-    return int(candidates[nearest, 0]), int(candidates[nearest, 1])
-
-
-def _cheapest(costmap: Costmap, start: Cell, goal: Cell) -> NDArray[np.intp]:
-    """(N, 2) rows and columns from start to goal."""
-    search: Any = cast(Any, MCP_Geometric)(costmap.price, fully_connected=True)
-    totals, _ = search.find_costs([start], [goal])
-    if not np.isfinite(totals[goal]):
-        raise NavigationError(Code.NO_VALID_PATH, "no way through the map leads from the start to the goal")
-    return np.array(search.traceback(goal), dtype=np.intp).reshape(-1, 2)
+    nearest = candidates[int(np.hypot(*(candidates - cell).T).argmin())]
+    return int(nearest[0]), int(nearest[1])
 
 
 def _shorten(costmap: Costmap, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
 """A STAND-IN for Nav2 behind Nav2's own interfaces. Who has Nav2 runs Nav2 (`SIM_NAV2_STAND_IN=false`)."""
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -8,8 +9,6 @@ from typing import Any, Final
 
 import structlog
 from geometry_msgs.msg import Twist, TwistStamped
-from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -19,33 +18,57 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from contracts.geometry import Pose2D, Twist2D
+from sim.nav.chain import ChainHabits
 from sim.nav.codes import Code, NavigationError
 from sim.nav.costmap import Costmap
-from sim.nav.navigator import Navigator
-from sim.nav.planner import plan
+from sim.nav.follower import Limits
+from sim.nav.navigator import Navigator, Patience
 from sim.ros import messages
-from sim.ros.drives import Drive, DriveEnding, Drives
+from sim.ros.drives import DEACTIVATED_S, Drive, DriveEnding, Drives, Habits
+from sim.ros.lifecycle import Parameters, make_lifecycle
 from sim.ros.realtime import RealTime
 from sim.settings import SimSettings
 from sim.world import Scan, World
 
 log = structlog.get_logger()
 
-SERVERS: Final = ("bt_navigator", "planner_server", "controller_server")
+SERVERS: Final = (
+    "bt_navigator",
+    "planner_server",
+    "controller_server",
+    "smoother_server",
+    "behavior_server",
+    "velocity_smoother",
+    "collision_monitor",
+)
 _FEEDBACK_PERIOD_S: Final = 0.2
 
 
 class Nav2StandIn:
     """Actions, services and `cmd_vel_nav` of the stand-in on `node`. `open` is called once the World has a map."""
 
-    def __init__(self, node: Node, settings: SimSettings, realtime: RealTime, robot_pose: Callable[[], Pose2D]) -> None:
-        """`robot_pose` gives base_link in the map, as the robot believes."""
+    def __init__(
+        self,
+        node: Node,
+        settings: SimSettings,
+        realtime: RealTime,
+        robot_pose: Callable[[], Pose2D],
+        make_node: Callable[..., Node],
+    ) -> None:
+        """`robot_pose` gives base_link in the map, as the robot believes; `make_node` the lifecycle nodes."""
+        self._settings = settings
         self._realtime = realtime
         self._robot_pose = robot_pose
         self._stamped = settings.cmd_vel_stamped
-        self._active = dict.fromkeys(SERVERS, settings.nav2_active)
         self._navigator: Navigator | None = None
         self._drives: Drives | None = None
+        self._servers = make_lifecycle(
+            make_node,
+            SERVERS,
+            active=settings.nav2_active,
+            ready=lambda: self._navigator is not None,
+            parameters=parameters(settings),
+        )
         self.closing = threading.Event()
         velocity = TwistStamped if self._stamped else Twist
         self._velocity = node.create_publisher(velocity, "cmd_vel_nav", QoSProfile(depth=1))
@@ -59,8 +82,21 @@ class Nav2StandIn:
     # --- the World's thread
 
     def open(self, world: World) -> None:
-        self._navigator = Navigator(Costmap.from_map(world.grid))
-        self._drives = Drives(self._navigator, self._publish_velocity)
+        settings = self._settings
+        self._navigator = Navigator(
+            Costmap.from_map(world.grid),
+            limits=Limits(
+                goal_tolerance_m=settings.nav2_goal_tolerance_m, goal_tolerance_rad=settings.nav2_goal_tolerance_rad
+            ),
+            patience=Patience(lost_one_in=settings.nav2_abort_one_in),
+            tolerance_m=settings.nav2_planner_tolerance_m,
+        )
+        habits = Habits(
+            ChainHabits(settings.nav2_delay_s, settings.nav2_gap_s),
+            drives_on_s=settings.nav2_drives_on_s,
+            dies_after_s=settings.nav2_dies_after_s or math.inf,
+        )
+        self._drives = Drives(self._navigator, self._publish_velocity, habits)
 
     def on_scan(self, scan: Scan, laser: Pose2D) -> None:
         if self._navigator is not None:
@@ -69,8 +105,13 @@ class Nav2StandIn:
     def on_control(self, world: World, stamp_ns: int) -> None:
         if self._drives is None:
             return
-        if not all(self._active.values()):
-            self._drives.abort(Code.UNKNOWN, "a server of the stand-in is not active", stamp_ns)
+        died_s = self._drives.died_s
+        if died_s is not None:
+            self._servers["controller_server"].failed = True
+            for server in self._servers.values():  # its lifecycle manager notices late, and gives up for good
+                server.failed = server.failed or world.time_s - died_s > DEACTIVATED_S
+        elif not all(server.active for server in self._servers.values()):
+            self._drives.abort(Code.NONE, world.time_s)
         self._drives.tick(self._robot_pose(), world.time_s, stamp_ns)
 
     def _publish_velocity(self, twist: Twist2D, stamp_ns: int) -> None:
@@ -86,7 +127,7 @@ class Nav2StandIn:
         self, node: Node, kind: Any, name: str, run: Callable[[ServerGoalHandle], Any], server: str
     ) -> ActionServer:
         def admit(_: object) -> GoalResponse:
-            open_ = self._navigator is not None and self._active[server]
+            open_ = self._navigator is not None and self._servers[server].active
             if not open_:
                 log.info("Nav2 stand-in rejected a goal: its server is not active", action=name, server=server)
             return GoalResponse.ACCEPT if open_ else GoalResponse.REJECT
@@ -108,10 +149,6 @@ class Nav2StandIn:
         }
         for name, clear in clears.items():
             node.create_service(ClearEntireCostmap, name, partial(self._clear, clear), callback_group=self._group)
-        for server in SERVERS:
-            get, change = partial(self._get_state, server), partial(self._change_state, server)
-            node.create_service(GetState, f"{server}/get_state", get, callback_group=self._group)
-            node.create_service(ChangeState, f"{server}/change_state", change, callback_group=self._group)
 
     def _clear(
         self,
@@ -124,26 +161,6 @@ class Nav2StandIn:
             self._realtime.ask(lambda _: clear(navigator))
         return response
 
-    def _get_state(self, server: str, _: GetState.Request, response: GetState.Response) -> GetState.Response:
-        active = self._active[server] and self._navigator is not None
-        response.current_state = (
-            State(id=State.PRIMARY_STATE_ACTIVE, label="active")
-            if active
-            else State(id=State.PRIMARY_STATE_INACTIVE, label="inactive")
-        )
-        return response
-
-    def _change_state(
-        self, server: str, request: ChangeState.Request, response: ChangeState.Response
-    ) -> ChangeState.Response:
-        wanted = {Transition.TRANSITION_ACTIVATE: True, Transition.TRANSITION_DEACTIVATE: False}
-        to = wanted.get(request.transition.id)
-        response.success = to is not None and to is not self._active[server]
-        if response.success and to is not None:
-            self._active[server] = to
-            log.info("Nav2 stand-in changed state", server=server, active=to)
-        return response
-
     def _navigate(self, handle: ServerGoalHandle) -> NavigateToPose.Result:
         drives = self._drives
         assert drives is not None, "goals are admitted once the World is there"
@@ -151,11 +168,12 @@ class Nav2StandIn:
             goal = _in_map(handle.request.pose)
         except NavigationError as error:
             handle.abort()
-            return NavigateToPose.Result(error_code=int(error.code), error_msg=error.detail)
+            return NavigateToPose.Result(error_code=int(error.code))
         log.info("Nav2 stand-in: goal", x=round(goal.x, 2), y=round(goal.y, 2), yaw=round(goal.yaw, 2))
         drive = Drive(goal, lambda: handle.is_cancel_requested)
         drives.submit(drive)
         began_s = time.monotonic()
+        self._feed_back(handle, drive, 0.0)  # before there is a path: 0.0 m left
         while not drive.ended.wait(_FEEDBACK_PERIOD_S) and not self.closing.is_set():
             self._feed_back(handle, drive, time.monotonic() - began_s)
         match drive.ending:
@@ -167,7 +185,7 @@ class Nav2StandIn:
                 handle.abort()
         progress = drive.progress
         log.info("Nav2 stand-in: goal ended", how=str(drive.ending), code=int(progress.code), detail=progress.detail)
-        return NavigateToPose.Result(error_code=int(progress.code), error_msg=progress.detail)
+        return NavigateToPose.Result(error_code=int(progress.code))  # Jazzy's never fills error_msg
 
     def _feed_back(self, handle: ServerGoalHandle, drive: Drive, spent_s: float) -> None:
         progress = drive.progress
@@ -187,15 +205,29 @@ class Nav2StandIn:
         began_s = time.monotonic()
         try:
             start = _in_map(request.start) if request.use_start else self._robot_pose()
-            found = plan(navigator.costmap, start, _in_map(request.goal))
+            found = navigator.plan(start, _in_map(request.goal))
         except NavigationError as error:
-            result.error_code, result.error_msg = int(error.code), error.detail
+            result.error_code = int(error.code)
+            log.info("Nav2 stand-in: no path", code=int(error.code), detail=error.detail)
             handle.abort()
         else:
             result.path = messages.path(found.poses(), time.time_ns())
             handle.succeed()
         result.planning_time = messages.duration(time.monotonic() - began_s)
         return result
+
+
+def parameters(settings: SimSettings) -> dict[str, Parameters]:
+    """What the stand-in keeps to, under the names that turtlebot4's `nav2.yaml` gives it."""
+    return {
+        "controller_server": {
+            "general_goal_checker.xy_goal_tolerance": settings.nav2_goal_tolerance_m,
+            "general_goal_checker.yaw_goal_tolerance": settings.nav2_goal_tolerance_rad,
+            "progress_checker.required_movement_radius": Patience.moved_m,
+            "progress_checker.movement_time_allowance": Patience.stuck_s,
+        },
+        "planner_server": {"GridBased.tolerance": settings.nav2_planner_tolerance_m},
+    }
 
 
 def _in_map(message: Any) -> Pose2D:

@@ -6,12 +6,13 @@ from typing import Final
 
 import rclpy
 import structlog
-from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from contracts.geometry import Pose2D
 from mesh.dds import use_mesh_profile
+from sim.ros.lifecycle import LOCALISER, make_lifecycle
 from sim.ros.nav2_stand_in import Nav2StandIn
 from sim.ros.realtime import Duty, RealTime
 from sim.ros.robot import RobotInterface
@@ -33,8 +34,8 @@ class SimulatedRobot:
         self.interface: RobotInterface | None = None
         self._stand_in: Nav2StandIn | None = None
         self._nodes: list[Node] = []
-        self._executor: MultiThreadedExecutor | None = None
-        self._spinning: threading.Thread | None = None
+        self._executors: list[Executor] = []
+        self._spinning: list[threading.Thread] = []
         self._on_death: Callable[[], None] = lambda: None
         self.error: Exception | None = None
 
@@ -43,16 +44,22 @@ class SimulatedRobot:
         self._on_death = on_death
         use_mesh_profile()
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        robot = self._node("turtlebot4_sim")
+        busy, quiet = MultiThreadedExecutor(_THREADS), SingleThreadedExecutor()
+        self._executors = [busy, quiet]
+
+        def lifecycle_node(name: str, *, parameter_services: bool = False) -> Node:
+            """Asked rarely: in a thread of their own they do not slow those down that are always busy."""
+            return self._node(name, quiet, parameter_services=parameter_services)
+
+        robot = self._node("turtlebot4_sim", busy)
         self.interface = RobotInterface(robot, self._settings, self.realtime)
+        make_lifecycle(lifecycle_node, LOCALISER, active=True, ready=self.realtime.running.is_set)
         if self._settings.nav2_stand_in:
-            nav2 = self._node("nav2_stand_in")
-            self._stand_in = Nav2StandIn(nav2, self._settings, self.realtime, self._pose)
-        self._executor = MultiThreadedExecutor(_THREADS)
-        for node in self._nodes:
-            self._executor.add_node(node)
-        self._spinning = threading.Thread(target=self._spin, name="ros")
-        self._spinning.start()
+            nav2 = self._node("nav2_stand_in", busy)
+            self._stand_in = Nav2StandIn(nav2, self._settings, self.realtime, self._pose, lifecycle_node)
+        self._spinning = [threading.Thread(target=self._spin, args=(each,), name="ros") for each in self._executors]
+        for thread in self._spinning:
+            thread.start()
         self.realtime.start(on_death=on_death)
 
     def close(self) -> None:
@@ -61,13 +68,13 @@ class SimulatedRobot:
             if part is not None:
                 part.closing.set()
         self.realtime.stop()
-        if self._executor is not None:
-            self._executor.shutdown(timeout_sec=2.0)
+        for executor in self._executors:
+            executor.shutdown(timeout_sec=2.0)
         for node in self._nodes:
             node.destroy_node()
         rclpy.try_shutdown()
-        if self._spinning is not None:
-            self._spinning.join(timeout=3.0)
+        for thread in self._spinning:
+            thread.join(timeout=3.0)
 
     @property
     def died(self) -> bool:
@@ -82,9 +89,15 @@ class SimulatedRobot:
         """(Hz, s) of each note of the newest tune on `cmd_audio`."""
         return self.interface.last_audio if self.interface is not None else ()
 
-    def _node(self, name: str) -> Node:
-        node = Node(name, namespace=self._settings.namespace, start_parameter_services=False, enable_rosout=False)
+    def _node(self, name: str, executor: Executor, *, parameter_services: bool = False) -> Node:
+        node = Node(
+            name,
+            namespace=self._settings.namespace,
+            start_parameter_services=parameter_services,
+            enable_rosout=False,
+        )
         self._nodes.append(node)
+        executor.add_node(node)
         return node
 
     def _pose(self) -> Pose2D:
@@ -100,10 +113,9 @@ class SimulatedRobot:
         stand_in.open(world)
         return self.interface.duties(world, on_scan=stand_in.on_scan, on_control=stand_in.on_control)
 
-    def _spin(self) -> None:
-        assert self._executor is not None
+    def _spin(self, executor: Executor) -> None:
         try:
-            self._executor.spin()
+            executor.spin()
         except ExternalShutdownException:
             return
         except Exception as error:
