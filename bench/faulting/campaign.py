@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,10 @@ class Lease:
     @property
     def reason(self) -> str:
         return str(self.replies[-1].get("reason", "")) if self.replies else ""
+
+    def held_by(self, causes: Collection[str]) -> bool:
+        """Whether the last reply names one of these causes."""
+        return bool(self.replies) and not set(causes).isdisjoint(self.replies[-1].get("causes", ()))
 
     def _live(self) -> None:
         with httpx.Client(base_url=self._url, trust_env=False, timeout=5.0) as http:

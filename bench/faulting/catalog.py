@@ -11,10 +11,14 @@ import httpx
 
 from bench.faulting.campaign import LONG_S, Campaign, Observed
 from bench.faulting.flood import Outcome, flood, routes
+from contracts.causes import SafetyCause
+from contracts.motion import MotionEnd
 
 RGB = ("oakd/rgb/preview/image_raw", "oakd/rgb/preview/camera_info")
 DEPTH = ("oakd/stereo/image_raw", "oakd/stereo/camera_info")
 FLOOD_HZ, FLOOD_S = 1000.0, 1.0
+
+OLD = (SafetyCause.OLD_SCAN, SafetyCause.NO_SCAN)
 
 
 @dataclass(frozen=True)
@@ -95,13 +99,13 @@ def bridge_killed_while_driving(on: Campaign) -> Observed:
     return {"rest_after_s": rest_s}
 
 
-def frozen(topic: str, words: str, *, turns_on: bool) -> Callable[[Campaign], Observed]:
+def frozen(topic: str, *causes: SafetyCause, turns_on: bool) -> Callable[[Campaign], Observed]:
     def happen(on: Campaign) -> Observed:
         with on.circling() as lease:
             at_s = on.mesh.simulated_s()
             on.wire("freeze", topic)
             no_translation_s = on.seconds_until(on.standing, "no translation")
-            on.mesh.until(lambda: words in lease.reason, timeout_s=LONG_S, what=f"the reason '{words}'")
+            on.mesh.until(lambda: lease.held_by(causes), timeout_s=LONG_S, what=f"one of {[*causes]}")
             seen: Observed = {"no_translation_after_s": no_translation_s, "reason": lease.reason}
             if not turns_on:
                 seen["no_motion_after_s"] = on.rest_after(at_s)
@@ -117,9 +121,9 @@ def odometry_frozen_in_a_turn(on: Campaign) -> Observed:
     on.wire("freeze", "odom")
     body = {"angle_rad": 6.0, "speed_rad_s": 1.0, "epoch": epoch}
     reply = on.mesh.http.post(f"{on.url}/rotate", json=body, timeout=LONG_S).json()
-    assert (reply["completed"], reply["reason"]) == (False, "no odometry"), reply
+    assert reply["end"] == MotionEnd.NO_ODOMETRY, reply
     on.mesh.until(on.mesh.still, timeout_s=LONG_S, what="a robot at rest")
-    return {"reply": reply["reason"], "turned_rad": round(reply["moved"], 2)}
+    return {"reply": reply["text"], "turned_rad": round(reply["turned_rad"], 2)}
 
 
 def camera_gone(on: Campaign) -> Observed:
@@ -233,14 +237,14 @@ async def _flood_and_stop(on: Campaign, route: str, body: object) -> tuple[Outco
     return await flooding, stop_ms
 
 
-def spoilt(topics: tuple[str, ...], words: str) -> Callable[[Campaign], Observed]:
+def spoilt(topics: tuple[str, ...], *causes: SafetyCause) -> Callable[[Campaign], Observed]:
     """Senseless values from a sensor that driving needs: no translation, and it says why."""
 
     def happen(on: Campaign) -> Observed:
         with on.circling() as lease:
             on.wire("spoil", *topics)
             stopped_s = on.seconds_until(on.standing, "no translation")
-            on.mesh.until(lambda: words in lease.reason, timeout_s=LONG_S, what=f"the reason '{words}'")
+            on.mesh.until(lambda: lease.held_by(causes), timeout_s=LONG_S, what=f"one of {[*causes]}")
             reason = lease.reason
             on.wire("pass", *topics)
             again_s = on.seconds_until(on.translating, "a driving robot", timeout_s=LONG_S)
@@ -279,8 +283,12 @@ FAULTS = (
     ),
     Fault("bridge_killed_latched", "the next process is latched, same epoch", bridge_killed_while_latched),
     Fault("bridge_killed_driving", "the base stops by itself; nothing resumes", bridge_killed_while_driving),
-    Fault("scan_frozen", "no translation, then no motion", frozen("scan", "laser scan", turns_on=False)),
-    Fault("odometry_frozen", "no translation", frozen("odom", "no odometry", turns_on=True)),
+    Fault(
+        "scan_frozen",
+        "no translation, then no motion",
+        frozen("scan", *OLD, turns_on=False),
+    ),
+    Fault("odometry_frozen", "no translation", frozen("odom", SafetyCause.NO_ODOMETRY, turns_on=True)),
     Fault("odometry_frozen_turn", "a turn is given up", odometry_frozen_in_a_turn),
     Fault("camera_gone", "drives on; 503 or a reason for who asks for pictures", camera_gone),
     Fault("nav2_gone", "at rest, the goal ends, the next one is driven", nav2_gone_in_mid_goal),
@@ -291,8 +299,12 @@ FAULTS = (
         clock_stepped,
         needs_clock=True,
     ),
-    Fault("scan_nan", "no translation: the laser is blind", spoilt(("scan",), "laser")),
-    Fault("odometry_nan", "no translation: no odometry", spoilt(("odom",), "no odometry")),
+    Fault(
+        "scan_nan",
+        "no translation: the laser is blind",
+        spoilt(("scan",), SafetyCause.BLIND, *OLD),
+    ),
+    Fault("odometry_nan", "no translation: no odometry", spoilt(("odom",), SafetyCause.NO_ODOMETRY)),
     Fault("camera_senseless", "dropped and counted; drives on", camera_spoilt),
     Fault("nav2_nan", "at rest; refused and counted", nav2_spoilt),
     Fault("flood", "the process lives, every stop is answered", flooded),

@@ -5,6 +5,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,7 +14,9 @@ from bench.missions.faults import Faults
 from bench.missions.place import InPicture, SimulatedPlace
 from bench.missions.wheels import Going, Moving, Straight, Turning, Wheels
 from bench.missions.wire import Wire
+from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
+from contracts.motion import BaseEnd, BaseReply, DriveReply, MotionEnd, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import (
     Battery,
@@ -23,7 +26,6 @@ from contracts.robot import (
     GoalStatus,
     LocalizeReply,
     Map,
-    MotionReply,
     PathReply,
     RobotState,
     VelocityReply,
@@ -35,6 +37,7 @@ from sim.nav.codes import NavigationError
 from sim.world.robot import CAMERA_X_M, RGB_CAMERA
 from sim.world.sensors import compose
 
+M = TypeVar("M", bound=Moving)
 TICK_S = 0.05
 DEPTH_MIN_M, DEPTH_MAX_M = 0.2, 3.0
 UNDOCK_S = 6.0
@@ -98,7 +101,7 @@ class SimulatedBridge:
         """A crash: everything it did ends, and its goals are forgotten. The stop is on disk."""
         if not self._was_down:
             self._was_down = True
-            self.wheels.end("the bridge went away")
+            self.wheels.end(MotionEnd.SHUT_DOWN)
             self._goals.clear()
             self._goal_id = None
 
@@ -116,8 +119,8 @@ class SimulatedBridge:
     async def latch(self, reason: str) -> None:
         now_s = asyncio.get_running_loop().time()
         self.stop = EmergencyStop(latched=True, epoch=self.stop.epoch + 1, reason=reason, since_s=now_s)
-        self.wheels.end("emergency stop")
-        await self._end_goal(GoalStatus.CANCELED)
+        self.wheels.end(MotionEnd.STOPPED)
+        await self._end_goal(GoalStatus.CANCELED, GoalCause.STOPPED)
         await self._bus.publish(ROBOT_EMERGENCY_STOP, self.stop)
 
     async def reset(self) -> None:
@@ -137,13 +140,13 @@ class SimulatedBridge:
         finally:
             self._sessions -= 1
             if self._sessions == 0:
-                self.wheels.end("the session ended")
-                await self._end_goal(GoalStatus.CANCELED)
+                self.wheels.end(MotionEnd.SESSION_ENDED)
+                await self._end_goal(GoalStatus.CANCELED, GoalCause.SESSION_ENDED)
 
     async def drop_session(self) -> None:
         """Nothing of it goes over the wire: a session that is silent ends as well."""
-        self.wheels.end("the session ended")
-        await self._end_goal(GoalStatus.CANCELED)
+        self.wheels.end(MotionEnd.SESSION_ENDED)
+        await self._end_goal(GoalStatus.CANCELED, GoalCause.SESSION_ENDED)
 
     async def map(self) -> Map:
         async def work() -> Map:
@@ -168,7 +171,7 @@ class SimulatedBridge:
 
         async def work() -> Goal:
             self._may_move(epoch)
-            await self._end_goal(GoalStatus.CANCELED)
+            await self._end_goal(GoalStatus.CANCELED, GoalCause.PREEMPTED)
             await asyncio.sleep(1.5)  # the costmaps are cleared first
             self._may_move(epoch)
             return await self._accept(pose, timeout_s)
@@ -185,20 +188,22 @@ class SimulatedBridge:
         async def work() -> Goal:
             goal = self._known(goal_id)
             if goal_id == self._goal_id:
-                self.wheels.end("cancelled")
-                await self._end_goal(GoalStatus.CANCELED)
+                self.wheels.end(MotionEnd.CANCELED)
+                await self._end_goal(GoalStatus.CANCELED, GoalCause.CANCELED)
                 goal = self._known(goal_id)
             return goal
 
         return await self.wire.call(work)
 
-    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> MotionReply:
+    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply:
         self.asked("rotate")
-        return await self._motion(lambda: Turning(angle_rad, speed_rad_s), timeout_s, epoch)
+        motion, end = await self._motion(lambda: Turning(angle_rad, speed_rad_s), timeout_s, epoch)
+        return motion.reply(end)
 
-    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> MotionReply:
+    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> DriveReply:
         self.asked("drive")
-        return await self._motion(lambda: Straight(distance_m, speed_m_s), timeout_s, epoch)
+        motion, end = await self._motion(lambda: Straight(distance_m, speed_m_s), timeout_s, epoch)
+        return motion.reply(end)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
         if twist.linear_x or twist.angular_z:
@@ -214,7 +219,7 @@ class SimulatedBridge:
     async def end_motion(self) -> None:
         async def work() -> None:
             if self._goal_id is None:
-                self.wheels.end("cancelled")
+                self.wheels.end(MotionEnd.CANCELED)
 
         await self.wire.call(work)
 
@@ -224,30 +229,30 @@ class SimulatedBridge:
 
         return await self.wire.call(work)
 
-    async def undock(self, *, timeout_s: float) -> MotionReply:
+    async def undock(self, *, timeout_s: float) -> BaseReply:
         self.asked("undock")
 
-        async def work() -> MotionReply:
+        async def work() -> BaseReply:
             self._may_move(self.stop.epoch)
             await asyncio.sleep(UNDOCK_S)
             self._may_move(self.stop.epoch)
             if self.docked:
                 self.wheels.put(self.place.off_dock)
                 self.docked = False
-            return MotionReply(completed=True, moved=0.45)
+            return BaseReply(end=BaseEnd.COMPLETED)
 
         return await self.wire.call(work, timeout_s=timeout_s)
 
-    async def dock(self, *, timeout_s: float) -> MotionReply:
+    async def dock(self, *, timeout_s: float) -> BaseReply:
         self.asked("dock")
 
-        async def work() -> MotionReply:
+        async def work() -> BaseReply:
             self._may_move(self.stop.epoch)
             await asyncio.sleep(UNDOCK_S)
             self._may_move(self.stop.epoch)
             self.wheels.put(self.place.dock)
             self.docked = True
-            return MotionReply(completed=True, moved=0.45)
+            return BaseReply(end=BaseEnd.COMPLETED)
 
         return await self.wire.call(work, timeout_s=timeout_s)
 
@@ -264,10 +269,12 @@ class SimulatedBridge:
     # --- goals and motions
 
     def _may_move(self, epoch: int) -> None:
-        if self.stop.latched or epoch != self.stop.epoch:
-            raise UpstreamError("robot_bridge", 409, "stopped, or of an older epoch")
+        if self.stop.latched:
+            raise UpstreamError("robot_bridge", 409, "the emergency stop is latched", code=Refusal.STOPPED)
+        if epoch != self.stop.epoch:
+            raise UpstreamError("robot_bridge", 409, f"the epoch is {self.stop.epoch} now", code=Refusal.OLD_EPOCH)
         if self._sessions == 0:
-            raise UpstreamError("robot_bridge", 409, "no session is held")
+            raise UpstreamError("robot_bridge", 409, "no session is held", code=Refusal.SESSION_OVER)
 
     def _known(self, goal_id: str) -> Goal:
         if goal_id not in self._goals:
@@ -278,17 +285,20 @@ class SimulatedBridge:
         now_s = asyncio.get_running_loop().time()
         goal = Goal(id=f"goal-{now_s:.2f}", pose=pose, status=GoalStatus.EXECUTING, stamp_s=now_s)
         if self.rng.random() < self._faults.goal_rejected:
-            goal = goal.model_copy(update={"status": GoalStatus.REJECTED, "error_msg": "Action server is inactive"})
+            cause = GoalCause.REJECTED
+            over = {"status": GoalStatus.REJECTED, "cause": cause, "error_msg": cause.sentence}
+            goal = goal.model_copy(update=over)
             self._goals[goal.id] = goal
             return goal
         self._goals[goal.id], self._goal_id, self._goal_until_s = goal, goal.id, now_s + timeout_s
         try:
             if self.rng.random() < self._faults.goal_aborted_2xx:
-                await self._end_goal(GoalStatus.ABORTED, int(self.rng.choice([202, 207, 208])), "the planner failed")
+                code = int(self.rng.choice([202, 207, 208]))
+                await self._end_goal(GoalStatus.ABORTED, GoalCause.NAV2, code, "the planner failed")
                 return self._goals[goal.id]
             way = self.place.way(self.wheels.believed(), pose)
         except NavigationError as error:
-            await self._end_goal(GoalStatus.ABORTED, int(error.code), error.detail)
+            await self._end_goal(GoalStatus.ABORTED, GoalCause.UNREACHABLE, int(error.code), error.detail)
             return self._goals[goal.id]
         patience = float(self.rng.uniform(0.05, 0.9)) if self.rng.random() < self._faults.goal_aborted_104 else None
         soon = float(self.rng.uniform(0.3, 0.9)) if self.rng.random() < self._faults.goal_false_success else None
@@ -301,22 +311,23 @@ class SimulatedBridge:
             return
         ending = self.wheels.goal_ending
         if ending is not None:
-            status = GoalStatus.SUCCEEDED if ending == 0 else GoalStatus.ABORTED
-            await self._end_goal(status, ending, "" if ending == 0 else "the controller lost its patience")
+            status, cause = (GoalStatus.ABORTED, GoalCause.NAV2) if ending else (GoalStatus.SUCCEEDED, None)
+            await self._end_goal(status, cause, ending, "the controller lost its patience" if ending else "")
         elif now_s > self._goal_until_s:
-            self.wheels.end("timeout")
-            await self._end_goal(GoalStatus.TIMED_OUT)
+            self.wheels.end(MotionEnd.TIMED_OUT)
+            await self._end_goal(GoalStatus.TIMED_OUT, GoalCause.TIMED_OUT)
 
-    async def _end_goal(self, status: GoalStatus, code: int = 0, message: str = "") -> None:
+    async def _end_goal(self, status: GoalStatus, cause: GoalCause | None, code: int = 0, message: str = "") -> None:
         goal = self._goals.get(self._goal_id or "")
         if goal is None or goal.status in OVER:
             return
-        over = goal.model_copy(update={"status": status, "error_code": code, "error_msg": message})
+        message = message or (cause.sentence if cause is not None else "")
+        over = goal.model_copy(update={"status": status, "cause": cause, "error_code": code, "error_msg": message})
         self._goals[goal.id], self._goal_id = over, None
         await self._bus.publish(ROBOT_NAVIGATION, over)
 
-    async def _motion(self, make: Callable[[], Moving], timeout_s: float, epoch: int) -> MotionReply:
-        async def work() -> MotionReply:
+    async def _motion(self, make: Callable[[], M], timeout_s: float, epoch: int) -> tuple[M, MotionEnd]:
+        async def work() -> tuple[M, MotionEnd]:
             self._may_move(epoch)
             motion = make()
             if self.rng.random() < self._faults.motion_cut:
@@ -324,13 +335,13 @@ class SimulatedBridge:
             self.wheels.begin(motion)
             try:
                 async with asyncio.timeout(timeout_s):
-                    return await motion.reply
+                    return motion, await motion.ended
             except TimeoutError:
-                self.wheels.end("timeout")
-                return MotionReply(completed=False, moved=motion.moved, reason="timeout")
+                self.wheels.end(MotionEnd.TIMED_OUT)
+                return motion, MotionEnd.TIMED_OUT
             finally:
-                if not motion.reply.done() or motion.reply.cancelled():
-                    self.wheels.end("the client went away")
+                if not motion.ended.done() or motion.ended.cancelled():
+                    self.wheels.end(MotionEnd.CLIENT_LEFT)
 
         return await self.wire.call(work, timeout_s=timeout_s + 2.0)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bench.missions.place import SimulatedPlace
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import MotionReply
+from contracts.motion import DriveReply, MotionEnd, RotateReply
 from sim.world.sensors import LocalizationError, OdometryDrift, wrap
 from sim.world.types import WorldOptions
 
@@ -20,7 +20,7 @@ GOAL_TOLERANCE_M, GOAL_TOLERANCE_RAD = 0.25, 0.25
 """turtlebot4's own for Nav2: a goal ends short of where it was sent, and one nearer than this without a move."""
 
 
-def _future() -> "asyncio.Future[MotionReply]":
+def _future() -> "asyncio.Future[MotionEnd]":
     return asyncio.get_running_loop().create_future()
 
 
@@ -31,11 +31,11 @@ class Moving:
     cut_after: float | None = None
     moved: float = 0.0
     blocked_s: float = 0.0
-    reply: "asyncio.Future[MotionReply]" = field(default_factory=_future)
+    ended: "asyncio.Future[MotionEnd]" = field(default_factory=_future)
 
-    def finish(self, completed: bool, reason: str = "") -> None:
-        if not self.reply.done():
-            self.reply.set_result(MotionReply(completed=completed, moved=self.moved, reason=reason))
+    def finish(self, end: MotionEnd) -> None:
+        if not self.ended.done():
+            self.ended.set_result(end)
 
 
 @dataclass
@@ -44,12 +44,18 @@ class Turning(Moving):
         super().__init__()
         self.angle_rad, self.speed_rad_s = angle_rad, speed_rad_s
 
+    def reply(self, end: MotionEnd) -> RotateReply:
+        return RotateReply(end=end, turned_rad=self.moved, text=end.sentence)
+
 
 @dataclass
 class Straight(Moving):
     def __init__(self, distance_m: float, speed_m_s: float) -> None:
         super().__init__()
         self.distance_m, self.speed_m_s = distance_m, speed_m_s
+
+    def reply(self, end: MotionEnd) -> DriveReply:
+        return DriveReply(end=end, driven_m=self.moved, text=end.sentence)
 
 
 @dataclass
@@ -107,7 +113,7 @@ class Wheels:
         self.pose = pose
 
     def begin(self, what: "Moving | Going") -> None:
-        self.end("another motion took over")
+        self.end(MotionEnd.PREEMPTED)
         if isinstance(what, Going):
             self._going, self.goal_ending = what, None
         else:
@@ -116,9 +122,9 @@ class Wheels:
     def lease(self, twist: Twist2D, until_s: float) -> None:
         self._lease = (twist, until_s)
 
-    def end(self, reason: str) -> None:
+    def end(self, end: MotionEnd) -> None:
         if self._moving is not None:
-            self._moving.finish(False, reason)
+            self._moving.finish(end)
         self._moving = self._going = None
         self._lease = (Twist2D(), -math.inf)
         self.twist = Twist2D()
@@ -156,10 +162,10 @@ class Wheels:
         self._spin(step)
         turning.moved += step
         if turning.cut_after is not None and abs(turning.moved) >= turning.cut_after * abs(turning.angle_rad):
-            self.end("navigation took over")
+            self.end(MotionEnd.PREEMPTED)
         elif abs(turning.angle_rad - turning.moved) < 1e-6:
             self._moving = None
-            turning.finish(True)
+            turning.finish(MotionEnd.COMPLETED)
 
     def _drive(self, straight: Straight, dt_s: float) -> None:
         step = min(straight.distance_m - straight.moved, straight.speed_m_s * dt_s)
@@ -169,12 +175,12 @@ class Wheels:
         else:
             straight.blocked_s += dt_s
         if straight.cut_after is not None and straight.moved >= straight.cut_after * straight.distance_m:
-            self.end("navigation took over")
+            self.end(MotionEnd.PREEMPTED)
         elif straight.blocked_s > BLOCKED_S:
-            self.end("obstacle ahead")
+            self.end(MotionEnd.BLOCKED)
         elif straight.distance_m - straight.moved < 1e-6:
             self._moving = None
-            straight.finish(True)
+            straight.finish(MotionEnd.COMPLETED)
 
     def _go(self, going: Going, dt_s: float) -> None:
         left_m = going.length_m - going.along_m

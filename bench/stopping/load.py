@@ -6,7 +6,10 @@ import contextlib
 import json
 import time
 
+import httpx
 import websockets
+
+from contracts.causes import Refusal
 
 HEAD = "GET {path} HTTP/1.1\r\nHost: bridge\r\n\r\n"
 
@@ -50,10 +53,14 @@ async def drive(host: str, port: int, hz: float, counts: dict[str, int]) -> None
             await socket.send(json.dumps(body))
             reply = json.loads(await socket.recv())
             counts["velocities"] += 1
-            words = str(reply["reason"]).split()
-            if words[:2] == ["the", "epoch"]:
-                epoch = int(words[3])
+            if reply["refusal"] == Refusal.OLD_EPOCH:
+                epoch = await _epoch(host, port)
             await asyncio.sleep(1.0 / hz)
+
+
+async def _epoch(host: str, port: int) -> int:
+    async with httpx.AsyncClient(base_url=f"http://{host}:{port}", trust_env=False) as http:
+        return int((await http.get("/emergency-stop")).json()["epoch"])
 
 
 async def load(port: int, viewers: int, states_hz: float, velocity_hz: float) -> None:

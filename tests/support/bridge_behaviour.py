@@ -10,20 +10,21 @@ import math
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import httpx
 from asgi_lifespan import LifespanManager
 from mcap.reader import make_reader
 
+from contracts.causes import SafetyCause
 from contracts.geometry import Pose2D, Twist2D
+from contracts.motion import BaseEnd, DriveReply, MotionEnd, RotateReply
 from contracts.recording import Recording, RecordingState
 from contracts.robot import (
     BaseStopState,
     EmergencyStop,
     Goal,
     GoalStatus,
-    MotionReply,
     NavigationState,
     PathReply,
     RobotState,
@@ -54,7 +55,10 @@ BY_THE_BASE = {"battery", "dock", "hazards"}
 COASTED_RAD, COASTED_M = 0.2, 0.1
 """How far a robot may have gone on, on a machine that kept the bridge from its tick for a moment."""
 LONG_S = 40.0
+R = TypeVar("R", RotateReply, DriveReply)
 """For what a simulated robot has to drive for."""
+OLD_READING = frozenset({MotionEnd.NO_ODOMETRY, MotionEnd.NO_SCAN, MotionEnd.PREEMPTED, MotionEnd.HELD_BACK})
+"""For what a motion is given up on a stalled machine."""
 
 
 @dataclass
@@ -73,7 +77,7 @@ class Rig:
         body = {"twist": {"linear_x": linear_x}, "source": "test", "epoch": 0, "duration_s": 1.0} | more
         return await self.post("/velocity", body)
 
-    async def moved(self, path: str, **body: float) -> tuple[MotionReply, float, float]:
+    async def moved(self, path: str, reply: type[R], **body: float) -> tuple[R, float, float]:
         """A motion to its end and the robot at rest again: the reply, and x (m) and yaw (rad) before it.
 
         On a stalled machine a motion is given up for an old reading, as it should; it is asked for again then.
@@ -82,16 +86,16 @@ class Rig:
             while True:
                 before = self.toy.x, self.toy.yaw
                 answer = await self.post(path, body | {"epoch": 0})
-                reply = MotionReply.model_validate_json(answer.content)
+                told = reply.model_validate_json(answer.content)
                 await until(lambda: self.toy.at_rest)
-                if reply.completed:
-                    return reply, *before
-                assert any(word in reply.reason for word in ("odometry", "laser scan", "wheels")), reply
+                if told.end.completed:
+                    return told, *before
+                assert told.end in OLD_READING, told
 
-    async def held(self, reason: str) -> VelocityReply:
-        """The reply to a lease that is given, and held back for that reason; also where a reading is old just then."""
+    async def held(self, *causes: SafetyCause) -> VelocityReply:
+        """The reply to a lease that is given, and held back for one of these; also where a reading is old just then."""
         async with asyncio.timeout(LONG_S):
-            while reason not in (reply := await self.lease()).reason:
+            while not set(causes).intersection((reply := await self.lease()).causes):
                 pass
         return reply
 
@@ -202,19 +206,19 @@ class BridgeBehaviour:
     async def test_nothing_drives_into_a_wall(self, rig: Rig) -> None:
         rig.toy.wall_ahead_m = 0.25
         await until(lambda: rig.bus.of(ROBOT_OBSTACLES)[-1].emergency)
-        reply = await rig.held("obstacle ahead")
+        reply = await rig.held(SafetyCause.OBSTACLE)
         assert reply.accepted
         assert reply.sent.linear_x == 0.0
 
     async def test_a_bumped_robot_does_not_push_on(self, rig: Rig) -> None:
         rig.toy.hazards.add("BUMP")
         await until(lambda: "BUMP" in rig.bus.of(ROBOT_STATE)[-1].hazards)
-        assert (await rig.held("hazard: BUMP")).sent.linear_x == 0.0
+        assert (await rig.held(SafetyCause.HAZARD)).sent.linear_x == 0.0
 
     async def test_without_a_fresh_scan_the_robot_does_not_translate(self, rig: Rig) -> None:
         rig.toy.silent.add("scan")
         await until(lambda: not rig.bus.of(ROBOT_STATE)[-1].sensors["scan"].valid)
-        assert (await rig.held("laser scan")).sent.linear_x == 0.0
+        assert (await rig.held(SafetyCause.OLD_SCAN, SafetyCause.NO_SCAN)).sent.linear_x == 0.0
 
     async def test_the_emergency_stop_sends_ten_zeros_and_keeps_the_robot_stopped(self, rig: Rig) -> None:
         await rig.velocity(duration_s=2.0)
@@ -269,18 +273,18 @@ class BridgeBehaviour:
         assert rig.toy.at_rest
 
     async def test_it_turns_by_the_angle_asked_for(self, rig: Rig) -> None:
-        reply, _, before_rad = await rig.moved("/rotate", angle_rad=-0.6, speed_rad_s=1.5)
-        assert math.isclose(reply.moved, -0.6, abs_tol=0.052)
+        reply, _, before_rad = await rig.moved("/rotate", RotateReply, angle_rad=-0.6, speed_rad_s=1.5)
+        assert math.isclose(reply.turned_rad, -0.6, abs_tol=0.052)
         assert abs(math.remainder(rig.toy.yaw - before_rad + 0.6, math.tau)) < COASTED_RAD
 
     async def test_a_u_turn_ends_within_3_degrees(self, rig: Rig) -> None:
-        reply, _, before_rad = await rig.moved("/rotate", angle_rad=math.pi, speed_rad_s=1.9)
-        assert abs(reply.moved - math.pi) < math.radians(3.0)
+        reply, _, before_rad = await rig.moved("/rotate", RotateReply, angle_rad=math.pi, speed_rad_s=1.9)
+        assert abs(reply.turned_rad - math.pi) < math.radians(3.0)
         assert abs(math.remainder(rig.toy.yaw - before_rad - math.pi, math.tau)) < COASTED_RAD
 
     async def test_it_drives_the_distance_asked_for(self, rig: Rig) -> None:
-        reply, before_m, _ = await rig.moved("/drive", distance_m=0.2, speed_m_s=0.3)
-        assert math.isclose(reply.moved, 0.2, abs_tol=0.03)
+        reply, before_m, _ = await rig.moved("/drive", DriveReply, distance_m=0.2, speed_m_s=0.3)
+        assert math.isclose(reply.driven_m, 0.2, abs_tol=0.03)
         assert math.isclose(rig.toy.x - before_m, 0.2, abs_tol=COASTED_M)
 
     async def test_a_drive_against_a_wall_ends_and_says_so(self, rig: Rig) -> None:
@@ -290,23 +294,23 @@ class BridgeBehaviour:
         async def told_of_the_wall() -> bool:
             """Every time it is tried; on a busy machine the scan's age may be the reason now and then."""
             answer = await rig.post("/drive", {"distance_m": 1.0, "epoch": 0})
-            reply = MotionReply.model_validate_json(answer.content)
-            assert not reply.completed
-            return reply.reason == "obstacle ahead"
+            reply = DriveReply.model_validate_json(answer.content)
+            assert not reply.end.completed
+            return reply.end is MotionEnd.BLOCKED
 
         await until_true(told_of_the_wall)
 
     async def test_a_turn_can_be_cancelled(self, rig: Rig) -> None:
-        reason, ended = "", {}
+        end, ended = None, {}
         async with asyncio.timeout(2 * LONG_S):
-            while reason != "cancelled":  # for an old reading, on a stalled machine: another one is begun
-                assert "odometry" in reason or not reason
+            while end != MotionEnd.CANCELED:  # for an old reading, on a stalled machine: another one is begun
+                assert end in {None, *OLD_READING}
                 turning = asyncio.create_task(rig.post("/rotate", {"angle_rad": 6.0, "epoch": 0}))
                 await until(lambda turning=turning: rig.toy.angular_z > 0.5 or turning.done())
                 ended = (await rig.client.delete("/motion")).json()
-                reason = (await turning).json()["reason"]
+                end = (await turning).json()["end"]
                 await until(lambda: rig.toy.at_rest)
-        assert ended["completed"]
+        assert ended["turned_rad"] is not None
 
     async def test_nav2_drives_only_for_a_goal_of_ours_and_only_until_it_is_cancelled(self, rig: Rig) -> None:
         goal = (await rig.goal()).json()
@@ -472,17 +476,17 @@ class BridgeBehaviour:
     async def test_it_drives_in_front_of_its_dock_docks_and_undocks(self, rig: Rig) -> None:
         rig.toy.put_on_dock()
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].dock is not None)
-        assert (await rig.post("/dock")).json()["reason"] == "it is docked already"
+        assert (await rig.post("/dock")).json()["end"] == BaseEnd.ALREADY_THERE
         rig.toy.put_away()
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].docked is False)
         rig.toy.navigation, rig.toy.dock_visible = "succeeds", True
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].dock_visible is True)
-        assert (await rig.post("/dock")).json()["completed"]
+        assert (await rig.post("/dock")).json()["end"] == BaseEnd.COMPLETED
         before = next(goal.wanted for goal in rig.bus.of(ROBOT_NAVIGATION))
         assert math.isclose(before.x, DOCK.x + 0.6, abs_tol=0.05)
         assert math.isclose(abs(before.yaw), math.pi, abs_tol=0.05)
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].docked is True)
-        assert (await rig.post("/undock")).json()["completed"]
+        assert (await rig.post("/undock")).json()["end"] == BaseEnd.COMPLETED
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].docked is False)
 
     async def test_a_dock_that_cannot_be_reached_or_driven_onto_is_told_with_the_reason(self, rig: Rig) -> None:
@@ -492,15 +496,14 @@ class BridgeBehaviour:
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].docked is False)
         rig.toy.planner_code = 208
         away = (await rig.post("/dock")).json()
-        assert not away["completed"]
-        assert "did not get in front of the dock: ABORTED" in away["reason"]
+        assert away["end"] == BaseEnd.NOT_BEFORE_DOCK
+        assert "did not get in front of the dock: ABORTED" in away["text"]
         rig.toy.planner_code, rig.toy.navigation, rig.toy.can_dock = 0, "succeeds", False
         given_up = (await rig.post("/dock")).json()
-        assert not given_up["completed"]
-        assert given_up["reason"].startswith("the base gave up")
+        assert given_up["end"] in {BaseEnd.GAVE_UP, BaseEnd.DOCK_NOT_SEEN}
 
     async def test_success_is_celebrated_once_with_six_notes_in_2_3_seconds(self, rig: Rig) -> None:
-        assert (await rig.post("/celebrate")).json()["completed"]
+        assert (await rig.post("/celebrate")).json()["end"] == BaseEnd.COMPLETED
         await until(lambda: len(rig.toy.notes) == 6)
         assert [hz for hz, _ in rig.toy.notes] == [262, 330, 392, 523, 659, 784]
         assert math.isclose(sum(seconds for _, seconds in rig.toy.notes), 2.3)

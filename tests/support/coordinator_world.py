@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from PIL import Image
 
+from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.language import ReasonReply, ReasonRequest
 from contracts.memory import (
@@ -21,6 +22,7 @@ from contracts.memory import (
     RememberedObject,
     View,
 )
+from contracts.motion import BaseEnd, BaseReply, DriveReply, MotionEnd, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import (
     Battery,
@@ -30,7 +32,6 @@ from contracts.robot import (
     GoalStatus,
     LocalizeReply,
     Map,
-    MotionReply,
     PathReply,
     RobotState,
     VelocityReply,
@@ -249,8 +250,10 @@ class FakeRobot:
             self.fail_next[name] -= 1
             raise UnavailableError("robot_bridge", f"{name} is away")
         if epoch is not None:
-            if self.world.stop.latched or epoch != self.world.stop.epoch:
-                raise UpstreamError("robot_bridge", 409, "stopped, or of an older epoch")
+            if self.world.stop.latched:
+                raise UpstreamError("robot_bridge", 409, "the emergency stop is latched", code=Refusal.STOPPED)
+            if epoch != self.world.stop.epoch:
+                raise UpstreamError("robot_bridge", 409, "of an older epoch", code=Refusal.OLD_EPOCH)
             self.world.moves.append(name)
 
     async def map(self) -> Map:
@@ -307,28 +310,29 @@ class FakeRobot:
 
     async def cancel_goal(self, goal_id: str) -> Goal:
         await self.goal(goal_id)
-        self.goals[goal_id] = self.goals[goal_id].model_copy(update={"status": GoalStatus.CANCELED})
+        over = {"status": GoalStatus.CANCELED, "cause": GoalCause.CANCELED}
+        self.goals[goal_id] = self.goals[goal_id].model_copy(update=over)
         return self.goals[goal_id]
 
-    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> MotionReply:
+    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply:
         await self._check("rotate", epoch)
         await self.world.clock.sleep(abs(angle_rad) / speed_rad_s)
         self.world.turn_to(self.world.pose.yaw + angle_rad)
-        return MotionReply(completed=True, moved=angle_rad)
+        return RotateReply(end=MotionEnd.COMPLETED, turned_rad=angle_rad)
 
-    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> MotionReply:
+    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> DriveReply:
         await self._check("drive", epoch)
         moved = 0.0
         while moved < distance_m:
             step = min(speed_m_s * STEP_S, distance_m - moved)
             if self.world.stop.latched:
-                return MotionReply(completed=False, moved=moved, reason="emergency stop")
+                return _drove(MotionEnd.STOPPED, moved)
             yaw = self.world.pose.yaw
             if not self.world.shift(step * math.cos(yaw), step * math.sin(yaw)):
-                return MotionReply(completed=False, moved=moved, reason="obstacle ahead")
+                return _drove(MotionEnd.BLOCKED, moved)
             moved += step
             await self.world.clock.sleep(STEP_S)
-        return MotionReply(completed=True, moved=moved)
+        return _drove(MotionEnd.COMPLETED, moved)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
         await self._check("velocity", epoch)
@@ -357,19 +361,19 @@ class FakeRobot:
             map_point=Point3D(x=thing.x, y=thing.y, z=0.1),
         )
 
-    async def undock(self, *, timeout_s: float) -> MotionReply:
+    async def undock(self, *, timeout_s: float) -> BaseReply:
         await self._check("undock", self.world.stop.epoch)
         await self.world.clock.sleep(2.0)
         self.world.docked = False
-        return MotionReply(completed=True, moved=0.0)
+        return BaseReply(end=BaseEnd.COMPLETED)
 
-    async def dock(self, *, timeout_s: float) -> MotionReply:
+    async def dock(self, *, timeout_s: float) -> BaseReply:
         await self._check("dock", self.world.stop.epoch)
         await self.world.clock.sleep(5.0)
         if self.refuses_dock:
-            return MotionReply(completed=False, moved=0.0, reason="the base gave up (is the dock in sight?)")
+            return BaseReply(end=BaseEnd.GAVE_UP, text=BaseEnd.GAVE_UP.sentence)
         self.world.docked = True
-        return MotionReply(completed=True, moved=0.0)
+        return BaseReply(end=BaseEnd.COMPLETED)
 
     async def frame(self) -> bytes:
         await self._check("frame")
@@ -380,6 +384,10 @@ class FakeRobot:
 
     async def dependency(self) -> Dependency:
         return Dependency.of("robot_bridge", ok=True)
+
+
+def _drove(end: MotionEnd, metres: float) -> DriveReply:
+    return DriveReply(end=end, driven_m=metres, text=end.sentence)
 
 
 class FakeEyes:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from contracts.geometry import Pose2D, Twist2D
+from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from mesh.errors import UnavailableError
@@ -16,7 +17,7 @@ from robot_bridge.base_stop import BaseStop
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import GoalEnd, Path
-from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan, Senses
+from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import matrix
 from support.toy_robot import CAMERA_X_M, CAMERA_Z_M, FX, OPTICAL_XYZW, START, ToyRobot
 

@@ -5,6 +5,7 @@ from typing import TypeVar
 
 from contracts.geometry import Point3D, Pose2D
 from contracts.mission import MissionState
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detection, Detections, Target, Validation, Verdict, Vote
 from coordinator.core import actions as do
@@ -78,12 +79,13 @@ class Script:
 
     # answers to the last call of a kind
 
-    def turned(self, *, completed: bool = True) -> "Script":
+    def turned(self, end: MotionEnd = MotionEnd.COMPLETED) -> "Script":
         action = self.last(do.Rotate)
         pose = self.mission.robot.pose
-        if completed and pose is not None:
+        if end.completed and pose is not None:
             self.robot(Pose2D(x=pose.x, y=pose.y, yaw=math.remainder(pose.yaw + action.angle_rad, math.tau)))
-        return self.feed(ev.MotionEnded(action.call, completed, action.angle_rad if completed else 0.0))
+        turned_rad = action.angle_rad if end.completed else 0.0
+        return self.feed(ev.MotionEnded(action.call, end, turned_rad=turned_rad, text=end.sentence))
 
     def arrived(self, status: GoalStatus = GoalStatus.SUCCEEDED, code: int = 0) -> "Script":
         action = self.last(do.Navigate)
@@ -97,14 +99,14 @@ class Script:
     def planned(self, *points: Pose2D) -> "Script":
         return self.feed(ev.CoveragePlanned(self.last(do.PlanCoverage).call, points, 20.0))
 
-    def drove(self, *, moved: float | None = None, reason: str = "") -> "Script":
+    def drove(self, end: MotionEnd = MotionEnd.COMPLETED, *, moved: float | None = None) -> "Script":
         action = self.last(do.Drive)
         distance = action.distance_m if moved is None else moved
         pose = self.mission.robot.pose
         if pose is not None:
             x, y = pose.x + distance * math.cos(pose.yaw), pose.y + distance * math.sin(pose.yaw)
             self.robot(Pose2D(x=x, y=y, yaw=pose.yaw))
-        return self.feed(ev.MotionEnded(action.call, not reason, distance, reason))
+        return self.feed(ev.MotionEnded(action.call, end, driven_m=distance, text=end.sentence))
 
     def see(self, *boxes: Detection) -> "Script":
         """A frame taken a little after now."""

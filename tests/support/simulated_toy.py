@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from contracts.geometry import Pose2D, Twist2D
+from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import GoalEnd, Path
-from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Hazard, Intrinsics, Odometry, Scan, Senses
+from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import compose, inverse, matrix
 from sim.nav.codes import NavigationError
 from sim.nav.costmap import Costmap

@@ -12,10 +12,12 @@ from nicegui import app as nicegui_app
 from PIL import Image, ImageDraw
 
 from contracts.asking import About, Answer
+from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, ObjectState, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionState, MissionStatus, Outcome
+from contracts.motion import BaseEnd, BaseReply, EndedMotion, MotionEnd, RotateReply
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import (
     Battery,
@@ -26,7 +28,6 @@ from contracts.robot import (
     GoalRequest,
     GoalStatus,
     Map,
-    MotionReply,
     NavigationState,
     PathReply,
     PathRequest,
@@ -198,7 +199,10 @@ class FakeRobot(Service):
         self.answer()
         self.goals.append(request)
         if self.no_way:
-            return Goal(id="g", pose=request.pose, status=GoalStatus.REJECTED, error_msg=self.no_way, stamp_s=STARTED_S)
+            return Goal(
+                id="g", pose=request.pose, status=GoalStatus.REJECTED, cause=GoalCause.REJECTED,
+                error_msg=self.no_way, stamp_s=STARTED_S,
+            )  # fmt: skip
         return Goal(id="g", pose=request.pose, status=GoalStatus.EXECUTING, stamp_s=STARTED_S)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
@@ -210,20 +214,20 @@ class FakeRobot(Service):
         self.answer()
         return PathReply(reachable=True, length_m=1.0, poses=(Pose2D(x=-2.0, y=-1.5, yaw=0.0), request.goal))
 
-    async def rotate(self, request: RotateRequest) -> MotionReply:
+    async def rotate(self, request: RotateRequest) -> RotateReply:
         self.answer()
         self.turns.append(request.angle_rad)
-        return MotionReply(completed=True, moved=request.angle_rad)
+        return RotateReply(end=MotionEnd.COMPLETED, turned_rad=request.angle_rad)
 
-    async def end_motion(self) -> MotionReply:
+    async def end_motion(self) -> EndedMotion:
         self.answer()
         self.asked.append("end motion")
-        return MotionReply(completed=False, moved=0.0)
+        return EndedMotion()
 
-    async def celebrate(self) -> MotionReply:
+    async def celebrate(self) -> BaseReply:
         self.answer()
         self.asked.append("celebrate")
-        return MotionReply(completed=True, moved=0.0)
+        return BaseReply(end=BaseEnd.COMPLETED)
 
     @asynccontextmanager
     async def wheels(self) -> AsyncIterator["FakeWheels"]:
@@ -235,15 +239,15 @@ class FakeRobot(Service):
         finally:
             self.lines_open -= 1
 
-    async def dock(self) -> MotionReply:
+    async def dock(self) -> BaseReply:
         self.answer()
         self.asked.append("dock")
-        return MotionReply(completed=True, moved=0.0)
+        return BaseReply(end=BaseEnd.COMPLETED)
 
-    async def undock(self) -> MotionReply:
+    async def undock(self) -> BaseReply:
         self.answer()
         self.asked.append("undock")
-        return MotionReply(completed=False, moved=0.0, reason="the base gave up")
+        return BaseReply(end=BaseEnd.GAVE_UP, text=BaseEnd.GAVE_UP.sentence)
 
 
 @dataclass
@@ -255,7 +259,7 @@ class FakeWheels:
     async def send(self, request: VelocityRequest) -> VelocityReply:
         self.robot.answer()
         if self.robot.stop.latched or request.epoch != self.robot.stop.epoch:
-            return VelocityReply(accepted=False, sent=Twist2D(), reason="the epoch is over")
+            return VelocityReply(accepted=False, sent=Twist2D(), refusal=Refusal.OLD_EPOCH, reason="the epoch is over")
         self.robot.velocities.append(request)
         return VelocityReply(accepted=True, sent=request.twist)
 

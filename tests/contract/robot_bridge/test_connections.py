@@ -10,6 +10,8 @@ import httpx
 import websockets
 from websockets.asyncio.client import ClientConnection
 
+from contracts.causes import GoalCause, Refusal
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus
 from contracts.topics import ROBOT_NAVIGATION, ROBOT_STATE
 from robot_bridge.settings import Settings
@@ -79,7 +81,7 @@ async def test_a_goal_ends_with_its_session_and_nav2_moves_nothing_any_more(serv
         socket.transport.abort()
         await rests_before_its_lease_is_over(served)
         await until(lambda: served.bus.of(ROBOT_NAVIGATION)[-1].status is GoalStatus.CANCELED)
-        assert served.bus.of(ROBOT_NAVIGATION)[-1].error_msg == "the session ended"
+        assert served.bus.of(ROBOT_NAVIGATION)[-1].cause is GoalCause.SESSION_ENDED
 
 
 async def test_a_session_that_falls_silent_ends_though_its_connection_stands(served: Served) -> None:
@@ -98,7 +100,7 @@ async def test_a_turn_ends_with_its_session(served: Served) -> None:
         turning = asyncio.create_task(http.post("/rotate", json=body))
         await until(lambda: served.toy.angular_z > 0.5)
         await socket.close()
-        assert (await turning).json()["reason"] == "the session ended"
+        assert (await turning).json()["end"] == MotionEnd.SESSION_ENDED
         await until(lambda: served.toy.at_rest)
 
 
@@ -116,19 +118,19 @@ async def test_ending_a_motion_tells_how_far_it_had_come_and_ends_no_goal(served
         await until(lambda: served.toy.angular_z > 0.5)
         ended = (await http.delete("/motion")).json()
         told = (await turning).json()
-        assert (ended["completed"], ended["moved"]) == (True, told["moved"])
-        assert told["moved"] > 0.0
+        assert (ended["turned_rad"], ended["driven_m"]) == (told["turned_rad"], None)
+        assert told["turned_rad"] > 0.0
         goal = {"pose": INSIDE, "epoch": 0, "clear_costmaps": False}
         goal_id = (await http.post("/navigation/goals", json=goal)).json()["id"]
         ended = (await http.delete("/motion")).json()
-        assert (ended["completed"], ended["moved"], ended["reason"]) == (False, 0.0, "nothing was under way")
+        assert ended == {"turned_rad": None, "driven_m": None}
         assert (await http.get(f"/navigation/goals/{goal_id}")).json()["status"] == GoalStatus.EXECUTING
 
 
 async def test_teleoperation_answers_every_request_and_its_lease_ends_with_the_connection(served: Served) -> None:
     async with websockets.connect(f"ws://{served.address}/velocity") as socket:
         await socket.send("nonsense")
-        assert "malformed" in json.loads(await socket.recv())["reason"]
+        assert json.loads(await socket.recv())["refusal"] == Refusal.MALFORMED
         await socket.send(json.dumps(lease()))
         assert json.loads(await socket.recv())["accepted"]
         await until(lambda: served.toy.has_driven)
@@ -158,13 +160,13 @@ async def test_gains_can_be_changed_while_it_turns(served: Served) -> None:
         assert (await http.put("/motion/gains", json=slow | {"heading_kp": -1.0})).status_code == 422
         assert (await http.get("/motion/gains")).json() == slow
         await http.delete("/motion")
-        assert (await turning).json()["reason"] == "cancelled"
+        assert (await turning).json()["end"] == MotionEnd.CANCELED
 
 
 async def test_nobody_drives_under_a_name_of_the_bridges_own(served: Served) -> None:
     async with client(served) as http:
         reply = (await http.post("/velocity", json=lease() | {"source": "cmd_vel_nav"})).json()
-        assert (reply["accepted"], reply["reason"]) == (False, "reserved")
+        assert (reply["accepted"], reply["refusal"]) == (False, Refusal.RESERVED)
         metrics = (await http.get("/metrics")).text
         assert 'robot_bridge_velocity_refused_total{reason="reserved"}' in metrics
 
@@ -174,7 +176,7 @@ async def test_a_stop_reaches_teleoperation_as_a_refusal(served: Served) -> None
         await http.post("/emergency-stop")
         await socket.send(json.dumps(lease() | {"epoch": 1}))
         reply = json.loads(await socket.recv())
-        assert (reply["accepted"], reply["reason"]) == (False, "the emergency stop is latched")
+        assert (reply["accepted"], reply["refusal"]) == (False, Refusal.STOPPED)
 
 
 async def test_the_stream_shows_newer_and_newer_frames(served: Served) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus, NavigationState
 from contracts.topics import ROBOT_NAVIGATION, ROBOT_STATE
 from robot_bridge.settings import Settings
@@ -33,7 +34,7 @@ async def test_the_emergency_stop_ends_what_the_base_does_by_itself(in_front: Se
         assert (await http.post("/velocity", json=lease())).status_code == 409
         assert (await http.post("/emergency-stop")).json()["state"]["latched"]
         reply = (await docking).json()
-        assert (reply["completed"], reply["reason"], in_front.toy.docking) == (False, "emergency stop", 0)
+        assert (reply["end"], in_front.toy.docking) == (BaseEnd.STOPPED, 0)
         await http.post("/emergency-stop/reset")
         assert (await http.post("/velocity", json=lease() | {"epoch": 1})).json()["accepted"]
 
@@ -44,7 +45,7 @@ async def test_docking_ends_with_its_session(in_front: Served) -> None:
         docking = asyncio.create_task(http.post(f"/dock?session_id={session_id}"))
         await until(lambda: in_front.toy.docking == 1)
         socket.transport.abort()
-        assert (await docking).json()["reason"] == "the session ended"
+        assert (await docking).json()["end"] == BaseEnd.SESSION_ENDED
         assert in_front.toy.docking == 0
 
 
@@ -52,7 +53,7 @@ async def test_docking_ends_at_its_time_limit(tmp_path: Path) -> None:
     toy = ToyRobot(thinking={"base"})
     toy.put_on_dock()
     async with serving(Settings(state_dir=tmp_path, dock_timeout_s=0.2), toy) as served, client(served) as http:
-        assert (await http.post("/undock")).json()["reason"] == "timeout"
+        assert (await http.post("/undock")).json()["end"] == BaseEnd.TIMED_OUT
         assert served.toy.docking == 0
 
 
@@ -67,4 +68,4 @@ async def test_a_client_that_leaves_while_nav2_thinks_leaves_no_goal_under_way(i
         await until(lambda: in_front.bus.of(ROBOT_NAVIGATION)[-1].status is GoalStatus.CANCELED)
         await until(lambda: in_front.bus.of(ROBOT_STATE)[-1].navigation is NavigationState.IDLE)
         turned = await http.post("/rotate", json={"angle_rad": 0.2, "epoch": 0})
-        assert turned.json()["completed"]
+        assert turned.json()["end"] == MotionEnd.COMPLETED

@@ -55,9 +55,9 @@ async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
 
 async def test_it_turns_and_drives(rig: Rig) -> None:
     turned = await rig.robot.rotate(0.3, speed_rad_s=1.0, timeout_s=30.0, epoch=0)
-    assert turned.completed
+    assert turned.end.completed
     driven = await rig.robot.drive(0.1, speed_m_s=0.2, timeout_s=30.0, epoch=0)
-    assert driven.moved == pytest.approx(0.1, abs=0.03)
+    assert driven.driven_m == pytest.approx(0.1, abs=0.03)
 
 
 async def test_cancelling_the_call_ends_the_motion(rig: Rig) -> None:

@@ -8,8 +8,9 @@ import pytest
 from irobot_create_msgs.msg import HazardDetection, HazardDetectionVector
 from sensor_msgs.msg import LaserScan
 
+from contracts.motion import Hazard
 from robot_bridge.adapters.ros import convert
-from robot_bridge.senses import Hazard, Scan
+from robot_bridge.senses import Scan
 
 BEAMS = 360
 TO_THE_LEFT = np.array([[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])

@@ -33,7 +33,7 @@ async def test_a_namespaced_robot_with_plain_twists_and_a_laser_of_another_name_
             goal = (await rig.goal(clear_costmaps=False)).json()
             assert goal["status"] == "EXECUTING"
             await until(lambda: rig.bus.of(ROBOT_STATE)[-1].commanded_by == "cmd_vel_nav", timeout_s=30.0)
-            assert (await rig.post("/celebrate")).json()["completed"]
+            assert (await rig.post("/celebrate")).json()["end"] == "completed"
             await until(lambda: len(toy.notes) == 6, timeout_s=30.0)
     finally:
         robot.close()

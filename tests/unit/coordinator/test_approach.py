@@ -5,6 +5,7 @@ import math
 import pytest
 
 from contracts.mission import MissionState, Outcome
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus
 from contracts.vision import Verdict
 from coordinator.core import actions as do
@@ -147,22 +148,22 @@ def test_a_reach_shorter_than_the_stand_off_is_driven_to_all_the_same() -> None:
 
 
 def test_a_blocked_drive_is_a_find_with_its_distance_and_the_reason() -> None:
-    script = approaching().path().arrived().wait(3.0).drove(moved=0.02, reason="obstacle ahead").wait(2.0)
+    script = approaching().path().arrived().wait(3.0).drove(MotionEnd.BLOCKED, moved=0.02).wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
     assert "as near as the map allows: something is in the way" in script.mission.reason
 
 
 def test_stopped_far_off_it_tries_another_side_once() -> None:
-    script = approaching(1.45).path(None).wait(3.0).drove(moved=0.1, reason="obstacle ahead").wait(2.0)
+    script = approaching(1.45).path(None).wait(3.0).drove(MotionEnd.BLOCKED, moved=0.1).wait(2.0)
     assert script.mission.state is S.APPROACHING
-    script.path(None).wait(3.0).drove(moved=0.0, reason="obstacle ahead").wait(2.0)
+    script.path(None).wait(3.0).drove(MotionEnd.BLOCKED, moved=0.0).wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
 
 
 def test_the_step_to_a_far_target_ends_in_centring_even_when_blocked() -> None:
     script = Script().begin().centred().measured(2.8).path(None)
     assert script.last(do.Drive).distance_m == pytest.approx(1.0)
-    assert script.drove(moved=0.1, reason="obstacle ahead").mission.state is S.CENTERING
+    assert script.drove(MotionEnd.BLOCKED, moved=0.1).mission.state is S.CENTERING
 
 
 def test_an_aborted_step_is_tried_once_more() -> None:
@@ -220,7 +221,7 @@ def test_a_candidate_that_never_gets_nearer_is_given_up() -> None:
             script.see(box())
         if script.mission.state is not S.DEPTH_CHECK:
             break
-        script.measured(2.9).path(None).drove(moved=0.0, reason="obstacle ahead")
+        script.measured(2.9).path(None).drove(MotionEnd.BLOCKED, moved=0.0)
     assert script.mission.search.rejections
 
 
@@ -238,7 +239,7 @@ def test_a_robot_that_is_not_localised_follows_what_it_sees() -> None:
 
 
 def test_a_drive_cut_off_by_something_else_than_an_obstacle_is_taken_up_again() -> None:
-    script = approaching().path().arrived().wait(3.0).drove(moved=0.02, reason="the session ended")
+    script = approaching().path().arrived().wait(3.0).drove(MotionEnd.SESSION_ENDED, moved=0.02)
     assert script.mission.running
     script.wait(2.2)
     assert script.mission.state is S.APPROACHING

@@ -4,8 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
+from contracts.causes import GoalCause
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus
 from contracts.vision import Verdict
 from coordinator.core import actions as do
@@ -178,7 +180,7 @@ def test_metres_are_counted_by_odometry_and_jumps_are_not() -> None:
 def test_a_goal_that_a_stop_cancelled_is_not_said_to_be_tried_again(state: MissionState) -> None:
     script = REACH[state]().path()
     call = script.last(do.Navigate).call
-    script.feed(ev.GoalEnded(call, GoalStatus.CANCELED, 0, "emergency stop")).feed(ev.StopLatched(1, "a person"))
+    script.feed(ev.GoalEnded(call, GoalStatus.CANCELED, cause=GoalCause.STOPPED)).feed(ev.StopLatched(1, "a person"))
     assert "navigation: cut off by the emergency stop" in script.said()
     assert "trying again" not in script.said()
     assert script.mission.reason == "emergency stop: a person"
@@ -191,7 +193,7 @@ def test_a_motion_that_a_stop_cut_off_is_not_said_to_be_tried_again(state: Missi
         S.APPROACHING: lambda: REACH[S.APPROACHING]().arrived().wait(3.0),
     }[state]()
     assert script.mission.state is state
-    script.feed(ev.MotionEnded(script.mission.activity.call, completed=False, moved=0.1, reason="emergency stop"))
+    script.feed(ev.MotionEnded(script.mission.activity.call, MotionEnd.STOPPED, turned_rad=0.1))
     assert "robot_bridge: " in script.said()
     assert "trying again" not in script.said()
     script.wait(1.0)

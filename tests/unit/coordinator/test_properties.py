@@ -7,8 +7,10 @@ from typing import Any, assert_never
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from contracts.causes import GoalCause
 from contracts.geometry import Point3D, Pose2D
 from contracts.mission import MissionKind, MissionState, Outcome
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detection, Detections, Target, Validation, Verdict, Vote
 from coordinator.core import actions as do
@@ -68,7 +70,6 @@ def validated(call: int, confirmed: bool, score: float) -> ev.Validated:
 
 
 boxes = st.lists(st.tuples(st.floats(10, 310), st.sampled_from(["red", "blue", None]), st.floats(0.3, 1.0)), max_size=3)
-texts = st.sampled_from(["", "obstacle ahead", "timeout"])
 fitting = st.tuples(
     st.just("fit"), st.sampled_from([True, True, True, False]), st.sampled_from([0.4, 0.9, 1.3, 2.0, 2.8]), metres
 )
@@ -79,8 +80,8 @@ noise = st.one_of(
     st.tuples(st.just("docked"), calls),
     st.tuples(st.just("lie"), st.sampled_from([-1e6, -60.0, 60.0, 1e6])),
     st.tuples(st.just("path"), calls, st.none() | st.integers(0, 40)),
-    st.tuples(st.just("goal"), calls, st.sampled_from(GoalStatus)),
-    st.tuples(st.just("motion"), calls, st.booleans(), st.floats(-1, 2), texts),
+    st.tuples(st.just("goal"), calls, st.sampled_from(GoalStatus), st.none() | st.sampled_from(GoalCause)),
+    st.tuples(st.just("motion"), calls, st.sampled_from(MotionEnd), st.floats(-1, 2)),
     st.tuples(st.just("localized"), calls, st.none() | st.floats(0.2, 4.0), poses),
     st.tuples(st.just("validated"), calls, st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
@@ -110,8 +111,8 @@ ANSWERS: dict[str, Callable[..., ev.Event]] = {
     "undocked": ev.Undocked,
     "docked": ev.Docked,
     "path": lambda call, index: ev.PathChosen(call, index, 1.0, "NO_VALID_PATH"),
-    "goal": ev.GoalEnded,
-    "motion": ev.MotionEnded,
+    "goal": lambda call, status, cause: ev.GoalEnded(call, status, cause=cause),
+    "motion": lambda call, end, metres: ev.MotionEnded(call, end, driven_m=metres),
     "localized": localized,
     "validated": validated,
     "coverage": lambda call, points: ev.CoveragePlanned(call, points, 10.0),
@@ -177,7 +178,7 @@ class Player:
             case Going():
                 return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
             case Turning() | Driving():
-                return ev.MotionEnded(call, good, 0.3, "" if good else "obstacle ahead")
+                return ev.MotionEnded(call, MotionEnd.COMPLETED if good else MotionEnd.BLOCKED, driven_m=0.3)
             case Measuring() | CheckingPlace():
                 return localized(call, distance_m, point)
             case Steering() if call:

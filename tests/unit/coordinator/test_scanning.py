@@ -7,6 +7,7 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState as S
 from contracts.mission import Outcome
+from contracts.motion import MotionEnd
 from contracts.vision import Detection, Detections, Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
@@ -49,7 +50,7 @@ def test_a_slow_turn_is_one_turn_of_420_degrees_and_then_the_search_goes_on() ->
     assert [turn.angle_rad for turn in script.asked(do.Rotate)] == [pytest.approx(7.3304, abs=0.001)]
     for _ in range(13):
         turned_while_looking(script, 0.6)
-    script.feed(ev.MotionEnded(script.last(do.Rotate).call, True, 7.33))
+    script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.COMPLETED, turned_rad=7.33))
     assert script.mission.state is S.MOVING_TO_SCAN
     assert len(script.asked(do.RecordLook)) == 13
 
@@ -64,7 +65,7 @@ def test_a_sighting_ends_the_slow_turn() -> None:
 
 def test_headings_the_slow_turn_saw_nothing_of_are_looked_at_one_by_one() -> None:
     script = Script(**SLOW).begin()
-    script.feed(ev.MotionEnded(script.last(do.Rotate).call, True, 7.33))
+    script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.COMPLETED, turned_rad=7.33))
     assert script.mission.state is S.SCANNING
     assert len(script.asked(do.RecordLook)) == 0
     script.see()
@@ -78,7 +79,7 @@ def test_a_slow_turn_that_is_cut_off_goes_on_where_it_was() -> None:
     for _ in range(4):
         turned_while_looking(script, 0.6)
     left = script.mission.search.headings
-    script.feed(ev.MotionEnded(script.last(do.Rotate).call, False, 2.4, "another motion")).wait(2.5)
+    script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.PREEMPTED, turned_rad=2.4)).wait(2.5)
     assert script.last(do.Rotate).angle_rad <= left[-1] - left[0] + 0.01
 
 
@@ -101,21 +102,20 @@ def test_the_furniture_that_carries_the_target_is_named() -> None:
 @pytest.mark.parametrize(
     ("blocked", "furniture", "text"),
     [
-        ("obstacle ahead", "dining table", "the table is in the way"),
-        ("obstacle ahead", "", "something is in the way"),
-        ("", "couch", "the couch is in the way"),
-        ("", "", "no nearer place can be reached"),
-        ("timeout", "couch", "the drive ended (timeout)"),
+        (True, "dining table", "the table is in the way"),
+        (True, "", "something is in the way"),
+        (False, "couch", "the couch is in the way"),
+        (False, "", "no nearer place can be reached"),
     ],
 )
-def test_the_reason_for_the_distance_is_in_words(blocked: str, furniture: str, text: str) -> None:
+def test_the_reason_for_the_distance_is_in_words(blocked: bool, furniture: str, text: str) -> None:
     assert hindrance(blocked, furniture) == text
 
 
 def test_a_find_that_the_table_keeps_at_a_distance_says_so() -> None:
     script = Script(alternatives_max=0).begin().centred().measured(1.3, 3).voted(Verdict.YES).path(18).arrived()
     script.see(box(), table(20, 300, 220)).localized(0.94, 1.36)
-    script.drove(moved=0.1, reason="obstacle ahead").wait(2.0)
+    script.drove(MotionEnd.BLOCKED, moved=0.1).wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
     assert script.mission.reason.endswith("(as near as the map allows: the table is in the way)")
     assert script.mission.candidate is not None

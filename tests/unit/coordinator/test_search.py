@@ -7,6 +7,7 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus
 from contracts.vision import Detection
 from coordinator.core import actions as do
@@ -62,7 +63,7 @@ def test_a_frame_taken_while_turning_does_not_count_as_a_look() -> None:
     rotate = script.last(do.Rotate)
     script.see(box())
     assert script.mission.state is S.SCANNING
-    script.feed(ev.MotionEnded(rotate.call, True, rotate.angle_rad))
+    script.feed(ev.MotionEnded(rotate.call, MotionEnd.COMPLETED, turned_rad=rotate.angle_rad))
     script.see(box())
     assert script.mission.state is S.CENTERING
 
@@ -187,7 +188,7 @@ def test_a_goal_that_others_cancelled_is_sent_again_after_a_pause() -> None:
 def test_a_turn_cut_off_is_done_again_and_its_heading_not_skipped() -> None:
     script = Script().begin().see()
     heading = script.mission.search.headings[0]
-    script.turned(completed=False).wait(10.2)
+    script.turned(MotionEnd.PREEMPTED).wait(10.2)
     assert script.mission.search.headings[0] == heading
     assert len(script.asked(do.Rotate)) == 2
 
@@ -196,7 +197,7 @@ def test_a_robot_that_never_turns_ends_the_mission_with_the_cause() -> None:
     script = Script().begin().see()
     for _ in range(8):
         if script.mission.running:
-            script.turned(completed=False).wait(10.2)
+            script.turned(MotionEnd.PREEMPTED).wait(10.2)
     assert script.mission.outcome is Outcome.ABORTED
     assert "would not turn" in script.mission.reason
 

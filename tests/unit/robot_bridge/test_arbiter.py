@@ -4,9 +4,11 @@ import math
 
 import pytest
 
+from contracts.causes import LimitCause, Refusal, SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
-from robot_bridge.arbiter import Arbiter, Limits, Refusal, Request
+from robot_bridge.arbiter import Arbiter, Limits, Request
+from robot_bridge.safety import Restraint
 
 
 def asked(source: str = "a", linear_x: float = 0.2, priority: Priority = Priority.MANUAL, **more: object) -> Request:
@@ -14,16 +16,16 @@ def asked(source: str = "a", linear_x: float = 0.2, priority: Priority = Priorit
     return Request(source, priority, linear_x, **values)  # type: ignore[arg-type]
 
 
-def freely(twist: Twist2D) -> tuple[Twist2D, str]:
-    return twist, ""
+def freely(twist: Twist2D) -> tuple[Twist2D, None]:
+    return twist, None
 
 
-def settled(arbiter: Arbiter, now_s: float, epoch: int = 0) -> tuple[float, str, str]:
+def settled(arbiter: Arbiter, now_s: float, epoch: int = 0) -> tuple[float, str, tuple[SafetyCause | LimitCause, ...]]:
     """What is sent after 0.4 s of ticks ending at `now_s`."""
     for step in range(8):
         choice = arbiter.choose(now_s - 0.05 * (8 - step), epoch=epoch, restrain=freely)
     choice = arbiter.choose(now_s, epoch=epoch, restrain=freely)
-    return choice.twist.linear_x, choice.source, choice.reason
+    return choice.twist.linear_x, choice.source, choice.kinds
 
 
 @pytest.fixture
@@ -60,19 +62,19 @@ def test_speeding_up_is_limited_and_said_slowing_down_is_not(arbiter: Arbiter) -
     arbiter.request(asked(linear_x=0.3), 9.0, epoch=0)
     choice = arbiter.choose(9.05, epoch=0, restrain=freely)
     assert math.isclose(choice.twist.linear_x, 0.045)
-    assert choice.reason == "acceleration limit"
+    assert choice.kinds == (LimitCause.ACCELERATION,)
     arbiter.request(asked(linear_x=0.01), 9.05, epoch=0)
     assert arbiter.choose(9.06, epoch=0, restrain=freely).twist.linear_x == 0.01
 
 
 def test_speed_is_clipped_to_the_base(arbiter: Arbiter) -> None:
     arbiter.request(asked(linear_x=2.0), 9.0, epoch=0)
-    assert settled(arbiter, 9.9) == (0.306, "a", "speed limit")
+    assert settled(arbiter, 9.9) == (0.306, "a", (LimitCause.SPEED,))
 
 
 def test_reverse_needs_permission(arbiter: Arbiter) -> None:
     arbiter.request(asked(linear_x=-0.2), 9.0, epoch=0)
-    assert settled(arbiter, 9.5) == (0.0, "a", "reverse is not allowed")
+    assert settled(arbiter, 9.5) == (0.0, "a", (LimitCause.NO_REVERSE,))
     arbiter.request(asked(linear_x=-0.2, allow_reverse=True), 9.5, epoch=0)
     assert settled(arbiter, 10.0)[0] == -0.2
 
@@ -140,7 +142,7 @@ def test_the_end_of_one_source_does_not_set_off_another_without_a_pause(
     arbiter.request(asked("next", 0.1, next_priority, duration_s=2.0), 9.1, epoch=0)
     assert settled(arbiter, 9.95)[:2] == (0.25, "nav")
     pause = arbiter.choose(10.0, epoch=0, restrain=freely)
-    assert (pause.twist, pause.source, pause.reason) == (Twist2D(), "next", "a pause after the last source")
+    assert (pause.twist, pause.source, pause.kinds) == (Twist2D(), "next", (LimitCause.HANDOVER,))
     assert arbiter.choose(10.05, epoch=0, restrain=freely).twist.linear_x == pytest.approx(0.045)
 
 
@@ -168,14 +170,16 @@ def test_a_long_pause_between_ticks_is_no_licence_to_jump(arbiter: Arbiter) -> N
 def test_the_arc_driven_while_gathering_speed_is_watched_too(arbiter: Arbiter) -> None:
     """The wanted arc is free, the one that results from the acceleration limits is not."""
 
-    def only_the_wanted_arc(twist: Twist2D) -> tuple[Twist2D, str]:
-        return (twist, "") if twist.angular_z == 1.5 else (Twist2D(angular_z=twist.angular_z), "obstacle ahead")
+    def only_the_wanted_arc(twist: Twist2D) -> tuple[Twist2D, Restraint | None]:
+        if twist.angular_z == 1.5:
+            return twist, None
+        return Twist2D(angular_z=twist.angular_z), Restraint(SafetyCause.OBSTACLE)
 
     arbiter.choose(9.0, epoch=0, restrain=freely)
     arbiter.request(asked(linear_x=0.3, angular_z=1.5), 9.0, epoch=0)
     choice = arbiter.choose(9.05, epoch=0, restrain=only_the_wanted_arc)
     assert (choice.twist.linear_x, choice.twist.angular_z) == (0.0, pytest.approx(0.385))
-    assert choice.reason == "acceleration limit; obstacle ahead"
+    assert choice.kinds == (LimitCause.ACCELERATION, SafetyCause.OBSTACLE)
 
 
 def test_a_lease_of_an_older_epoch_sends_zero(arbiter: Arbiter) -> None:

@@ -7,9 +7,11 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
 from robot_bridge.arbiter import Arbiter, Limits, Request
+from robot_bridge.safety import Restraint
 
 LIMITS = Limits()
 ZERO = Twist2D()
@@ -174,9 +176,9 @@ class ArbiterMachine(RuleBasedStateMachine):
         assert twist.linear_x * request.linear_x >= 0.0
         assert twist.angular_z * request.angular_z >= 0.0
 
-    def restrain(self, twist: Twist2D) -> tuple[Twist2D, str]:
+    def restrain(self, twist: Twist2D) -> tuple[Twist2D, Restraint | None]:
         slowed = Twist2D(linear_x=twist.linear_x * self.factor, angular_z=twist.angular_z * self.factor)
-        return slowed, "" if self.factor == 1.0 else "slowed"
+        return slowed, None if self.factor == 1.0 else Restraint(SafetyCause.SLOWED)
 
 
 ArbiterMachine.TestCase.settings = settings(max_examples=80, stateful_step_count=40, deadline=None)

@@ -1,15 +1,16 @@
 """Turning and driving on odometry, against a base that does what it is told a tick later."""
 
 import math
+from typing import Any, TypeVar
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import MotionReply
+from contracts.motion import DriveReply, MotionEnd, RotateReply
 from robot_bridge.limits import motion_gains
-from robot_bridge.motion import Drive, Motion, Rotation, Tuning
+from robot_bridge.motion import Drive, Ending, Motion, Rotation, Tuning
 from robot_bridge.senses import Odometry
 from robot_bridge.settings import Settings
 
@@ -18,19 +19,23 @@ def tuning(**changes: float) -> Tuning:
     return Tuning(motion_gains(Settings()).model_copy(update=changes))
 
 
+FREE, OBSTACLE = Ending(MotionEnd.HELD_BACK), Ending(MotionEnd.BLOCKED, text="obstacle ahead")
+Reply = TypeVar("Reply", RotateReply, DriveReply)
+
+
 def run(
-    motion: Motion, *, heading: float = 0.0, blocked: bool = False, blind: bool = False
-) -> tuple[MotionReply, float]:
+    motion: Motion[Reply], *, heading: float = 0.0, blocked: bool = False, blind: bool = False
+) -> tuple[Reply, float]:
     """The reply, and the heading at rest."""
     x = y = now_s = 0.0
     yaw, sent = heading, Twist2D()
     for _ in range(4000):
         odometry = Odometry(now_s, Pose2D(x=x, y=y, yaw=math.remainder(yaw, math.tau)), sent)
-        wanted = motion.step(None if blind else odometry, now_s, sent, "obstacle ahead" if blocked else "")
+        wanted = motion.step(None if blind else odometry, now_s, sent, OBSTACLE if blocked else FREE)
         x += sent.linear_x * 0.05 * math.cos(yaw)
         y += sent.linear_x * 0.05 * math.sin(yaw)
         yaw += sent.angular_z * 0.05
-        if isinstance(wanted, MotionReply):
+        if not isinstance(wanted, Twist2D):
             return wanted, yaw - heading
         sent = Twist2D() if blocked else wanted
         now_s += 0.05
@@ -41,7 +46,7 @@ def run(
 @given(st.floats(-7.4, 7.4), st.floats(0.3, 1.9), st.floats(-3.1, 3.1))
 def test_any_turn_ends_within_3_degrees_more_than_once_round_too(angle: float, speed: float, heading: float) -> None:
     reply, turned = run(Rotation(angle, speed_rad_s=speed, timeout_s=60.0, tuning=tuning()), heading=heading)
-    assert reply.completed
+    assert reply.end.completed
     assert math.isclose(turned, angle, abs_tol=math.radians(3.0))
 
 
@@ -50,33 +55,33 @@ def test_any_turn_ends_within_3_degrees_more_than_once_round_too(angle: float, s
 def test_any_drive_ends_within_2_cm(distance_m: float, speed: float, heading: float) -> None:
     drive = Drive(distance_m, speed_m_s=speed, timeout_s=60.0, allow_reverse=False, tuning=tuning())
     reply, turned = run(drive, heading=heading)
-    assert reply.completed
-    assert math.isclose(reply.moved, distance_m, abs_tol=0.02)
+    assert reply.end.completed
+    assert math.isclose(reply.driven_m, distance_m, abs_tol=0.02)
     assert abs(turned) < 0.01
 
 
 def test_reversing_a_metre_is_a_metre_back() -> None:
     reply, _ = run(Drive(-1.0, speed_m_s=0.2, timeout_s=60.0, allow_reverse=True, tuning=tuning()))
-    assert reply.moved == pytest.approx(-1.0, abs=0.02)
+    assert reply.driven_m == pytest.approx(-1.0, abs=0.02)
 
 
 def test_what_never_moves_is_given_up_with_the_filters_reason() -> None:
     reply, _ = run(Drive(1.0, speed_m_s=0.2, timeout_s=60.0, allow_reverse=False, tuning=tuning()), blocked=True)
-    assert (reply.completed, reply.reason) == (False, "obstacle ahead")
+    assert (reply.end, reply.text) == (MotionEnd.BLOCKED, "obstacle ahead")
 
 
 def test_without_odometry_it_is_given_up() -> None:
     reply, _ = run(Rotation(1.0, speed_rad_s=1.0, timeout_s=60.0, tuning=tuning()), blind=True)
-    assert (reply.completed, reply.reason) == (False, "no odometry")
+    assert reply.end is MotionEnd.NO_ODOMETRY
 
 
 def test_a_turn_too_slow_for_its_time_ends_at_its_time() -> None:
     reply, _ = run(Rotation(6.0, speed_rad_s=0.5, timeout_s=2.0, tuning=tuning()))
-    assert (reply.completed, reply.reason) == (False, "timeout")
+    assert reply.end is MotionEnd.TIMED_OUT
 
 
-def first_wish(motion: Motion, now_s: float, yaw: float = 0.0) -> Twist2D:
-    wanted = motion.step(Odometry(now_s, Pose2D(x=0.0, y=0.0, yaw=yaw), Twist2D()), now_s, Twist2D(), "")
+def first_wish(motion: Motion[Any], now_s: float, yaw: float = 0.0) -> Twist2D:
+    wanted = motion.step(Odometry(now_s, Pose2D(x=0.0, y=0.0, yaw=yaw), Twist2D()), now_s, Twist2D(), FREE)
     assert isinstance(wanted, Twist2D)
     return wanted
 
@@ -108,11 +113,11 @@ def test_a_turn_that_the_base_is_too_sluggish_for_still_ends_near_its_angle() ->
     yaw, now_s, yaws, sent = 0.0, 0.0, [0.0] * 4, Twist2D()
     while True:
         late = Odometry(now_s, Pose2D(x=0.0, y=0.0, yaw=math.remainder(yaws[-4], math.tau)), sent)
-        wanted = turn.step(late, now_s, sent, "")
+        wanted = turn.step(late, now_s, sent, FREE)
         yaw, now_s = yaw + sent.angular_z * 0.05, now_s + 0.05
         yaws.append(yaw)
-        if isinstance(wanted, MotionReply):
+        if not isinstance(wanted, Twist2D):
             break
         sent = wanted
-    assert wanted.completed
+    assert wanted.end.completed
     assert yaw == pytest.approx(math.pi, abs=math.radians(3.0))

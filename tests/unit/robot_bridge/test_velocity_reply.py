@@ -24,6 +24,6 @@ async def test_it_tells_of_a_tick_that_knew_of_the_lease_not_of_one_just_before_
     bridge = SimpleNamespace(wheels=SimpleNamespace(request=request, commanded=commanded), clock=clock)
     asking = asyncio.create_task(velocity(VelocityRequest(twist=ASKED, source="test", epoch=0), bridge))
     await asyncio.sleep(0)
-    commanded.put(Choice(ASKED, "test", "", ASKED), 10.06)
+    commanded.put(Choice(ASKED, "test", ASKED), 10.06)
     reply = await asking
-    assert (reply.sent, reply.source, reply.reason) == (ASKED, "test", "")
+    assert (reply.sent, reply.source, reply.causes, reply.reason) == (ASKED, "test", (), "")

@@ -14,6 +14,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
+from contracts.motion import Hazard
 from contracts.robot import EmergencyStop, Priority
 from mesh.errors import ConflictError
 from robot_bridge.arbiter import Limits, Refusal, Request
@@ -22,7 +23,7 @@ from robot_bridge.emergency_stop import LatchFile
 from robot_bridge.limits import motion_gains
 from robot_bridge.motion import Drive, Rotation, Tuning
 from robot_bridge.safety import SafetyLimits
-from robot_bridge.senses import Hazard, Odometry, Scan, Senses
+from robot_bridge.senses import Odometry, Scan, Senses
 from robot_bridge.sessions import Sessions
 from robot_bridge.settings import Settings
 from robot_bridge.wheels import STOP_BURST, Wheels

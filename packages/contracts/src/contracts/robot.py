@@ -6,6 +6,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from contracts.base import NO_CONTROL_CHARACTERS, BboxXyxy, ImageSidePx, Message, StampS
+from contracts.causes import GoalCause, LimitCause, Refusal, SafetyCause
 from contracts.geometry import Point3D, Pose2D, Twist2D
 
 MapId = Annotated[str, Field(min_length=1, max_length=40, pattern=NO_CONTROL_CHARACTERS)]
@@ -147,7 +148,9 @@ class VelocityRequest(Message):
 class VelocityReply(Message):
     accepted: bool
     sent: Twist2D = Field(description="what reaches the base now, after arbitration, limits and safety")
-    reason: str = Field(default="", description="why it was refused or differs from the request")
+    refusal: Refusal | None = Field(default=None, description="why it was not accepted")
+    causes: tuple[SafetyCause | LimitCause, ...] = Field(default=(), description="why `sent` differs from the request")
+    reason: str = Field(default="", description="refusal or causes in words, for a person")
     source: str = Field(default="none", description="who has the wheels now")
 
 
@@ -210,9 +213,10 @@ class Goal(Message):
     mode: GoalMode = GoalMode.PLAIN
     status: GoalStatus
     attempt: int = Field(default=1, ge=1, description="2 and more: Nav2 gave up under way and was asked again")
+    cause: GoalCause | None = Field(default=None, description="what ended it; none while it goes on, and on arrival")
     error_code: int = Field(default=0, description="Nav2's; 0 = none")
     error_name: str = ""
-    error_msg: str = ""
+    error_msg: str = Field(default="", description="the cause in words, for a person: Nav2's own where it has any")
     distance_remaining_m: float | None = None
     sighting: Sighting | None = None
     stamp_s: StampS
@@ -282,12 +286,6 @@ class DriveRequest(Message):
     allow_reverse: bool = False
     epoch: int = Field(ge=0)
     session_id: str | None = None
-
-
-class MotionReply(Message):
-    completed: bool
-    moved: float = Field(description="rad for a rotation, m for a drive, by odometry")
-    reason: str = Field(default="", description="why it ended early: obstacle, timeout, emergency stop, cancelled, ...")
 
 
 class MotionGains(Message):

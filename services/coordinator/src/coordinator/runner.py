@@ -7,7 +7,9 @@ from typing import Any, assert_never
 import structlog
 
 from contracts import mission as wire
+from contracts.causes import Refusal
 from contracts.mission import MissionState, MissionStatus
+from contracts.motion import BaseReply
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
     ROBOT_EMERGENCY_STOP,
@@ -181,7 +183,7 @@ class Runner:
         try:
             event = await work()
         except (UnavailableError, UpstreamError) as error:
-            event = ev.CallFailed(call, error.service, error.detail.removeprefix(f"{error.service}: "))
+            event = ev.CallFailed(call, error.service, error.detail.removeprefix(f"{error.service}: "), _refusal(error))
         except (MeshError, MapError) as error:
             event = ev.CallFailed(call, "robot_bridge", str(error))
         except TimeoutError:
@@ -199,19 +201,19 @@ class Runner:
         match action:
             case do.Undock(call=call, timeout_s=timeout_s):
                 reply = await self._robot.undock(timeout_s=timeout_s)
-                return ev.Undocked(call) if reply.completed else ev.CallFailed(call, "robot_bridge", reply.reason)
+                return ev.Undocked(call) if reply.end.completed else _base_gave_up(call, reply)
             case do.Dock(call=call, timeout_s=timeout_s):
                 reply = await self._robot.dock(timeout_s=timeout_s)
-                return ev.Docked(call) if reply.completed else ev.CallFailed(call, "robot_bridge", reply.reason)
+                return ev.Docked(call) if reply.end.completed else _base_gave_up(call, reply)
             case do.Navigate(call=call, goal=pose, timeout_s=timeout_s):
                 goal = await self._motions.navigate(pose, timeout_s, epoch)
-                return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg)
+                return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg, goal.cause)
             case do.Rotate(call=call, angle_rad=angle, speed_rad_s=speed, timeout_s=timeout_s):
                 reply = await self._robot.rotate(angle, speed_rad_s=speed, timeout_s=timeout_s, epoch=epoch)
-                return ev.MotionEnded(call, reply.completed, reply.moved, reply.reason)
+                return ev.MotionEnded(call, reply.end, turned_rad=reply.turned_rad, text=reply.text)
             case do.Drive(call=call, distance_m=distance, speed_m_s=speed, timeout_s=timeout_s):
                 reply = await self._robot.drive(distance, speed_m_s=speed, timeout_s=timeout_s, epoch=epoch)
-                return ev.MotionEnded(call, reply.completed, reply.moved, reply.reason)
+                return ev.MotionEnded(call, reply.end, driven_m=reply.driven_m, text=reply.text)
 
     async def _ask(self, action: do.ChoosePath | do.Localize | do.Validate | do.PlanCoverage) -> ev.Event:
         async with asyncio.timeout(action.timeout_s):
@@ -280,3 +282,12 @@ class Runner:
 
     def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
         return self._tasks.start("call", work, forever=False)
+
+
+def _refusal(error: MeshError) -> Refusal | None:
+    """Which refusal it was, where the other service is robot_bridge and says so."""
+    return Refusal(error.code) if error.code in set(Refusal) else None
+
+
+def _base_gave_up(call: int, reply: BaseReply) -> ev.CallFailed:
+    return ev.CallFailed(call, "robot_bridge", reply.text, reply.end)

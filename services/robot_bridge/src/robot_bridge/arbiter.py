@@ -3,39 +3,15 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 
+from contracts.causes import LimitCause, Refusal, SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
+from robot_bridge.safety import Restraint
 
 ZERO = Twist2D()
 LEASES_MAX = 32
 SOURCES_REMEMBERED_MAX = 256
-
-
-class Refusal(StrEnum):
-    """Why a request never became a lease."""
-
-    NOT_FINITE = "not_finite"
-    """A velocity that is no number."""
-    BAD_DURATION = "bad_duration"
-    """A lease that would not end, or last longer than a lease may."""
-    STALE = "stale"
-    """Decided too long ago."""
-    FROM_THE_FUTURE = "from_the_future"
-    """Stamped later than now."""
-    OUT_OF_ORDER = "out_of_order"
-    """Decided before the last one of the same source."""
-    OLD_EPOCH = "old_epoch"
-    """From before the last emergency stop (or from no epoch there ever was)."""
-    STOPPED = "stopped"
-    """The emergency stop is latched."""
-    RESERVED = "reserved"
-    """EMERGENCY and SAFETY belong to the bridge, and so do the names of its own sources."""
-    TOO_MANY = "too_many_leases"
-    """More sources at once than a robot can have."""
-    BASE_IS_BUSY = "base_is_busy"
-    """The base drives itself (docking or undocking)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,18 +59,32 @@ class Lease:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The winning lease's twist within all limits; zero when there is none. `reason` tells what was changed and why."""
+    """The winning lease's twist within all limits; zero when there is none. `causes` tell what changed it, in order."""
 
     twist: Twist2D
     source: str
-    reason: str
     wanted: Twist2D
+    causes: tuple[Restraint | LimitCause, ...] = ()
+
+    @property
+    def kinds(self) -> tuple[SafetyCause | LimitCause, ...]:
+        """The causes without their numbers."""
+        return tuple(cause.cause if isinstance(cause, Restraint) else cause for cause in self.causes)
+
+    @property
+    def stopping(self) -> Restraint | None:
+        """What keeps it from moving, where something does."""
+        restraints = (cause for cause in self.causes if isinstance(cause, Restraint))
+        return next((one for one in restraints if one.cause.ends_as is not None), None)
 
 
-NOTHING = Choice(ZERO, "none", "", ZERO)
+NOTHING = Choice(ZERO, "none", ZERO)
 """Nobody wants to move."""
 
-Restrain = Callable[[Twist2D], tuple[Twist2D, str]]
+STOPPED = Choice(ZERO, "emergency_stop", ZERO)
+"""The emergency stop is latched."""
+
+Restrain = Callable[[Twist2D], tuple[Twist2D, Restraint | None]]
 """The safety filter as the arbiter sees it: a twist in, a twist no faster out, and why."""
 
 
@@ -150,7 +140,7 @@ class Arbiter:
         if lease is None or lease.request.epoch != epoch:
             choice = NOTHING
         elif self._hands_over(lease.request):
-            choice = Choice(ZERO, lease.request.source, "a pause after the last source", _as_asked(lease.request))
+            choice = Choice(ZERO, lease.request.source, _as_asked(lease.request), (LimitCause.HANDOVER,))
         else:
             choice = self._limited(lease.request, elapsed_s, restrain)
         self._sent, self._sent_s = choice.twist, now_s
@@ -172,17 +162,17 @@ class Arbiter:
         )
 
     def _limited(self, request: Request, elapsed_s: float, restrain: Restrain) -> Choice:
-        limits, reasons = self.limits, list[str]()
+        limits, causes = self.limits, list[Restraint | LimitCause]()
         linear_x = _clip(request.linear_x, limits.speed_m_s_max)
         angular_z = _clip(request.angular_z, limits.turn_rad_s_max)
         if (linear_x, angular_z) != (request.linear_x, request.angular_z):
-            reasons.append("speed limit")
+            causes.append(LimitCause.SPEED)
         if linear_x < 0.0 and not request.allow_reverse:
             linear_x = 0.0
-            reasons.append("reverse is not allowed")
+            causes.append(LimitCause.NO_REVERSE)
         target, safety = restrain(Twist2D(linear_x=linear_x, angular_z=angular_z))
-        if safety:
-            reasons.append(safety)
+        if safety is not None:
+            causes.append(safety)
         twist = Twist2D(
             linear_x=_approach(self._sent.linear_x, target.linear_x, limits.acceleration_m_s2_max * elapsed_s),
             angular_z=_approach(
@@ -190,13 +180,13 @@ class Arbiter:
             ),
         )
         if twist != target:
-            reasons.append("acceleration limit")
+            causes.append(LimitCause.ACCELERATION)
             # the two axes gather speed differently, so this is another arc: where it must not be driven, it is not
             checked, why = restrain(twist)
-            if twist.linear_x != 0.0 and checked.linear_x == 0.0:
+            if why is not None and twist.linear_x != 0.0 and checked.linear_x == 0.0:
                 twist = checked
-                reasons.append(why)
-        return Choice(twist, request.source, "; ".join(reasons), _as_asked(request))
+                causes.append(why)
+        return Choice(twist, request.source, _as_asked(request), tuple(causes))
 
     def _refusal(self, request: Request, now_s: float, epoch: int) -> Refusal | None:
         if not all(map(math.isfinite, (request.linear_x, request.angular_z, request.stamp_s or 0.0))):

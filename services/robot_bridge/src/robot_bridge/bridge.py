@@ -5,11 +5,14 @@ import contextlib
 from collections import deque
 from collections.abc import AsyncGenerator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import structlog
 
+from contracts.causes import GoalCause
+from contracts.motion import MotionEnd
 from contracts.problem import Dependency
-from contracts.robot import BaseStopState, Goal, MotionReply, RobotState
+from contracts.robot import BaseStopState, Goal, RobotState
 from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VISION_OBJECT_SPOTTED
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
@@ -34,6 +37,8 @@ from robot_bridge.stopping import Stopping
 from robot_bridge.wheels import Wheels
 
 log = structlog.get_logger()
+
+R = TypeVar("R")
 
 NAVIGATION_EVENTS_MAX = 200
 TICK_AGE_S_MAX = 0.5
@@ -72,16 +77,16 @@ class Bridge:
         self.navigator.end_session(session_id)
         self.docking.end_session(session_id)
 
-    async def move(self, motion: Motion, *, name: str, epoch: int, session_id: str | None) -> MotionReply:
+    async def move(self, motion: Motion[R], *, name: str, epoch: int, session_id: str | None) -> R:
         """Runs a closed-loop motion to its end. Cancelled with the awaiting task."""
         loop = asyncio.get_running_loop()
-        reply: asyncio.Future[MotionReply] = loop.create_future()
+        reply: asyncio.Future[R] = loop.create_future()
 
-        def settle(value: MotionReply) -> None:
+        def settle(value: R) -> None:
             if not reply.done():
                 reply.set_result(value)
 
-        def done(value: MotionReply) -> None:  # called by the robot's thread
+        def done(value: R) -> None:  # called by the robot's thread
             loop.call_soon_threadsafe(settle, value)
 
         running = Running(motion, name, epoch, session_id, done)
@@ -89,7 +94,7 @@ class Bridge:
         try:
             return await reply
         except asyncio.CancelledError:
-            self.wheels.end_motion("the client went away", only=running)
+            self.wheels.end_motion(MotionEnd.CLIENT_LEFT, only=running)
             raise
 
     def state(self) -> RobotState:
@@ -256,7 +261,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("watch-dock", bridge.docking.watch())
         yield bridge
     finally:
-        navigator.stop("robot_bridge is shutting down")
+        navigator.stop(GoalCause.SHUT_DOWN)
         wheels.silence()
         await stopping.save()
         await bridge.recordings.close()  # the slowest: a supervisor may not wait for it

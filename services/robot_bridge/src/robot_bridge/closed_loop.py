@@ -2,33 +2,39 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
-from contracts.robot import MotionReply, Priority
-from robot_bridge.arbiter import ZERO, Choice, Request
-from robot_bridge.motion import Motion
+from contracts.geometry import Twist2D
+from contracts.motion import MotionEnd
+from contracts.robot import Priority
+from robot_bridge.arbiter import NOTHING, STOPPED, ZERO, Choice, Request
+from robot_bridge.motion import Ending, Motion
 from robot_bridge.senses import Odometry
+from robot_bridge.words import causes_in_words, restraint_in_words
 
 LEASE_S = 0.25
 
+R = TypeVar("R")
+
 
 @dataclass(frozen=True, slots=True)
-class Running:
+class Running(Generic[R]):
     """A closed-loop motion, and where its reply goes."""
 
-    motion: Motion
+    motion: Motion[R]
     name: str
     epoch: int
     session_id: str | None
-    done: Callable[[MotionReply], None]
+    done: Callable[[R], None]
 
 
 class ClosedLoop:
     """Not locked: `Wheels` calls it under its lock."""
 
     def __init__(self) -> None:
-        self.running: Running | None = None
+        self.running: Running[Any] | None = None
 
-    def begin(self, running: Running) -> None:
+    def begin(self, running: Running[Any]) -> None:
         self.running = running
 
     def step(self, odometry: Odometry | None, now_s: float, last: Choice | None) -> Request | str | None:
@@ -36,9 +42,9 @@ class ClosedLoop:
         if (running := self.running) is None:
             return None
         mine = last is not None and last.source == running.name
-        why = "" if last is None else last.reason if mine else f"{last.source} has the wheels"
-        wanted = running.motion.step(odometry, now_s, last.twist if last is not None and mine else ZERO, why)
-        if isinstance(wanted, MotionReply):
+        sent = last.twist if last is not None and mine else ZERO
+        wanted = running.motion.step(odometry, now_s, sent, held_by(last, running.name))
+        if not isinstance(wanted, Twist2D):
             self.running = None
             running.done(wanted)
             return running.name
@@ -53,10 +59,24 @@ class ClosedLoop:
             session_id=running.session_id,
         )
 
-    def end(self, reason: str) -> str | None:
+    def end(self, ending: Ending) -> str | None:
         """Gives up the motion under way; the name of its source, none where nothing ran."""
         if (running := self.running) is None:
             return None
         self.running = None
-        running.done(MotionReply(completed=False, moved=running.motion.moved, reason=reason))
+        running.done(running.motion.ended(ending))
         return running.name
+
+
+def held_by(last: Choice | None, source: str) -> Ending:
+    """How a motion of `source` ends that stands still because of what was sent last."""
+    if last is None or last.source == NOTHING.source:
+        return Ending(MotionEnd.HELD_BACK)
+    if last.source == STOPPED.source:
+        return Ending(MotionEnd.STOPPED)
+    if last.source != source:
+        return Ending(MotionEnd.PREEMPTED, text=f"{last.source} has the wheels")
+    stopping = last.stopping
+    if stopping is None or stopping.cause.ends_as is None:
+        return Ending(MotionEnd.HELD_BACK, text=causes_in_words(last.causes))
+    return Ending(stopping.cause.ends_as, stopping.hazards, restraint_in_words(stopping))

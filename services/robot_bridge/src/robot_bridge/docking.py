@@ -4,8 +4,10 @@ import asyncio
 from collections.abc import Coroutine
 from typing import Any
 
+from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
-from contracts.robot import GoalRequest, GoalStatus, MotionReply
+from contracts.motion import BaseEnd, BaseReply
+from contracts.robot import GoalRequest, GoalStatus
 from mesh.clock import Clock
 from mesh.errors import ConflictError
 from robot_bridge.dock_place import DockPlace
@@ -37,7 +39,7 @@ class Docking:
         self._under_way = asyncio.Lock()
         self._patience: asyncio.Timeout | None = None
         self._session_id: str | None = None
-        self._given_up_because = ""
+        self._given_up = BaseEnd.TIMED_OUT
 
     @property
     def dock_pose(self) -> Pose2D | None:
@@ -50,47 +52,47 @@ class Docking:
             self._place.learn(self._look(), self._maps.current)
             await self._clock.sleep(1.0)
 
-    async def dock(self, session_id: str | None) -> MotionReply:
+    async def dock(self, session_id: str | None) -> BaseReply:
         """Raises `ConflictError` with the reason where it cannot even begin."""
         self._check("docking", session_id)
         snapshot = self._look()
         if snapshot.dock is not None and snapshot.dock.is_docked:
-            return MotionReply(completed=True, moved=0.0, reason="it is docked already")
+            return _reply(BaseEnd.ALREADY_THERE)
         before = self._before_the_dock(snapshot)
         return await self._bounded(session_id, self._onto_the_dock(before, session_id))
 
-    async def undock(self, session_id: str | None) -> MotionReply:
+    async def undock(self, session_id: str | None) -> BaseReply:
         self._check("undocking", session_id)
         snapshot = self._look()
         if snapshot.dock is not None and not snapshot.dock.is_docked:
-            raise ConflictError("it is not docked")
+            raise ConflictError("it is not docked", code=Refusal.NOT_DOCKED)
         return await self._bounded(session_id, self._base_drives(docking=False))
 
-    def stop(self, why: str) -> None:
+    def stop(self, end: BaseEnd) -> None:
         """Gives up what is under way, Nav2's goal or what the base does by itself (emergency stop)."""
         if (patience := self._patience) is not None and not patience.expired():
-            self._patience, self._given_up_because = None, why
+            self._patience, self._given_up = None, end
             patience.reschedule(asyncio.get_running_loop().time())
 
     def end_session(self, session_id: str) -> None:
         if self._session_id == session_id:
-            self.stop("the session ended")
+            self.stop(BaseEnd.SESSION_ENDED)
 
-    async def _bounded(self, session_id: str | None, work: Coroutine[Any, Any, MotionReply]) -> MotionReply:
+    async def _bounded(self, session_id: str | None, work: Coroutine[Any, Any, BaseReply]) -> BaseReply:
         """Its reply, or why it was given up: past its time, or by `stop`."""
         async with self._under_way:
-            self._session_id, self._given_up_because = session_id, "timeout"
+            self._session_id, self._given_up = session_id, BaseEnd.TIMED_OUT
             try:
                 async with asyncio.timeout(self._settings.dock_timeout_s) as self._patience:
                     return await work
             except TimeoutError:
-                return MotionReply(completed=False, moved=0.0, reason=self._given_up_because)
+                return _reply(self._given_up)
             finally:
                 self._patience = self._session_id = None
 
-    async def _onto_the_dock(self, before: Pose2D | None, session_id: str | None) -> MotionReply:
+    async def _onto_the_dock(self, before: Pose2D | None, session_id: str | None) -> BaseReply:
         if before is not None and (why := await self._drive_to(before, session_id)):
-            return MotionReply(completed=False, moved=0.0, reason=why)
+            return _reply(BaseEnd.NOT_BEFORE_DOCK, why)
         return await self._base_drives(docking=True)
 
     def _look(self) -> Snapshot:
@@ -100,7 +102,7 @@ class Docking:
         self._wheels.check(self._wheels.stop_state.epoch, session_id)
         refuse_while_navigating(self._navigator, what)
         if self._under_way.locked():
-            raise ConflictError("it is docking or undocking already")
+            raise ConflictError("it is docking or undocking already", code=Refusal.DOCKING_UNDER_WAY)
 
     def _before_the_dock(self, snapshot: Snapshot) -> Pose2D | None:
         """The pose to drive to first; none where the base can see its dock and had better go from where it is."""
@@ -113,7 +115,8 @@ class Docking:
             where = elsewhere if self._place.is_known_elsewhere(self._maps.current) else ""
             raise ConflictError(
                 f"where the dock is, is not known{where}, and the base does not see it: "
-                "put the robot on its dock once, or set ROBOT_BRIDGE_DOCK_POSE"
+                "put the robot on its dock once, or set ROBOT_BRIDGE_DOCK_POSE",
+                code=Refusal.DOCK_UNKNOWN,
             )
         before = compose(dock, Pose2D(x=-self._settings.predock_distance_m, y=0.0, yaw=0.0))
         missing = "its place on the map is not known" if snapshot.pose is None else ""
@@ -121,7 +124,8 @@ class Docking:
         if missing:
             if visible:
                 return None
-            raise ConflictError(f"the dock is out of sight and it cannot drive there: {missing}")
+            why = f"the dock is out of sight and it cannot drive there: {missing}"
+            raise ConflictError(why, code=Refusal.DOCK_OUT_OF_REACH)
         near = snapshot.pose is not None and apart_m(before, snapshot.pose) < NEAR_M
         return None if near and visible else before
 
@@ -138,13 +142,13 @@ class Docking:
         try:
             goal = await self._navigator.over(goal.id)
         except asyncio.CancelledError:
-            self._navigator.stop("docking ended")
+            self._navigator.stop(GoalCause.DOCKING_ENDED)
             raise
         if goal.status is GoalStatus.SUCCEEDED:
             return ""
         return f"it did not get in front of the dock: {goal.status} {goal.error_msg}".strip()
 
-    async def _base_drives(self, *, docking: bool) -> MotionReply:
+    async def _base_drives(self, *, docking: bool) -> BaseReply:
         wheels = self._wheels
         epoch = wheels.stop_state.epoch
         wheels.check(epoch, None)
@@ -154,11 +158,14 @@ class Docking:
         finally:
             wheels.set_base_busy(False)
         if wheels.stop_state.epoch != epoch:
-            return MotionReply(completed=False, moved=0.0, reason="emergency stop")
-        return MotionReply(completed=done, moved=0.0, reason="" if done else self._why_the_base_gave_up(docking))
+            return _reply(BaseEnd.STOPPED)
+        return _reply(BaseEnd.COMPLETED if done else self._gave_up(docking))
 
-    def _why_the_base_gave_up(self, docking: bool) -> str:
+    def _gave_up(self, docking: bool) -> BaseEnd:
         dock = self._look().dock
-        if docking and dock is not None and not dock.dock_visible:
-            return "the base gave up: it does not see the dock"
-        return "the base gave up"
+        unseen = docking and dock is not None and not dock.dock_visible
+        return BaseEnd.DOCK_NOT_SEEN if unseen else BaseEnd.GAVE_UP
+
+
+def _reply(end: BaseEnd, text: str = "") -> BaseReply:
+    return BaseReply(end=end, text=text or end.sentence)

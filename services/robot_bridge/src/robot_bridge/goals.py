@@ -5,6 +5,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from contracts.causes import GoalCause
 from contracts.robot import Goal, GoalMode, GoalStatus
 from mesh.errors import NotFoundError
 from robot_bridge.navigation import moved_on
@@ -28,6 +29,8 @@ class Active:
     """Only pictures later than this count as sightings."""
     accepted: AcceptedGoal | None = None
     ending_as: GoalStatus | None = None
+    cause: GoalCause = GoalCause.NAV2
+    """Of the end that was asked for, with `ending_as`."""
     why: str = ""
     progress_told_s: float | None = None
     over: asyncio.Event = field(default_factory=asyncio.Event)

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from contracts.causes import Refusal
 from contracts.geometry import Pose2D
 from contracts.robot import MAP_CELLS_MAX
 from geometry.grids import MapError, coarser, of_values
@@ -65,6 +66,6 @@ def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
 def check_in_map(grid: Grid | None, pose: Pose2D) -> None:
     """Raises `UnavailableError` where there is no map yet, `UnprocessableError` where the pose makes no sense in it."""
     if grid is None:
-        raise UnavailableError("map", "no map has been received")
+        raise UnavailableError("map", "no map has been received", code=Refusal.NO_MAP)
     if why := why_not_in(grid, pose):
-        raise UnprocessableError(why)
+        raise UnprocessableError(why, code=Refusal.OUTSIDE_MAP)

@@ -1,12 +1,14 @@
 """Turning and driving closed on odometry: a step at every tick, until done or given up. Pure: time is passed in."""
 
 import math
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from simple_pid import PID
 
 from contracts.geometry import Twist2D
-from contracts.robot import MotionGains, MotionReply
+from contracts.motion import DriveReply, Hazard, MotionEnd, RotateReply
+from contracts.robot import MotionGains
 from robot_bridge.senses import Odometry
 from robot_bridge.transforms import wrap
 
@@ -23,16 +25,37 @@ class Tuning:
         self.gains = gains
 
 
-class Motion(Protocol):
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a motion ends: `hazards` those that ended it, `text` for a person, where there is more to say than the end's
+    own sentence.
+    """
+
+    end: MotionEnd
+    hazards: frozenset[Hazard] = frozenset()
+    text: str = ""
+
+    @property
+    def in_words(self) -> str:
+        return self.text or self.end.sentence
+
+
+R_co = TypeVar("R_co", covariant=True)
+
+
+class Motion(Protocol[R_co]):
     """A closed-loop motion. `step` gives the next velocity, or the reply when it is over."""
 
     allow_reverse: bool
 
-    @property
-    def moved(self) -> float: ...
+    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | R_co:
+        """`odometry` is none when it is too old to act on; `sent` is what the last wish became, `held` how it ends
+        should it go on like that without moving.
+        """
+        ...
 
-    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, why: str) -> Twist2D | MotionReply:
-        """`odometry` is none when it is too old to act on; `sent` is what the last wish became, `why` it differed."""
+    def ended(self, ending: Ending) -> R_co:
+        """The reply, should it end now."""
         ...
 
 
@@ -61,7 +84,7 @@ class _Patience:
         self._free_s = 0.0
         self._seeing_s = 0.0
 
-    def over(self, now_s: float, *, blind: bool, moving: bool, why: str, blocked_s_max: float) -> str | None:
+    def over(self, now_s: float, *, blind: bool, moving: bool, held: Ending, blocked_s_max: float) -> Ending | None:
         if self._started_s is None:
             self._started_s = self._free_s = self._seeing_s = now_s
         if not blind:
@@ -69,11 +92,11 @@ class _Patience:
         if moving:
             self._free_s = now_s
         if now_s - self._started_s > self._timeout_s:
-            return "timeout"
+            return Ending(MotionEnd.TIMED_OUT)
         if now_s - self._seeing_s > BLIND_S_MAX:
-            return "no odometry"
+            return Ending(MotionEnd.NO_ODOMETRY)
         if now_s - self._free_s > blocked_s_max:
-            return why or "blocked"
+            return held
         return None
 
 
@@ -91,16 +114,17 @@ class Rotation:
         self._last_yaw: float | None = None
         self.turned_rad = 0.0
 
-    @property
-    def moved(self) -> float:
-        return self.turned_rad
+    def ended(self, ending: Ending) -> RotateReply:
+        return RotateReply(
+            end=ending.end, turned_rad=self.turned_rad, hazards=tuple(sorted(ending.hazards)), text=ending.in_words
+        )
 
-    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, why: str) -> Twist2D | MotionReply:
+    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | RotateReply:
         gains, moving = self._tuning.gains, abs(sent.angular_z) > 1e-3
         blind = odometry is None
-        over = self._patience.over(now_s, blind=blind, moving=moving, why=why, blocked_s_max=gains.blocked_s_max)
+        over = self._patience.over(now_s, blind=blind, moving=moving, held=held, blocked_s_max=gains.blocked_s_max)
         if over is not None:
-            return MotionReply(completed=False, moved=self.turned_rad, reason=over)
+            return self.ended(over)
         if odometry is None:
             return Twist2D()
         yaw = odometry.pose.yaw
@@ -108,7 +132,7 @@ class Rotation:
         self._last_yaw = yaw
         left_rad = self._angle_rad - self.turned_rad
         if abs(left_rad) <= gains.turn_tolerance_rad:
-            return MotionReply(completed=True, moved=self.turned_rad)
+            return self.ended(Ending(MotionEnd.COMPLETED))
         limit = self._speed_rad_s
         wanted = self._loop(left_rad, now_s, (gains.heading_kp, gains.heading_ki, gains.heading_kd), limit)
         return Twist2D(angular_z=_at_least(wanted, min(limit, gains.turn_rad_s_min), left_rad))
@@ -129,16 +153,17 @@ class Drive:
         self._start: Odometry | None = None
         self.driven_m = 0.0
 
-    @property
-    def moved(self) -> float:
-        return self.driven_m
+    def ended(self, ending: Ending) -> DriveReply:
+        return DriveReply(
+            end=ending.end, driven_m=self.driven_m, hazards=tuple(sorted(ending.hazards)), text=ending.in_words
+        )
 
-    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, why: str) -> Twist2D | MotionReply:
+    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | DriveReply:
         gains, moving = self._tuning.gains, abs(sent.linear_x) > 1e-3
         blind = odometry is None
-        over = self._patience.over(now_s, blind=blind, moving=moving, why=why, blocked_s_max=gains.blocked_s_max)
+        over = self._patience.over(now_s, blind=blind, moving=moving, held=held, blocked_s_max=gains.blocked_s_max)
         if over is not None:
-            return MotionReply(completed=False, moved=self.driven_m, reason=over)
+            return self.ended(over)
         if odometry is None:
             return Twist2D()
         start = self._start = self._start or odometry
@@ -147,7 +172,7 @@ class Drive:
         self.driven_m = dx * math.cos(heading) + dy * math.sin(heading)
         left_m = self._distance_m - self.driven_m
         if abs(left_m) <= gains.drive_tolerance_m or left_m * self._distance_m < 0.0:
-            return MotionReply(completed=True, moved=self.driven_m)
+            return self.ended(Ending(MotionEnd.COMPLETED))
         limit = self._speed_m_s
         speed = self._distance_loop(left_m, now_s, (gains.drive_kp, gains.drive_ki, gains.drive_kd), limit)
         turn = self._heading_loop(

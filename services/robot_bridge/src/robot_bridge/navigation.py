@@ -1,5 +1,6 @@
 """The life of a navigation goal, as data: which state may follow which, and what an error code means. Pure."""
 
+from contracts.causes import GoalCause
 from contracts.robot import Goal, GoalStatus
 
 ALLOWED: dict[GoalStatus, frozenset[GoalStatus]] = {
@@ -65,6 +66,7 @@ def moved_on(
     status: GoalStatus,
     *,
     stamp_s: float,
+    cause: GoalCause | None = None,
     error_code: int = 0,
     error_msg: str = "",
     distance_remaining_m: float | None = None,
@@ -72,11 +74,12 @@ def moved_on(
     """The goal in its next state; raises `ValueError` for a step the table does not have."""
     if status != goal.status and status not in ALLOWED[goal.status]:
         raise ValueError(f"{goal.status} cannot become {status}")
-    message = error_msg or error_name(error_code)
+    message = error_msg or error_name(error_code) or (cause.sentence if cause is not None else "")
     return goal.model_copy(
         update={
             "status": status,
             "stamp_s": stamp_s,
+            "cause": cause,
             "error_code": error_code,
             "error_name": error_name(error_code),
             "error_msg": message,

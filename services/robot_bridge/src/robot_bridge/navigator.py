@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 
 import structlog
 
+from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalMode, GoalRequest, GoalStatus, NavigationState, PathReply, PathRequest, Sighting
 from contracts.vision import ObjectSpotted
@@ -74,7 +75,7 @@ class Navigator:
         self._check(request)
         async with self._sending:
             await self._need_nav2(self._settings.nav2_active_wait_s)
-            await self._end_active("another goal took over")
+            await self._end_active(GoalCause.PREEMPTED)
             if request.clear_costmaps:
                 await self._preflight.clear_costmaps(self._clock)
             place = self._place(request.pose, request)
@@ -82,16 +83,16 @@ class Navigator:
             self._check(request)
             return await self._begin(request, place, checked)
 
-    async def cancel(self, goal_id: str, why: str = "requested") -> Goal:
+    async def cancel(self, goal_id: str, cause: GoalCause = GoalCause.CANCELED) -> Goal:
         """Asks for the end and waits a little for it; the reply tells how far it came."""
         goal = self.goal(goal_id)
         active = self._active
         if active is not None and active.goal_id == goal_id:
-            self._end_soon(active, GoalStatus.CANCELED, why)
+            self._end_soon(active, GoalStatus.CANCELED, cause)
             try:
                 await asyncio.wait_for(active.over.wait(), CANCEL_S_MAX)
             except TimeoutError:
-                self._finish(active, GoalEnd(GoalStatus.CANCELED, error_msg=f"{why}; Nav2 has not confirmed it"))
+                self._finish(active, GoalEnd(GoalStatus.CANCELED), cause)
             goal = self.goal(goal_id)
         return goal
 
@@ -101,16 +102,16 @@ class Navigator:
             await active.over.wait()
         return self.goal(goal_id)
 
-    def stop(self, why: str) -> None:
+    def stop(self, cause: GoalCause) -> None:
         """Ends the goal at once, whatever Nav2 answers (emergency stop, docking)."""
         if (active := self._active) is not None:
             if active.accepted is not None:
                 active.accepted.cancel()
-            self._finish(active, GoalEnd(GoalStatus.CANCELED, error_msg=why))
+            self._finish(active, GoalEnd(GoalStatus.CANCELED), cause)
 
     def end_session(self, session_id: str) -> None:
         if (active := self._active) is not None and active.session_id == session_id:
-            self.stop("the session ended")
+            self.stop(GoalCause.SESSION_ENDED)
 
     async def sighted(self, spotted: ObjectSpotted) -> None:
         """The target was seen: ends an exploration's goal, measures for an approach (requirement A13)."""
@@ -120,7 +121,7 @@ class Navigator:
         if spotted.stamp_s <= active.seen_from_s:
             return
         if active.mode is GoalMode.EXPLORATION:
-            self._end_soon(active, GoalStatus.CANCELED, f"{spotted.target.description} was sighted")
+            self._end_soon(active, GoalStatus.CANCELED, GoalCause.SIGHTED, f"{spotted.target.description} was sighted")
         sighting = await self._measure(spotted)
         goal = self._goals.get(active.goal_id)
         self._goals.keep(goal.model_copy(update={"sighting": sighting, "stamp_s": self._clock.now_s()}))
@@ -145,7 +146,7 @@ class Navigator:
         senses = self._robot.senses
         await senses.nav2_missing.wait_for(lambda _: not senses.why_no_nav2(self._clock.now_s()), wait_s)
         if missing := senses.why_no_nav2(self._clock.now_s()):
-            raise UnavailableError("nav2", missing)
+            raise UnavailableError("nav2", missing, code=Refusal.NO_NAV2)
 
     async def _begin(self, request: GoalRequest, place: Place, checked: Checked | None) -> Goal:
         now_s = self._clock.now_s()
@@ -171,15 +172,15 @@ class Navigator:
         self._active = active
         self._goals.keep(goal)
         if checked is not None and checked.hopeless:
-            self._finish(active, GoalEnd(GoalStatus.ABORTED, checked.error_code, checked.reason))
+            self._finish(active, GoalEnd(GoalStatus.ABORTED, checked.error_code, checked.reason), GoalCause.UNREACHABLE)
             return self._goals.get(goal.id)
         try:
             await self._ask_nav2(active, pose)
         except UnavailableError as error:
-            self._finish(active, GoalEnd(GoalStatus.ABORTED, error_msg=error.detail))
+            self._finish(active, GoalEnd(GoalStatus.ABORTED, error_msg=error.detail), GoalCause.NAV2_GONE)
             raise
         except asyncio.CancelledError:  # an answer that comes now is nobody's goal: the adapter cancels it
-            self._finish(active, GoalEnd(GoalStatus.CANCELED, error_msg="whoever asked for it has gone"))
+            self._finish(active, GoalEnd(GoalStatus.CANCELED), GoalCause.CLIENT_LEFT)
             raise
         if active.accepted is not None and self._active is active:
             self._goals.keep(moved_on(self._goals.get(goal.id), GoalStatus.EXECUTING, stamp_s=self._clock.now_s()))
@@ -192,7 +193,7 @@ class Navigator:
         if active.accepted is None:
             first = self._goals.get(active.goal_id).status is GoalStatus.PENDING
             rejected = GoalStatus.REJECTED if first else GoalStatus.ABORTED
-            self._finish(active, GoalEnd(rejected, error_msg="Nav2 rejected the goal"))
+            self._finish(active, GoalEnd(rejected), GoalCause.REJECTED)
         elif self._active is not active or active.ending_as is not None:
             active.accepted.cancel()  # stopped, or its session ended, while Nav2 was thinking
 
@@ -209,7 +210,8 @@ class Navigator:
             try:
                 await self._try_again(active, end, attempt + 1)
             except UnavailableError as error:
-                self._finish(active, GoalEnd(GoalStatus.ABORTED, end.error_code, f"{end.error_msg}; {error.detail}"))
+                gone = GoalEnd(GoalStatus.ABORTED, end.error_code, f"{end.error_msg}; {error.detail}")
+                self._finish(active, gone, GoalCause.NAV2_GONE)
 
     async def _try_again(self, active: Active, end: GoalEnd, attempt: int) -> None:
         """From where the robot stands, costmaps cleared; from the third time on to a roomier pose on the ring."""
@@ -240,41 +242,45 @@ class Navigator:
                 await asyncio.wait({end}, timeout=0.25)
                 now_s = self._clock.now_s()
                 if now_s > active.deadline_s and active.ending_as is None:
-                    self._end_soon(active, GoalStatus.TIMED_OUT, "the goal's time is up")
+                    self._end_soon(active, GoalStatus.TIMED_OUT, GoalCause.TIMED_OUT)
                 if active.ending_as is not None and grace_s is None:
                     grace_s = now_s + CANCEL_S_MAX
                 if missing := self._robot.senses.why_no_nav2(now_s):
-                    self._finish(active, GoalEnd(GoalStatus.ABORTED, error_msg=f"Nav2 is gone: {missing}"))
+                    gone = GoalEnd(GoalStatus.ABORTED, error_msg=f"Nav2 is gone: {missing}")
+                    self._finish(active, gone, GoalCause.NAV2_GONE)
                 elif grace_s is not None and now_s > grace_s:
-                    self._finish(active, GoalEnd(GoalStatus.CANCELED, error_msg="Nav2 has not confirmed the end"))
+                    self._finish(active, GoalEnd(GoalStatus.CANCELED), active.cause)
             return end.result() if end.done() and self._active is active else None
         finally:
             end.cancel()
 
-    async def _end_active(self, why: str) -> None:
+    async def _end_active(self, cause: GoalCause) -> None:
         if (active := self._active) is not None:
-            await self.cancel(active.goal_id, why)
+            await self.cancel(active.goal_id, cause)
 
-    def _end_soon(self, active: Active, status: GoalStatus, why: str) -> None:
+    def _end_soon(self, active: Active, status: GoalStatus, cause: GoalCause, why: str = "") -> None:
         """Nav2's velocity stops passing now; the goal ends when Nav2 confirms."""
         if active.ending_as is None:
-            active.ending_as, active.why = status, why
+            active.ending_as, active.cause, active.why = status, cause, why
         self._wheels.close_navigation(active.goal_id)
         if active.accepted is not None:
             active.accepted.cancel()
 
-    def _finish(self, active: Active, end: GoalEnd) -> None:
+    def _finish(self, active: Active, end: GoalEnd, cause: GoalCause | None = GoalCause.NAV2) -> None:
         if self._active is not active:
             return
         self._active = None
         self._wheels.close_navigation(active.goal_id)
         status, message = end.status, end.error_msg
-        if active.ending_as is not None and status is not GoalStatus.SUCCEEDED:
-            status, message = active.ending_as, active.why or message
+        if status is GoalStatus.SUCCEEDED:
+            cause = None
+        elif active.ending_as is not None:
+            status, cause, message = active.ending_as, active.cause, active.why or active.cause.sentence
         goal = self._goals.get(active.goal_id)
         if not is_over(goal.status):
             now_s = self._clock.now_s()
-            self._goals.keep(moved_on(goal, status, stamp_s=now_s, error_code=end.error_code, error_msg=message))
+            over = moved_on(goal, status, stamp_s=now_s, cause=cause, error_code=end.error_code, error_msg=message)
+            self._goals.keep(over)
         active.over.set()
 
     def _progress(self, active: Active, left_m: float) -> None:
@@ -285,4 +291,5 @@ class Navigator:
 def refuse_while_navigating(navigator: Navigator, what: str) -> None:
     """Raises `ConflictError` where `what` would fight with a goal for the wheels."""
     if navigator.goal_id is not None:
-        raise ConflictError(f"{what} has to wait: goal {navigator.goal_id} is under way")
+        why = f"{what} has to wait: goal {navigator.goal_id} is under way"
+        raise ConflictError(why, code=Refusal.GOAL_UNDER_WAY)

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
-from robot_bridge.senses import Hazard
+from contracts.motion import Hazard
 
 NO_FORWARD = frozenset({Hazard.BUMP, Hazard.CLIFF, Hazard.STALL})
 NO_REVERSE = frozenset({Hazard.BACKUP_LIMIT, Hazard.STALL})
@@ -47,23 +48,36 @@ class Surroundings:
     hazards: frozenset[Hazard] = frozenset()
 
 
-def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tuple[Twist2D, str]:
-    """The twist, never faster and never turned round, and why it differs ('' when it does not)."""
+@dataclass(frozen=True, slots=True)
+class Restraint:
+    """Why the filter left less of a velocity than was wanted, and the numbers it went by."""
+
+    cause: SafetyCause
+    forward: bool = True
+    """Whether it was the way ahead that counted, or the way back."""
+    free_m: float = math.inf
+    scan_age_s: float = 0.0
+    hazards: frozenset[Hazard] = frozenset()
+    """Those that forbid this motion."""
+
+
+def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tuple[Twist2D, Restraint | None]:
+    """The twist, never faster and never turned round, and why it differs (None when it does not)."""
     if twist == Twist2D():
-        return twist, ""
-    if why := _no_motion_because(around, limits):
-        return Twist2D(), why
+        return twist, None
+    if (cause := _no_motion_because(around, limits)) is not None:
+        return Twist2D(), _restraint(cause, twist, around)
     if twist.linear_x == 0.0:
-        return twist, ""
+        return twist, None
     points_m = seen_from_here(around.points_m, around.measured, around.scan_age_s or 0.0)
     free_m = free_travel_m(points_m, twist, limits.footprint_radius_m + limits.side_margin_m)
-    if why := _no_translation_because(twist.linear_x, free_m, around, limits):
-        return Twist2D(angular_z=twist.angular_z), why
+    if (cause := _no_translation_because(twist.linear_x, free_m, around, limits)) is not None:
+        return Twist2D(angular_z=twist.angular_z), _restraint(cause, twist, around, free_m)
     factor = slowdown(free_m, limits)
     if factor >= 1.0:
-        return twist, ""
+        return twist, None
     slowed = Twist2D(linear_x=twist.linear_x * factor, angular_z=twist.angular_z * factor)
-    return slowed, f"slowed: {free_m:.2f} m free {_where(twist.linear_x)}"
+    return slowed, _restraint(SafetyCause.SLOWED, twist, around, free_m)
 
 
 def seen_from_here(points_m: NDArray[np.float64], measured: Twist2D, age_s: float) -> NDArray[np.float64]:
@@ -116,26 +130,37 @@ def free_travel_m(points_m: NDArray[np.float64], twist: Twist2D, radius_m: float
     return float(arc_rad.min()) * turn_radius_m
 
 
-def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> str:
+def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> SafetyCause | None:
     if Hazard.WHEEL_DROP in around.hazards:
-        return "a wheel hangs in the air"
+        return SafetyCause.WHEEL_DROP
     if around.scan_age_s is None or around.scan_age_s > limits.scan_age_to_turn_s_max:
-        return "no laser scan"
-    return ""
+        return SafetyCause.NO_SCAN
+    return None
 
 
-def _no_translation_because(linear_x: float, free_m: float, around: Surroundings, limits: SafetyLimits) -> str:
-    blocking = around.hazards & (NO_FORWARD if linear_x > 0.0 else NO_REVERSE)
+def _no_translation_because(
+    linear_x: float, free_m: float, around: Surroundings, limits: SafetyLimits
+) -> SafetyCause | None:
     known = around.known_ahead if linear_x > 0.0 else around.known_behind
-    reasons = {
-        f"the laser scan is {around.scan_age_s:.1f} s old": (around.scan_age_s or 0.0) > limits.scan_age_s_max,
-        f"the laser is blind {_where(linear_x)}": known < limits.known_fraction_min,
-        "no odometry": around.odometry_age_s is None or around.odometry_age_s > limits.odometry_age_s_max,
-        f"hazard: {', '.join(sorted(blocking))}": bool(blocking),
-        f"obstacle {_where(linear_x)}": free_m <= limits.stop_distance_m,
+    applies = {
+        SafetyCause.OLD_SCAN: (around.scan_age_s or 0.0) > limits.scan_age_s_max,
+        SafetyCause.BLIND: known < limits.known_fraction_min,
+        SafetyCause.NO_ODOMETRY: around.odometry_age_s is None or around.odometry_age_s > limits.odometry_age_s_max,
+        SafetyCause.HAZARD: bool(_forbidding(linear_x, around)),
+        SafetyCause.OBSTACLE: free_m <= limits.stop_distance_m,
     }
-    return next((reason for reason, applies in reasons.items() if applies), "")
+    return next((cause for cause, yes in applies.items() if yes), None)
 
 
-def _where(linear_x: float) -> str:
-    return "ahead" if linear_x > 0.0 else "behind"
+def _restraint(cause: SafetyCause, twist: Twist2D, around: Surroundings, free_m: float = math.inf) -> Restraint:
+    return Restraint(
+        cause=cause,
+        forward=twist.linear_x >= 0.0,
+        free_m=free_m,
+        scan_age_s=around.scan_age_s or 0.0,
+        hazards=_forbidding(twist.linear_x, around) if cause is SafetyCause.HAZARD else frozenset(),
+    )
+
+
+def _forbidding(linear_x: float, around: Surroundings) -> frozenset[Hazard]:
+    return around.hazards & (NO_FORWARD if linear_x > 0.0 else NO_REVERSE)

@@ -2,12 +2,12 @@
 
 import asyncio
 from dataclasses import dataclass, field, fields
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
+from contracts.motion import Hazard
 from contracts.robot import BaseStopState, Battery
 from geometry.grids import OccupancyGrid
 from robot_bridge.frames import FrameTree, PoseBuffer
@@ -90,17 +90,6 @@ class DockView:
 
     is_docked: bool
     dock_visible: bool = False
-
-
-class Hazard(StrEnum):
-    """Create 3's hazards, by its own names."""
-
-    BACKUP_LIMIT = "BACKUP_LIMIT"
-    BUMP = "BUMP"
-    CLIFF = "CLIFF"
-    STALL = "STALL"
-    WHEEL_DROP = "WHEEL_DROP"
-    OBJECT_PROXIMITY = "OBJECT_PROXIMITY"
 
 
 class HazardMailbox(Mailbox[frozenset[Hazard]]):

@@ -5,6 +5,7 @@ import uuid
 from collections import OrderedDict
 from dataclasses import dataclass
 
+from contracts.causes import Refusal
 from mesh.errors import ConflictError, TooManyError
 
 SESSIONS_MAX = 64
@@ -56,7 +57,7 @@ class Sessions:
     def check(self, session_id: str | None) -> None:
         """Raises `ConflictError` for an ended or unknown session; a request without one is bound to none."""
         if session_id is not None and not self.is_open(session_id):
-            raise ConflictError("the session is unknown or has ended")
+            raise ConflictError("the session is unknown or has ended", code=Refusal.SESSION_OVER)
 
     def end_silent(self, now_s: float) -> tuple[str, ...]:
         """Ends and returns the sessions not heard of for the timeout."""

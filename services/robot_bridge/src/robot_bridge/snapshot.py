@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 from contracts.geometry import Pose2D
+from contracts.motion import Hazard
 from contracts.robot import Battery, SensorStatus
-from robot_bridge.senses import DockView, Grid, Hazard, Odometry, Scan, Senses
+from robot_bridge.senses import DockView, Grid, Odometry, Scan, Senses
 from robot_bridge.settings import Settings
 
 

@@ -5,6 +5,8 @@ import contextlib
 
 import structlog
 
+from contracts.causes import GoalCause
+from contracts.motion import BaseEnd
 from contracts.robot import BaseStopState, EmergencyStop, EmergencyStopAction, EmergencyStopEvent
 from contracts.topics import ROBOT_EMERGENCY_STOP
 from mesh.bus import Bus
@@ -59,8 +61,8 @@ class Stopping:
         state, first_zero_ms = self._wheels.stop(reason=reason, by=by)
         self._robot.engage_base_stop(True)
         self._robot.cancel_all_goals()
-        self._navigator.stop("emergency stop")
-        self._docking.stop("emergency stop")
+        self._navigator.stop(GoalCause.STOPPED)
+        self._docking.stop(BaseEnd.STOPPED)
         self._store(state)
         return state, first_zero_ms
 

@@ -8,25 +8,30 @@ import asyncio
 import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
 from prometheus_client import Counter
 
+from contracts.causes import Refusal
 from contracts.geometry import Twist2D
+from contracts.motion import EndedMotion, MotionEnd, RotateReply
 from contracts.robot import EmergencyStop, Priority
 from mesh.clock import Clock
 from mesh.errors import ConflictError
 from robot_bridge import emergency_stop
-from robot_bridge.arbiter import NOTHING, ZERO, Arbiter, Choice, Limits, Refusal, Request
+from robot_bridge.arbiter import NOTHING, STOPPED, ZERO, Arbiter, Choice, Limits, Request
 from robot_bridge.closed_loop import ClosedLoop, Running
 from robot_bridge.mailbox import Mailbox
+from robot_bridge.motion import Ending
 from robot_bridge.safety import SafetyLimits, restrain
 from robot_bridge.senses import Senses
 from robot_bridge.sessions import Sessions
 from robot_bridge.surroundings import fresh_odometry, surroundings
+from robot_bridge.words import refusal_in_words
 
 NAVIGATION_SOURCE = "cmd_vel_nav"
 NAVIGATION_LEASE_S = 0.25
-OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", "emergency_stop", NOTHING.source})
+OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", STOPPED.source, NOTHING.source})
 """Names that nobody outside may ask under: he would replace the bridge's own lease."""
 STOP_BURST = 10
 REFUSED = Counter("robot_bridge_velocity_refused_total", "velocity requests that never became a lease", ["reason"])
@@ -97,7 +102,7 @@ class Wheels:
                 self._on_session_ended(session_id)
             self._step_motion(now_s)
             if self._stop.latched:
-                choice = Choice(ZERO, "emergency_stop", "the emergency stop is latched", ZERO)
+                choice = STOPPED
                 self.arbiter.note_zero_sent(now_s)
             else:
                 around = surroundings(self._senses, now_s, hazard_hold_s=self._hazard_hold_s)
@@ -128,7 +133,7 @@ class Wheels:
             self._stop = emergency_stop.stopped(self._stop, reason=reason, by=by, now_s=self._clock.now_s())
             for _ in range(STOP_BURST):
                 self._send(ZERO)
-            self._forget_everything("emergency stop")
+            self._forget_everything(MotionEnd.STOPPED)
             return self._stop, first_zero_ms
 
     def explain_stop(self, epoch: int, *, reason: str, by: str) -> EmergencyStop:
@@ -142,19 +147,20 @@ class Wheels:
         """Permits motion again; whatever was asked for before is gone."""
         with self._lock:
             self._stop = emergency_stop.reset(self._stop, reason=reason, by=by)
-            self._forget_everything("reset")
+            self._forget_everything(MotionEnd.RESET)
             return self._stop
 
     def check(self, epoch: int, session_id: str | None) -> None:
         """Raises `ConflictError` while stopped, for another epoch, or for a session that has ended."""
         self._sessions.check(session_id)
         state = self._stop
-        if state.latched:
-            raise ConflictError(f"the emergency stop is latched ({state.reason or 'just now'})")
-        if epoch != state.epoch:
-            raise ConflictError(f"epoch {epoch} is over; it is {state.epoch} now")
-        if self._base_is_busy:
-            raise ConflictError("the base is docking or undocking")
+        now = {
+            Refusal.STOPPED: state.latched,
+            Refusal.OLD_EPOCH: epoch != state.epoch,
+            Refusal.BASE_BUSY: self._base_is_busy,
+        }
+        if (refusal := next((one for one, applies in now.items() if applies), None)) is not None:
+            raise ConflictError(refusal_in_words(refusal, state), code=refusal)
 
     def drop(self, source: str) -> None:
         with self._lock:
@@ -165,30 +171,33 @@ class Wheels:
         with self._lock:
             self._drop_session(session_id)
 
-    def begin(self, running: Running) -> None:
+    def begin(self, running: Running[Any]) -> None:
         """Starts a closed-loop motion. Raises `ConflictError` when one runs, or the robot navigates."""
         with self._lock:
             self.check(running.epoch, running.session_id)
             if self._loop.running is not None:
-                raise ConflictError(f"a {self._loop.running.name} is under way")
+                raise ConflictError(f"a {self._loop.running.name} is under way", code=Refusal.MOTION_UNDER_WAY)
             if self._goal is not None:
-                raise ConflictError("a navigation goal is under way")
+                raise ConflictError("a navigation goal is under way", code=Refusal.GOAL_UNDER_WAY)
             self._loop.begin(running)
 
-    def end_motion(self, reason: str, *, only: Running | None = None) -> float | None:
-        """Cancels the closed-loop motion; how far it had come (rad or m), none where nothing was cancelled."""
+    def end_motion(self, end: MotionEnd, *, only: Running[Any] | None = None) -> EndedMotion:
+        """Ends the closed-loop motion under way (`only` this one); tells how far it had come."""
         with self._lock:
             running = self._loop.running
             if running is None or (only is not None and running is not only):
-                return None
-            self._end_motion(reason)
-            return running.motion.moved
+                return EndedMotion()
+            self._end_motion(Ending(end))
+            reply = running.motion.ended(Ending(end))
+        if isinstance(reply, RotateReply):
+            return EndedMotion(turned_rad=reply.turned_rad)
+        return EndedMotion(driven_m=reply.driven_m)
 
     def open_navigation(self, goal_id: str, epoch: int, session_id: str | None) -> None:
         """From here on Nav2's velocity may pass, for this goal only. Raises as `check` does."""
         with self._lock:
             self.check(epoch, session_id)
-            self._end_motion("a navigation goal took over")
+            self._end_motion(Ending(MotionEnd.PREEMPTED, text="a navigation goal took over"))
             self._goal = (goal_id, epoch, session_id)
 
     def close_navigation(self, goal_id: str) -> None:
@@ -222,20 +231,21 @@ class Wheels:
         with self._lock:
             self._base_is_busy = busy
             if busy:
-                self._forget_everything("the base drives itself")
+                self._forget_everything(MotionEnd.BASE_BUSY)
 
     def silence(self) -> None:
         """The last word of a bridge that ends: zeros."""
         with self._lock:
             for _ in range(STOP_BURST):
                 self._send(ZERO)
+            self._end_motion(Ending(MotionEnd.SHUT_DOWN))
             self._send = _nowhere
 
     def _request(self, request: Request, now_s: float) -> Refusal | None:
         if self._stop.latched:
             return self._refused(Refusal.STOPPED)
         if self._base_is_busy:
-            return self._refused(Refusal.BASE_IS_BUSY)
+            return self._refused(Refusal.BASE_BUSY)
         refusal = self.arbiter.request(request, now_s, epoch=self._stop.epoch)
         return self._refused(refusal) if refusal is not None else None
 
@@ -256,7 +266,7 @@ class Wheels:
         last = self.commanded.value
         self.arbiter.drop_session(session_id)
         if self._loop.running is not None and self._loop.running.session_id == session_id:
-            self._end_motion("the session ended")
+            self._end_motion(Ending(MotionEnd.SESSION_ENDED))
         if self._goal is not None and self._goal[2] == session_id:
             self._goal = None
             self.arbiter.drop(NAVIGATION_SOURCE)
@@ -265,12 +275,12 @@ class Wheels:
             self._send(ZERO)
             self.arbiter.note_zero_sent(now_s)
 
-    def _end_motion(self, reason: str) -> None:
-        if (source := self._loop.end(reason)) is not None:
+    def _end_motion(self, ending: Ending) -> None:
+        if (source := self._loop.end(ending)) is not None:
             self.arbiter.drop(source)
 
-    def _forget_everything(self, reason: str) -> None:
-        self._end_motion(reason)
+    def _forget_everything(self, end: MotionEnd) -> None:
+        self._end_motion(Ending(end))
         self._goal = None
         self.arbiter.drop_all()
         self.arbiter.note_zero_sent(self._clock.now_s())

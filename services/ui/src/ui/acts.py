@@ -10,12 +10,13 @@ import structlog
 
 from contracts.asking import Answer
 from contracts.geometry import Pose2D
+from contracts.motion import BaseReply, RotateReply
 from contracts.robot import (
     EmergencyStopReply,
     EmergencyStopRequest,
+    Goal,
     GoalRequest,
     GoalStatus,
-    MotionReply,
     RotateRequest,
 )
 from mesh.errors import ConflictError, MeshError, UpstreamError
@@ -117,7 +118,7 @@ class Acts:
                 GoalRequest(pose=Pose2D(x=x, y=y, yaw=yaw), epoch=epoch, timeout_s=desk.settings.goal_timeout_s)
             )
             if goal.status in {GoalStatus.REJECTED, GoalStatus.ABORTED}:
-                raise UpstreamError("robot_bridge", 200, goal.error_msg or t("there is no way there"))
+                raise UpstreamError("robot_bridge", 200, goal_end_in_words(goal))
             desk.situation.take_goal(goal)
             return t("Driving there.")
 
@@ -220,10 +221,10 @@ def mission_drives(desk: Desk) -> bool:
     return mission is not None and mission.outcome is None and not mission.paused and mission.queue_position is None
 
 
-async def moved(motion: Awaitable[MotionReply], done: str, failed: str) -> str:
+async def moved(motion: Awaitable[BaseReply | RotateReply], done: str, failed: str) -> str:
     reply = await motion
-    if not reply.completed:
-        raise UpstreamError("robot_bridge", 200, f"{failed}: {reply.reason or t('no reason given')}")
+    if not reply.end.completed:
+        raise UpstreamError("robot_bridge", 200, f"{failed}: {reply.text or t('no reason given')}")
     return done
 
 
@@ -237,3 +238,10 @@ async def told(doing: Awaitable[str]) -> Told:
 def in_words(error: MeshError) -> str:
     """A refusal in the words of the service; one that is away is named."""
     return error.detail.removeprefix(f"{error.service}: ") if isinstance(error, UpstreamError) else error.detail
+
+
+def goal_end_in_words(goal: Goal) -> str:
+    """Why a goal came to nothing: the bridge's words, else what its type says; no reason is made up."""
+    if goal.error_msg:
+        return goal.error_msg
+    return goal.cause.sentence if goal.cause is not None else t("no reason given")

@@ -10,6 +10,7 @@ from websockets.exceptions import WebSocketException
 
 from contracts.base import Message
 from contracts.geometry import Pose2D, Twist2D
+from contracts.motion import BaseReply, DriveReply, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import (
     BoxQuery,
@@ -18,7 +19,6 @@ from contracts.robot import (
     GoalRequest,
     LocalizeReply,
     Map,
-    MotionReply,
     PathReply,
     PathRequest,
     Priority,
@@ -120,7 +120,7 @@ class BridgeRobot:
     async def cancel_goal(self, goal_id: str) -> Goal:
         return await self._client.delete(f"/navigation/goals/{goal_id}", Goal)
 
-    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> MotionReply:
+    async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply:
         request = RotateRequest(
             angle_rad=angle_rad,
             speed_rad_s=speed_rad_s,
@@ -128,9 +128,9 @@ class BridgeRobot:
             epoch=epoch,
             session_id=self._session(),
         )
-        return await self._client.post("/rotate", request, MotionReply, timeout_s=timeout_s + MARGIN_S)
+        return await self._client.post("/rotate", request, RotateReply, timeout_s=timeout_s + MARGIN_S)
 
-    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> MotionReply:
+    async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> DriveReply:
         request = DriveRequest(
             distance_m=distance_m,
             speed_m_s=speed_m_s,
@@ -138,7 +138,7 @@ class BridgeRobot:
             epoch=epoch,
             session_id=self._session(),
         )
-        return await self._client.post("/drive", request, MotionReply, timeout_s=timeout_s + MARGIN_S)
+        return await self._client.post("/drive", request, DriveReply, timeout_s=timeout_s + MARGIN_S)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
         request = VelocityRequest(
@@ -157,13 +157,13 @@ class BridgeRobot:
     async def localize(self, box: BoxQuery) -> LocalizeReply:
         return await self._client.post("/localize", box, LocalizeReply)
 
-    async def undock(self, *, timeout_s: float) -> MotionReply:
+    async def undock(self, *, timeout_s: float) -> BaseReply:
         path = f"/undock?session_id={self._session()}"
-        return await self._client.post(path, None, MotionReply, timeout_s=timeout_s)
+        return await self._client.post(path, None, BaseReply, timeout_s=timeout_s)
 
-    async def dock(self, *, timeout_s: float) -> MotionReply:
+    async def dock(self, *, timeout_s: float) -> BaseReply:
         path = f"/dock?session_id={self._session()}"
-        return await self._client.post(path, None, MotionReply, timeout_s=timeout_s)
+        return await self._client.post(path, None, BaseReply, timeout_s=timeout_s)
 
     async def frame(self) -> bytes:
         return (await self._client.call("GET", "/camera/frame")).content

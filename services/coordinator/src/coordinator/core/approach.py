@@ -5,10 +5,11 @@ more where looking is possible, and drives the rest straight on odometry ("Geome
 import math
 
 from contracts.mission import MissionState
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus, LocalizeReply
 from coordinator.core.activities import ChoosingPath, Driving, Going, Looking, Measuring, Stage, Turning
 from coordinator.core.depth_check import take_measurement
-from coordinator.core.draft import STOP_WORDS, Draft
+from coordinator.core.draft import Draft
 from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
 from coordinator.core.hindrance import furniture_before, hindrance
@@ -23,7 +24,6 @@ DRIVES_MAX = 3
 DISPUTES_MAX = 4
 SETTLED_RAD = 0.12
 APPROACH_TIMEOUT_S = 240.0
-CUT_OFF_WORDS = ("session", "client", "odometry", "laser scan", "cancel", "the wheels", "took over", STOP_WORDS)
 
 
 def begin(draft: Draft) -> None:
@@ -69,20 +69,16 @@ def handle(draft: Draft, event: Event) -> None:
 
 def _driven(draft: Draft, event: MotionEnded) -> None:
     """An obstacle ends the approach; a drive that was cut off by something else is taken up again."""
-    if not event.completed:
-        text = f"the drive ended after {event.moved:.2f} m: {event.reason}"
-        draft.say("motion", text, moved_m=round(event.moved, 3))
-        if was_cut_off(event.reason) and draft.mission.failures + 1 < draft.rules.failures_max:
-            draft.fail("robot_bridge", event.reason)
+    end = event.end
+    if not end.completed:
+        text = f"the drive ended after {event.driven_m:.2f} m: {event.text}"
+        draft.say("motion", text, moved_m=round(event.driven_m, 3))
+        if end is not MotionEnd.TIMED_OUT and not end.says_something_is_ahead:
+            draft.fail("robot_bridge", event.text, stopped=end is MotionEnd.STOPPED)
             return
-        draft.set_approach(blocked="" if event.reason == "timeout" else event.reason or "stopped")
+        draft.set_approach(blocked=end.says_something_is_ahead)
     draft.set_approach(stage=Stage.CONFIRM)
     draft.look(draft.rules.look_again_s / 2)
-
-
-def was_cut_off(reason: str) -> bool:
-    """True when the bridge ended a motion for a reason that has nothing to do with what is ahead."""
-    return any(word in reason for word in CUT_OFF_WORDS)
 
 
 def on_look_timeout(draft: Draft) -> None:
@@ -114,7 +110,7 @@ def _goal_ended(draft: Draft, event: GoalEnded) -> None:
     refused = event.status in {GoalStatus.CANCELED, GoalStatus.REJECTED} and draft.search.refusals == 0
     draft.set_search(refusals=1 if refused else 0)
     if refused:
-        draft.fail("navigation", f"{event.status.value} {event.error}".strip())
+        draft.fail("navigation", f"{event.status.value} {event.error}".strip(), stopped=event.stopped)
         return
     if event.status is not GoalStatus.SUCCEEDED:
         draft.say("navigation", f"{event.status.value} {event.error_code}: straight on from here",
@@ -237,7 +233,7 @@ def _other_side(draft: Draft) -> bool:
     if not groups:
         return False
     alternatives = draft.approach.alternatives + 1
-    draft.set_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, blocked="", drives=0)
+    draft.set_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, blocked=False, drives=0)
     draft.say("navigation", "stopped too far off: trying another side of it")
     draft.choose_path(groups, costs)
     return True

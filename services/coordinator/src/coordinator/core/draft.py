@@ -22,9 +22,6 @@ from coordinator.core.mission import Approach, Candidate, Mission, Search
 from coordinator.core.rules import Rules
 from coordinator.core.states import ALLOWED
 
-STOP_WORDS = "emergency stop"
-"""In what the bridge says of a goal, a motion or a request that a stop ended or refused."""
-
 
 class ForbiddenTransitionError(AssertionError):
     """The core tried to leave its own table: a bug."""
@@ -97,13 +94,13 @@ class Draft:
     def stop_motion(self) -> None:
         self.act(do.StopMotion())
 
-    def fail(self, service: str, detail: str) -> None:
+    def fail(self, service: str, detail: str, *, stopped: bool = False) -> None:
         """One more call failed in a row: the state is taken up again after a pause (the count ends it, see step).
 
-        What an emergency stop cut off is not said to be tried again: word of the stop itself is about to end it all.
+        `stopped`: an emergency stop cut it off. It is not said to be tried again: word of the stop is about to end it.
         """
         self.set(failures=self.mission.failures + 1)
-        how = "cut off by the emergency stop" if STOP_WORDS in detail else f"{detail}; trying again"
+        how = "cut off by the emergency stop" if stopped else f"{detail}; trying again"
         self.say("failure", f"{service}: {how}", service=service, failures=self.mission.failures)
         grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
         self.be(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 
+from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
 from contracts.mission import LastSeen, MapTrouble
+from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detections, Target, Validation
 from coordinator.core.mission import FIRST, Order, Place
@@ -101,20 +103,29 @@ class PathChosen:
 
 @dataclass(frozen=True, slots=True)
 class GoalEnded:
+    """`cause` is what ended it where it did not arrive, `error_code` Nav2's, `error` the same for a person."""
+
     call: int
     status: GoalStatus
     error_code: int = 0
     error: str = ""
+    cause: GoalCause | None = None
+
+    @property
+    def stopped(self) -> bool:
+        """The emergency stop ended it."""
+        return self.cause is GoalCause.STOPPED
 
 
 @dataclass(frozen=True, slots=True)
 class MotionEnded:
-    """A rotation (`moved` in rad) or a drive (`moved` in m)."""
+    """A rotation or a drive: one of the two lengths is 0. `text` tells the end to a person."""
 
     call: int
-    completed: bool
-    moved: float
-    reason: str = ""
+    end: MotionEnd
+    turned_rad: float = 0.0
+    driven_m: float = 0.0
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,9 +158,17 @@ class CoverageLooked:
 
 @dataclass(frozen=True, slots=True)
 class CallFailed:
+    """`code` tells which refusal or end it was, where that is known; `detail` is for a person."""
+
     call: int
     service: str
     detail: str
+    code: Refusal | BaseEnd | None = None
+
+    @property
+    def stopped(self) -> bool:
+        """The emergency stop refused it, or ended it."""
+        return self.code in {Refusal.STOPPED, BaseEnd.STOPPED}
 
 
 Answer = (

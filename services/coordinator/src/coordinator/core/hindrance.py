@@ -26,10 +26,8 @@ def furniture_before(seen: Detections, target: tuple[float, float, float, float]
     return max(before, key=lambda d: (d.bbox_xyxy[2] - d.bbox_xyxy[0]) * (d.bbox_xyxy[3] - d.bbox_xyxy[1])).label
 
 
-def hindrance(blocked: str, furniture: str) -> str:
-    """Why it came no nearer, in words; `blocked` is what the bridge said of a drive that ended early."""
-    if blocked and not blocked.startswith("obstacle"):
-        return f"the drive ended ({blocked})"
+def hindrance(blocked: bool, furniture: str) -> str:
+    """Why it came no nearer, in words; `blocked` when something ended its drive."""
     if furniture:
         return f"the {furniture.removeprefix('dining ')} is in the way"
     return "something is in the way" if blocked else "no nearer place can be reached"

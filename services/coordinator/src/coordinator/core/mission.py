@@ -117,7 +117,8 @@ class Approach:
     drives: int = 0
     alternatives: int = 0
     tried_rad: tuple[float, ...] = ()
-    blocked: str = ""
+    blocked: bool = False
+    """Something was in the way of the last drive."""
     furniture: str = ""
     disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
@@ -193,6 +194,8 @@ class Mission:
     last_seen: LastSeen | None = None
     dock_tries: int = 0
     pictures: int = 0
+    stop_unexplained: bool = False
+    """It was aborted by an emergency stop that has not said why yet."""
     report: Report | None = None
     candidate: Candidate | None = None
     approach: Approach | None = None

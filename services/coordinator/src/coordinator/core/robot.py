@@ -6,7 +6,7 @@ from typing import assert_never
 from contracts.mission import MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Nothing
-from coordinator.core.draft import STOP_WORDS, Draft
+from coordinator.core.draft import Draft
 from coordinator.core.endings import close
 from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Robot
@@ -31,16 +31,17 @@ def handle(draft: Draft, event: ev.RobotUpdated | ev.StopLatched | ev.StopReset)
 def _stopped(draft: Draft, epoch: int, reason: str) -> None:
     """The bridge may tell of a stop before it knows why ('' then): the reason is written in when it comes."""
     draft.set(robot=replace(draft.mission.robot, stopped=True, epoch=epoch, epoch_s=draft.now_s))
-    why = f"{STOP_WORDS}: {reason}" if reason else STOP_WORDS
+    why = f"emergency stop: {reason}" if reason else "emergency stop"
     if draft.mission.state is MissionState.EMERGENCY_STOP:
-        if reason and draft.mission.reason == STOP_WORDS:
+        if reason and draft.mission.stop_unexplained:
+            draft.set(stop_unexplained=False)
             close(draft, Outcome.ABORTED, why, why)
             draft.say("stop", why)
         return
     draft.stop_motion()
     if draft.mission.running:
         close(draft, Outcome.ABORTED, why, why)
-        draft.set(candidate=None, approach=None)
+        draft.set(candidate=None, approach=None, stop_unexplained=not reason)
         draft.say("end", f"aborted: {why}", outcome=Outcome.ABORTED.value)
     draft.go(MissionState.EMERGENCY_STOP, why)
     draft.be(Nothing())

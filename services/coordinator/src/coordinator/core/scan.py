@@ -1,6 +1,7 @@
 """SCANNING: turn, stop, look, or one slow turn; a sighting ends it (requirements A5, A8)."""
 
 from contracts.mission import MissionState
+from contracts.motion import MotionEnd
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking
@@ -45,15 +46,15 @@ def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Undocking(), Undocked():
             undocked(draft)
-        case Turning(looking_s=float()), MotionEnded(completed=True):
+        case Turning(looking_s=float()), MotionEnded(end=MotionEnd.COMPLETED):
             draft.set_search(sweeps=draft.search.sweeps + 1)
             begin(draft)
         case Turning(looking_s=float() as since_s), DetectionsSeen(detections=seen) if seen.stamp_s >= since_s:
             _looked_in_passing(draft, seen)
-        case Turning(), MotionEnded(completed=True):
+        case Turning(), MotionEnded(end=MotionEnd.COMPLETED):
             draft.look(draft.rules.look_timeout_s)
-        case Turning(), MotionEnded(reason=reason):
-            _not_turned(draft, reason)
+        case Turning(), MotionEnded() as ended:
+            _not_turned(draft, ended)
         case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
             _looked(draft, seen)
         case CheckingPlace(), Localized(reply=reply):
@@ -68,12 +69,13 @@ def handle(draft: Draft, event: Event) -> None:
             pass
 
 
-def _not_turned(draft: Draft, reason: str) -> None:
+def _not_turned(draft: Draft, ended: MotionEnded) -> None:
     """Nothing is in the way of a turn on the spot: it was cut off, and is done again after a pause."""
     if draft.mission.failures + 1 >= draft.rules.failures_max:
-        abort(draft, f"the robot would not turn: {reason}")
+        abort(draft, f"the robot would not turn: {ended.text}")
     else:
-        draft.fail("robot_bridge", f"the turn ended early ({reason})")
+        stopped = ended.end is MotionEnd.STOPPED
+        draft.fail("robot_bridge", f"the turn ended early ({ended.text})", stopped=stopped)
 
 
 def on_look_timeout(draft: Draft) -> None:

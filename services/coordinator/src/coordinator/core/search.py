@@ -161,12 +161,12 @@ def _goal_ended(draft: Draft, event: GoalEnded) -> None:
                       error_code=event.error_code)  # fmt: skip
             draft.navigate(going.goal, tries=1)
         case GoalStatus.REJECTED | GoalStatus.CANCELED:
-            _refused(draft, what)
+            _refused(draft, what, stopped=event.stopped)
         case _:
             _skip(draft, what)
 
 
-def _refused(draft: Draft, what: str) -> None:
+def _refused(draft: Draft, what: str, *, stopped: bool) -> None:
     """A rejecting server is likely inactive, and a goal that others cancelled was cut off: once more after a pause."""
     search = draft.search
     draft.set_search(place_failures=search.place_failures + 1, refusals=search.refusals + 1)
@@ -175,7 +175,7 @@ def _refused(draft: Draft, what: str) -> None:
     elif draft.search.place_failures > 1:
         _skip(draft, what)
     else:
-        draft.fail("navigation", what)
+        draft.fail("navigation", what, stopped=stopped)
 
 
 def skip_after_failure(draft: Draft) -> bool:

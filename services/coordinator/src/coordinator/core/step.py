@@ -83,11 +83,11 @@ def _apply(draft: Draft, event: ev.Event) -> None:
 def _answered(draft: Draft, event: ev.Answer) -> None:
     match event:
         case ev.CallFailed(service=service, detail=detail):
-            _call_failed(draft, service, detail)
+            _call_failed(draft, service, detail, stopped=event.stopped)
         case ev.GoalEnded():
             draft.set(failures=0)
             _handle(draft, checked_arrival(draft.mission, event))
-        case ev.MotionEnded(completed=False):
+        case ev.MotionEnded(end=end) if not end.completed:
             _handle(draft, event)
         case _:
             draft.set(failures=0)
@@ -224,7 +224,7 @@ def _look_timeouts() -> dict[MissionState, Callable[[Draft], None]]:
     }
 
 
-def _call_failed(draft: Draft, service: str, detail: str) -> None:
+def _call_failed(draft: Draft, service: str, detail: str, *, stopped: bool = False) -> None:
     """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
     mission = draft.mission
     if isinstance(mission.activity, Validating) and depth_check.given_up_judging(draft, detail):
@@ -243,4 +243,4 @@ def _call_failed(draft: Draft, service: str, detail: str) -> None:
     if searching and driving and search.skip_after_failure(draft):
         draft.set(failures=mission.failures + 1)
         return
-    draft.fail(service, detail)
+    draft.fail(service, detail, stopped=stopped)

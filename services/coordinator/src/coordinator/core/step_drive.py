@@ -41,8 +41,8 @@ def handle(draft: Draft, event: Event) -> None:
                 _straight(draft)
             else:
                 draft.go(MissionState.CENTERING, f"the step ended ({status.value}): looking from here")
-        case Driving(), MotionEnded(completed=completed, moved=moved, reason=reason):
-            how = "one step nearer" if completed else f"the step ended after {moved:.2f} m: {reason}"
+        case Driving(), MotionEnded(end=end, driven_m=moved, text=text):
+            how = "one step nearer" if end.completed else f"the step ended after {moved:.2f} m: {text}"
             draft.go(MissionState.CENTERING, how, moved_m=round(moved, 3))
         case Steering(), Tick():
             speed = draft.rules.approach_speed_m_s

@@ -5,7 +5,8 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from starlette.requests import Request
 
-from contracts.robot import MotionReply
+from contracts.causes import Refusal
+from contracts.motion import BaseEnd, BaseReply
 from mesh.errors import ConflictError
 from robot_bridge.celebration import RETRIGGER_S, SUCCESS
 from robot_bridge.routes.deps import BridgeDep, while_connected
@@ -16,26 +17,26 @@ SessionId = Annotated[str | None, Query(max_length=64, description="ends with th
 
 
 @router.post("/dock")
-async def dock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> MotionReply:
+async def dock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> BaseReply:
     """In front of the dock with Nav2, then onto it by the base itself; answers when it is there or has given up.
 
-    409 with the reason where it cannot begin. `moved` is always 0.
+    409 with the reason where it cannot begin.
     """
     return await while_connected(request, bridge.docking.dock(session_id))
 
 
 @router.post("/undock")
-async def undock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> MotionReply:
+async def undock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> BaseReply:
     """The base backs off its dock and turns round; 409 where it is not docked."""
     return await while_connected(request, bridge.docking.undock(session_id))
 
 
 @router.post("/celebrate")
-async def celebrate(bridge: BridgeDep) -> MotionReply:
+async def celebrate(bridge: BridgeDep) -> BaseReply:
     """Six notes and a green spin of the lights (requirement A16); 409 within 4 s of the last time."""
     now_s = bridge.clock.now_s()
     if bridge.celebrated_s is not None and now_s - bridge.celebrated_s < RETRIGGER_S:
-        raise ConflictError(f"it celebrated {now_s - bridge.celebrated_s:.1f} s ago")
+        raise ConflictError(f"it celebrated {now_s - bridge.celebrated_s:.1f} s ago", code=Refusal.CELEBRATED)
     bridge.celebrated_s = now_s
     bridge.robot.celebrate(SUCCESS)
-    return MotionReply(completed=True, moved=0.0)
+    return BaseReply(end=BaseEnd.COMPLETED)

@@ -7,6 +7,7 @@ from typing import Annotated, Any, TypeVar
 from fastapi import Depends
 from starlette.requests import HTTPConnection, Request
 
+from contracts.causes import Refusal
 from mesh.errors import ConflictError
 from robot_bridge.bridge import Bridge
 
@@ -29,7 +30,7 @@ async def while_connected(request: Request, work: Coroutine[Any, Any, T]) -> T:
     try:
         await asyncio.wait({working, leaving}, return_when=asyncio.FIRST_COMPLETED)
         if not working.done():
-            raise ConflictError("the client went away")
+            raise ConflictError("the client went away", code=Refusal.CLIENT_LEFT)
         return working.result()
     finally:
         leaving.cancel()

@@ -3,7 +3,9 @@
 from fastapi import APIRouter
 from starlette.requests import Request as HttpRequest
 
-from contracts.robot import DriveRequest, MotionGains, MotionReply, RotateRequest
+from contracts.causes import Refusal
+from contracts.motion import DriveReply, EndedMotion, MotionEnd, RotateReply
+from contracts.robot import DriveRequest, MotionGains, RotateRequest
 from mesh.errors import ConflictError
 from robot_bridge.motion import Drive, Rotation
 from robot_bridge.navigator import refuse_while_navigating
@@ -13,7 +15,7 @@ router = APIRouter(tags=["motion"])
 
 
 @router.post("/rotate")
-async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -> MotionReply:
+async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -> RotateReply:
     """Turns by an angle on odometry; answers when it is done or given up. Ends with the connection."""
     refuse_while_navigating(bridge.navigator, "turning")
     motion = Rotation(
@@ -24,11 +26,11 @@ async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -
 
 
 @router.post("/drive")
-async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> MotionReply:
+async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> DriveReply:
     """Drives a distance on odometry; answers when it is done or given up (an obstacle or a lost connection ends it)."""
     refuse_while_navigating(bridge.navigator, "driving")
     if request.distance_m < 0.0 and not request.allow_reverse:
-        raise ConflictError("driving backwards needs allow_reverse")
+        raise ConflictError("driving backwards needs allow_reverse", code=Refusal.NO_REVERSE)
     motion = Drive(
         request.distance_m,
         speed_m_s=request.speed_m_s,
@@ -41,16 +43,13 @@ async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> 
 
 
 @router.delete("/motion")
-async def end_motion(bridge: BridgeDep) -> MotionReply:
+async def end_motion(bridge: BridgeDep) -> EndedMotion:
     """Ends the `/rotate` or `/drive` under way, whoever asked for it, and nothing else.
 
     A goal has its own DELETE, a lease runs out or is replaced by its source, docking ends with its connection; the
-    emergency stop ends all of them. `completed` tells whether there was one, `moved` how far it had come.
+    emergency stop ends all of them.
     """
-    moved = bridge.wheels.end_motion("cancelled")
-    if moved is None:
-        return MotionReply(completed=False, moved=0.0, reason="nothing was under way")
-    return MotionReply(completed=True, moved=moved, reason="cancelled")
+    return bridge.wheels.end_motion(MotionEnd.CANCELED)
 
 
 @router.get("/motion/gains")

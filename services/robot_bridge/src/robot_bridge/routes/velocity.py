@@ -6,18 +6,20 @@ import contextlib
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from pydantic import ValidationError
 
+from contracts.causes import Refusal
 from contracts.robot import VelocityReply, VelocityRequest
 from mesh.errors import ConflictError, UnavailableError
-from robot_bridge.arbiter import NOTHING, Choice, Refusal, Request
+from robot_bridge.arbiter import NOTHING, Choice, Request
 from robot_bridge.bridge import Bridge
 from robot_bridge.routes.deps import BridgeDep
+from robot_bridge.words import causes_in_words, refusal_in_words
 
 router = APIRouter(tags=["motion"])
 
 TICK_WAIT_S = 0.5
 WAITING_MAX = 200
 """Replies owed to one teleoperation client; one that sends faster than it reads is cut off."""
-NOT_NOW = frozenset({Refusal.STOPPED, Refusal.OLD_EPOCH, Refusal.BASE_IS_BUSY})
+NOT_NOW = frozenset({Refusal.STOPPED, Refusal.OLD_EPOCH, Refusal.BASE_BUSY})
 """Refusals that are conflicts with the robot's state (409); the others are about the request (accepted: false)."""
 
 
@@ -28,8 +30,8 @@ async def velocity(request: VelocityRequest, bridge: BridgeDep) -> VelocityReply
     if refusal is None:
         return await _told(request, bridge, bridge.clock.now_s())
     if refusal in NOT_NOW:
-        raise ConflictError(_explain(refusal, bridge))
-    return _refused(_explain(refusal, bridge), bridge)
+        raise ConflictError(refusal_in_words(refusal, bridge.stopping.state), code=refusal)
+    return _refused(refusal, bridge)
 
 
 @router.websocket("/velocity")
@@ -63,10 +65,10 @@ def _take(text: str, bridge: Bridge, sources: set[str]) -> tuple[VelocityRequest
         sources.add(request.source)
         refusal = bridge.wheels.request(_lease(request))
     except ValidationError as error:
-        return _refused(f"malformed: {_first(error)}", bridge)
+        return _refused(Refusal.MALFORMED, bridge, f"malformed: {_first(error)}")
     except ConflictError as error:
-        return _refused(error.detail, bridge)
-    return (request, bridge.clock.now_s()) if refusal is None else _refused(_explain(refusal, bridge), bridge)
+        return _refused(Refusal(error.code), bridge, error.detail)
+    return (request, bridge.clock.now_s()) if refusal is None else _refused(refusal, bridge)
 
 
 async def _reply(
@@ -81,7 +83,7 @@ async def _reply(
                 try:
                     reply = await _told(taken[0], bridge, taken[1])
                 except UnavailableError as error:
-                    reply = _refused(error.detail, bridge)
+                    reply = _refused(Refusal(error.code), bridge, error.detail)
             await socket.send_text(reply.model_dump_json())
 
 
@@ -92,20 +94,24 @@ async def _told(request: VelocityRequest, bridge: Bridge, taken_s: float) -> Vel
     """
     tick = await bridge.wheels.commanded.wait_for(lambda choice: choice.received_s >= taken_s, TICK_WAIT_S)
     if tick is None:
-        raise UnavailableError("rclpy", "the motion loop does not tick")
+        raise UnavailableError("rclpy", "the motion loop does not tick", code=Refusal.NO_TICK)
     choice = tick.value
-    return VelocityReply(accepted=True, sent=choice.twist, reason=_why(request, choice), source=choice.source)
+    causes = choice.kinds if choice.source == request.source else ()
+    return VelocityReply(
+        accepted=True, sent=choice.twist, causes=causes, reason=_why(request, choice), source=choice.source
+    )
 
 
 def _why(request: VelocityRequest, choice: Choice) -> str:
     if choice.source == request.source:
-        return choice.reason
-    return f"{choice.source} has the wheels" if choice.source != "none" else "it has ended"
+        return causes_in_words(choice.causes)
+    return f"{choice.source} has the wheels" if choice.source != NOTHING.source else "it has ended"
 
 
-def _refused(reason: str, bridge: Bridge) -> VelocityReply:
+def _refused(refusal: Refusal, bridge: Bridge, text: str = "") -> VelocityReply:
     choice = bridge.wheels.commanded.value or NOTHING
-    return VelocityReply(accepted=False, sent=choice.twist, reason=reason, source=choice.source)
+    why = text or refusal_in_words(refusal, bridge.stopping.state)
+    return VelocityReply(accepted=False, sent=choice.twist, refusal=refusal, reason=why, source=choice.source)
 
 
 def _lease(request: VelocityRequest) -> Request:
@@ -120,18 +126,6 @@ def _lease(request: VelocityRequest) -> Request:
         stamp_s=request.stamp_s,
         session_id=request.session_id,
     )
-
-
-def _explain(refusal: Refusal, bridge: Bridge) -> str:
-    match refusal:
-        case Refusal.STOPPED:
-            return "the emergency stop is latched"
-        case Refusal.OLD_EPOCH:
-            return f"the epoch is {bridge.stopping.state.epoch} now"
-        case Refusal.BASE_IS_BUSY:
-            return "the base is docking or undocking"
-        case _:
-            return refusal.value
 
 
 def _first(error: ValidationError) -> str:

@@ -11,6 +11,7 @@ from websockets.exceptions import WebSocketException
 
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
+from contracts.motion import BaseReply, EndedMotion, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import (
     EmergencyStop,
@@ -19,7 +20,6 @@ from contracts.robot import (
     Goal,
     GoalRequest,
     Map,
-    MotionReply,
     PathReply,
     PathRequest,
     RobotState,
@@ -121,20 +121,20 @@ class BridgeRobot:
     async def path(self, request: PathRequest) -> PathReply:
         return await self._client.post("/navigation/path", request, PathReply)
 
-    async def rotate(self, request: RotateRequest) -> MotionReply:
-        return await self._client.post("/rotate", request, MotionReply, timeout_s=request.timeout_s + MARGIN_S)
+    async def rotate(self, request: RotateRequest) -> RotateReply:
+        return await self._client.post("/rotate", request, RotateReply, timeout_s=request.timeout_s + MARGIN_S)
 
-    async def end_motion(self) -> MotionReply:
-        return await self._client.delete("/motion", MotionReply)
+    async def end_motion(self) -> EndedMotion:
+        return await self._client.delete("/motion", EndedMotion)
 
-    async def dock(self) -> MotionReply:
-        return await self._client.post("/dock", None, MotionReply, timeout_s=self._dock_timeout_s)
+    async def dock(self) -> BaseReply:
+        return await self._client.post("/dock", None, BaseReply, timeout_s=self._dock_timeout_s)
 
-    async def undock(self) -> MotionReply:
-        return await self._client.post("/undock", None, MotionReply, timeout_s=self._dock_timeout_s)
+    async def undock(self) -> BaseReply:
+        return await self._client.post("/undock", None, BaseReply, timeout_s=self._dock_timeout_s)
 
-    async def celebrate(self) -> MotionReply:
-        return await self._client.post("/celebrate", None, MotionReply)
+    async def celebrate(self) -> BaseReply:
+        return await self._client.post("/celebrate", None, BaseReply)
 
     @contextlib.asynccontextmanager
     async def wheels(self) -> AsyncGenerator[BridgeWheels]:

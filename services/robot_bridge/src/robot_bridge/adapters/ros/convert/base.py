@@ -7,9 +7,10 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from sensor_msgs.msg import BatteryState
 
 from contracts.geometry import Twist2D
+from contracts.motion import Hazard
 from contracts.robot import Battery
 from robot_bridge.adapters.ros.convert.poses import pose, stamp_s
-from robot_bridge.senses import DockView, Hazard, Odometry
+from robot_bridge.senses import DockView, Odometry
 
 HAZARDS = (
     Hazard.BACKUP_LIMIT,
