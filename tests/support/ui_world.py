@@ -17,7 +17,7 @@ from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, ObjectState, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionState, MissionStatus, Outcome
-from contracts.motion import BaseEnd, BaseReply, EndedMotion, MotionEnd, RotateReply
+from contracts.motion import BaseEnd, BaseReply, EndedMotion, MotionEnd, RotateReply, RotateRequest
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import (
     Battery,
@@ -32,7 +32,6 @@ from contracts.robot import (
     PathReply,
     PathRequest,
     RobotState,
-    RotateRequest,
     SensorStatus,
     VelocityReply,
     VelocityRequest,

@@ -271,39 +271,6 @@ class LocalizeReply(Message):
     reason: str = ""
 
 
-class RotateRequest(Message):
-    angle_rad: float = Field(ge=-12.6, le=12.6, description="relative, counter-clockwise positive")
-    speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9)
-    timeout_s: float = Field(default=20.0, gt=0.0, le=60.0)
-    epoch: int = Field(ge=0)
-    session_id: str | None = None
-
-
-class DriveRequest(Message):
-    distance_m: float = Field(ge=-2.0, le=2.0, description="along base_link x; negative needs allow_reverse")
-    speed_m_s: float = Field(default=0.15, gt=0.0, le=0.306)
-    timeout_s: float = Field(default=20.0, gt=0.0, le=60.0)
-    allow_reverse: bool = False
-    epoch: int = Field(ge=0)
-    session_id: str | None = None
-
-
-class MotionGains(Message):
-    """How closed-loop turning and driving are tuned; a change acts on the motion under way."""
-
-    heading_kp: float = Field(ge=0.0, le=20.0, description="rad/s per rad")
-    heading_ki: float = Field(ge=0.0, le=20.0, description="rad/s per rad s")
-    heading_kd: float = Field(ge=0.0, le=20.0, description="rad/s per rad/s")
-    drive_kp: float = Field(ge=0.0, le=20.0, description="m/s per m")
-    drive_ki: float = Field(ge=0.0, le=20.0, description="m/s per m s")
-    drive_kd: float = Field(ge=0.0, le=20.0, description="m/s per m/s")
-    turn_tolerance_rad: float = Field(gt=0.0, le=0.2, description="a turn is done this near to its angle")
-    drive_tolerance_m: float = Field(gt=0.0, le=0.1, description="a drive is done this near to its distance")
-    turn_rad_s_min: float = Field(ge=0.0, le=0.5, description="slower than this the base does not turn")
-    drive_m_s_min: float = Field(ge=0.0, le=0.1, description="slower than this the base does not drive")
-    blocked_s_max: float = Field(gt=0.0, le=10.0, description="given up when nothing reaches the base for so long")
-
-
 MAP_CELLS_MAX = 4096 * 4096
 
 

@@ -1,6 +1,6 @@
 """The limits of each part, out of the settings."""
 
-from contracts.robot import MotionGains
+from contracts.motion import MotionGains
 from robot_bridge.arbiter import Limits
 from robot_bridge.gaps import GapLimits
 from robot_bridge.obstacles import ObstacleLimits

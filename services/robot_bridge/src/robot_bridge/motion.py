@@ -7,8 +7,7 @@ from typing import Protocol, TypeVar
 from simple_pid import PID
 
 from contracts.geometry import Twist2D
-from contracts.motion import DriveReply, Hazard, MotionEnd, RotateReply
-from contracts.robot import MotionGains
+from contracts.motion import DriveReply, Hazard, MotionEnd, MotionGains, RotateReply
 from robot_bridge.senses import Odometry
 from robot_bridge.transforms import wrap
 

@@ -10,15 +10,8 @@ import structlog
 
 from contracts.asking import Answer
 from contracts.geometry import Pose2D
-from contracts.motion import BaseReply, RotateReply
-from contracts.robot import (
-    EmergencyStopReply,
-    EmergencyStopRequest,
-    Goal,
-    GoalRequest,
-    GoalStatus,
-    RotateRequest,
-)
+from contracts.motion import BaseReply, RotateReply, RotateRequest
+from contracts.robot import EmergencyStopReply, EmergencyStopRequest, Goal, GoalRequest, GoalStatus
 from mesh.errors import ConflictError, MeshError, UpstreamError
 from ui.desk import Desk
 from ui.texts import t

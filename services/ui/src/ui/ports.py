@@ -11,7 +11,7 @@ from contracts.asking import Answer
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionStatus
-from contracts.motion import BaseReply, EndedMotion, RotateReply
+from contracts.motion import BaseReply, EndedMotion, RotateReply, RotateRequest
 from contracts.problem import Dependency
 from contracts.robot import (
     EmergencyStop,
@@ -23,7 +23,6 @@ from contracts.robot import (
     PathReply,
     PathRequest,
     RobotState,
-    RotateRequest,
     VelocityReply,
     VelocityRequest,
 )

@@ -10,11 +10,10 @@ from websockets.exceptions import WebSocketException
 
 from contracts.base import Message
 from contracts.geometry import Pose2D, Twist2D
-from contracts.motion import BaseReply, DriveReply, RotateReply
+from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, RotateRequest
 from contracts.problem import Dependency
 from contracts.robot import (
     BoxQuery,
-    DriveRequest,
     Goal,
     GoalRequest,
     LocalizeReply,
@@ -22,7 +21,6 @@ from contracts.robot import (
     PathReply,
     PathRequest,
     Priority,
-    RotateRequest,
     VelocityReply,
     VelocityRequest,
 )

@@ -4,8 +4,7 @@ from fastapi import APIRouter
 from starlette.requests import Request as HttpRequest
 
 from contracts.causes import Refusal
-from contracts.motion import DriveReply, EndedMotion, MotionEnd, RotateReply
-from contracts.robot import DriveRequest, MotionGains, RotateRequest
+from contracts.motion import DriveReply, DriveRequest, EndedMotion, MotionEnd, MotionGains, RotateReply, RotateRequest
 from mesh.errors import ConflictError
 from robot_bridge.motion import Drive, Rotation
 from robot_bridge.navigator import refuse_while_navigating

@@ -11,7 +11,7 @@ from websockets.exceptions import WebSocketException
 
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
-from contracts.motion import BaseReply, EndedMotion, RotateReply
+from contracts.motion import BaseReply, EndedMotion, RotateReply, RotateRequest
 from contracts.problem import Dependency
 from contracts.robot import (
     EmergencyStop,
@@ -23,7 +23,6 @@ from contracts.robot import (
     PathReply,
     PathRequest,
     RobotState,
-    RotateRequest,
     VelocityReply,
     VelocityRequest,
 )
