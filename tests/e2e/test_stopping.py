@@ -8,6 +8,8 @@ from demo.stack import SERVICES
 from support.mesh_run import MeshRun
 
 REST_WITHIN_S = 0.5
+BASE_RESTS_WITHIN_S = 0.9
+"""Without the bridge: the base's own timeout (0.5 s), its ramp from full speed (0.34 s), a slice of the simulation."""
 
 
 @pytest.fixture(autouse=True)
@@ -52,7 +54,7 @@ def test_killing_the_coordinator_brings_the_robot_to_rest_and_nothing_resumes(me
 def test_killing_the_bridge_brings_the_robot_to_rest_before_anything_else(mesh: MeshRun) -> None:
     mesh.driving()
     at_s = mesh.kill("robot_bridge")
-    assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S
+    assert seconds_to_rest(mesh, at_s) <= BASE_RESTS_WITHIN_S
     mesh.until(mesh.ready, timeout_s=120.0, what="the mesh ready again after the bridge died")
     mesh.rested()  # the mission may go on by itself, with requests of its own; it can be cancelled as ever
 

@@ -32,7 +32,11 @@ class SimSettings(BaseSettings):
     rgb_hz: RateHz = Field(default=5.0, description="colour frames a second (a real OAK-D preview gives 30)")
     depth_hz: RateHz = Field(default=3.0, description="depth frames a second (a real one gives 14)")
     scan_hz: RateHz = Field(default=7.7, description="turns of the lidar a second, as an RPLiDAR A1")
-    amcl_hz: RateHz = Field(default=2.0, description="poses of the localiser a second")
+    amcl_hz: RateHz = Field(default=2.0, description="poses of the localiser a second, at most, while it moves")
+    amcl_ahead_s: float = Field(default=1.0, ge=0.0, le=10.0, description="AMCL's transform_tolerance, dated ahead")
+    amcl_initial_pose: bool = Field(
+        default=True, description="the localiser knows where it starts, else waits to be told"
+    )
     odom_hz: RateHz = Field(default=20.0, description="odometry, tf and the Nav2 stand-in's control loop a second")
     cmd_vel_stamped: bool = Field(default=True, description="TwistStamped on cmd_vel and cmd_vel_nav, else Twist")
     namespace: str = Field(default="", description="ROS namespace of everything the robot says and hears")
@@ -54,5 +58,11 @@ class SimSettings(BaseSettings):
     nav2_dies_after_s: float = Field(
         default=0.0, ge=0.0, description="the controller dies after so much driving; 0 = never"
     )
+    base_timeout_s: float = Field(
+        default=0.5, gt=0.0, le=2.0, description="without a command the base stops (wheels_stop_threshold_sec)"
+    )
+    e_stop_confirms: bool = Field(default=False, description="e_stop answers success: true, as without a republisher")
+    power_saver: bool = Field(default=False, description="on its dock lidar and camera are off, as a TurtleBot 4's")
+    camera_boot_s: float = Field(default=4.0, ge=0.0, le=60.0, description="after the dock, with the power saver")
     start_docked: bool = Field(default=False, description="start in the dock instead of half a metre in front of it")
     log_level: Literal["DEBUG", "INFO", "WARNING", "ERROR"] = Field(default="INFO", description="of the log on stderr")

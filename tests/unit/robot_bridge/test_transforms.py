@@ -67,6 +67,45 @@ def test_a_localisers_pose_serves_until_tf_speaks() -> None:
     assert (buffer.newest().x, buffer.newest().y) == (pytest.approx(2.0), pytest.approx(0.0))
 
 
+HERE, JUMPED = Pose2D(x=0.0, y=0.0, yaw=0.0), Pose2D(x=1.0, y=0.0, yaw=0.0)
+
+
+def standing(ahead_s: float) -> PoseBuffer:
+    """Ten seconds of a standing robot, a correction every tenth, dated ahead; at 9.5 s the localiser jumps 1 m."""
+    buffer = PoseBuffer()
+    for tenth in range(101):
+        now_s = tenth / 10.0
+        buffer.add_odometry(now_s, HERE)
+        buffer.add_map_to_odom(now_s + ahead_s, JUMPED if now_s >= 9.5 else HERE, received_s=now_s)
+    return buffer
+
+
+@pytest.mark.parametrize("ahead_s", [0.0, 0.2, 1.0, 5.0])
+def test_a_jump_of_the_localiser_counts_at_once_for_the_pictures_of_the_last_second(ahead_s: float) -> None:
+    buffer = standing(ahead_s)
+    for stamp_s in (10.0, 9.6, 9.1):
+        assert buffer.at(stamp_s).x == pytest.approx(1.0), stamp_s
+    assert buffer.newest().x == pytest.approx(1.0)
+    assert buffer.at(8.0).x == pytest.approx(0.0)
+
+
+def test_of_two_corrections_between_two_odometries_the_newer_counts() -> None:
+    buffer = PoseBuffer()
+    buffer.add_odometry(1.0, HERE)
+    buffer.add_map_to_odom(2.0, HERE, received_s=1.0)
+    buffer.add_map_to_odom(2.1, JUMPED, received_s=1.1)
+    assert buffer.at(1.0).x == pytest.approx(1.0)
+
+
+def test_a_correction_that_came_before_the_first_odometry_counts_until_the_next() -> None:
+    buffer = PoseBuffer()
+    buffer.add_map_to_odom(9.0, JUMPED, received_s=8.0)
+    buffer.add_odometry(8.1, HERE)
+    assert buffer.at(8.1).x == pytest.approx(1.0)
+    buffer.add_map_to_odom(9.2, HERE, received_s=8.2)
+    assert buffer.at(8.1).x == pytest.approx(0.0)
+
+
 def test_a_clock_set_back_starts_a_new_history() -> None:
     buffer = PoseBuffer()
     buffer.add_map_to_odom(0.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=0.0)

@@ -1,13 +1,14 @@
 """How the simulated base moves: its speeds, its limits, its own timeout, and what stops it."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from contracts.geometry import Pose2D
 from sim.world import Hazard, World
 from sim.world.base import BACKUP_LIMIT_M
-from support.simulated_room import DOCK, MIDDLE, drive, world_at
+from support.simulated_room import DOCK, MIDDLE, PERFECT, drive, world_at
 
 
 def _way(world: World, start: Pose2D) -> float:
@@ -46,19 +47,23 @@ def test_it_starts_no_faster_than_0_9_m_s2() -> None:
     assert 0.1 < world.truth.twist.linear_x <= 0.9 * 0.2 + 0.01
 
 
-def test_one_command_moves_it_for_0_15_s_and_no_longer() -> None:
-    world = world_at()
+@pytest.mark.parametrize(("timeout_s", "way_m"), [(0.15, 0.03), (0.5, 0.1)])
+def test_one_command_moves_it_until_the_bases_own_timeout_and_no_longer(timeout_s: float, way_m: float) -> None:
+    world = world_at(options=replace(PERFECT, base_timeout_s=timeout_s))
     world.command(0.2, 0.0)
     world.advance(2.0)
-    assert 0.005 < _way(world, MIDDLE) < 0.05
+    assert _way(world, MIDDLE) == pytest.approx(way_m, rel=0.35)
     assert abs(world.truth.twist.linear_x) < 0.005
 
 
-def test_it_rests_within_half_a_second_of_the_last_command_at_0_26_m_s() -> None:
-    world = world_at()
-    drive(world, 0.26, 0.0, 1.5)
-    world.command(0.26, 0.0)
-    world.advance(0.5)
+@pytest.mark.parametrize("timeout_s", [0.15, 0.5])
+def test_it_rests_its_timeout_and_the_ramp_after_the_last_command_and_not_before(timeout_s: float) -> None:
+    world = world_at(options=replace(PERFECT, base_timeout_s=timeout_s))
+    drive(world, 0.306, 0.0, 1.5)
+    world.command(0.306, 0.0)
+    world.advance(timeout_s)
+    assert world.truth.twist.linear_x > 0.25
+    world.advance(0.306 / 0.9 + 0.05)
     assert abs(world.truth.twist.linear_x) < 0.01
     before = world.truth.pose
     world.advance(1.0)
@@ -148,7 +153,7 @@ def test_the_truth_keeps_when_the_robot_last_moved() -> None:
     drive(world, 0.3, 0.0, 1.0)
     told_s = world.time_s
     world.advance(3.0)  # the base times out by itself
-    assert told_s < world.truth.moved_at_s < told_s + 0.6
+    assert told_s < world.truth.moved_at_s < told_s + 0.9
     stood_s = world.truth.moved_at_s
     world.command(0.0, 0.5)
     world.advance(0.1)

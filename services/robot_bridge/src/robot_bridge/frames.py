@@ -20,6 +20,8 @@ HISTORY_S = 20.0
 """How far back a pose can be asked for."""
 EXTRAPOLATION_S = 0.25
 """How far past the newest sample the newest pose still counts as the pose then."""
+RECENT_S = 1.0
+"""So far back the newest correction is better than the one before it: it is what the localiser has learned since."""
 FRAMES_MAX = 500
 NEWEST = math.inf
 """The moment of each transform's newest sample."""
@@ -41,6 +43,11 @@ class Track(TimeVaryingTransform):
     def __len__(self) -> int:
         return len(self._stamps_s)
 
+    @property
+    def newest_s(self) -> float:
+        """The newest sample's stamp; -inf without one, or where it is the same at all times."""
+        return self._stamps_s[-1] if self._stamps_s else -math.inf
+
     def add(self, stamp_s: float, transform: Matrix) -> None:
         """A late or repeated sample is ignored."""
         stamps = self._stamps_s
@@ -59,6 +66,10 @@ class Track(TimeVaryingTransform):
     def fix(self, transform: Matrix) -> None:
         """The same at all times, whatever was known before."""
         self._stamps_s[:], self._pqs[:] = [-math.inf], [pq_from_transform(transform)]
+
+    def renew(self, transform: Matrix) -> None:
+        """The newest sample was this instead."""
+        self._pqs[-1] = pq_from_transform(transform)
 
     def at(self, stamp_s: float, *, extrapolation_s: float | None = None) -> Matrix | None:
         """None before the first sample or too long after the last."""
@@ -167,7 +178,7 @@ class PoseBuffer:
             if not self._has_tf:
                 self._map_to_odom = Track(math.inf)
                 self._has_tf = True
-            self._map_to_odom.add(stamp_s, upright(pose))
+            self._correct(stamp_s, upright(pose))
             self._corrected_s = received_s
 
     def add_localisation(self, stamp_s: float, pose: Pose2D, *, received_s: float) -> None:
@@ -181,6 +192,18 @@ class PoseBuffer:
             if odometry is not None:
                 self._map_to_odom.add(stamp_s, upright(compose(pose, inverse(planar(odometry)))))
                 self._corrected_s = received_s
+
+    def _correct(self, stamp_s: float, correction: Matrix) -> None:
+        """AMCL dates its correction a second ahead, that it may be used until then. It is of no later a time than the
+        newest odometry, which it was made from."""
+        track = self._map_to_odom
+        of_s = min(stamp_s, self._odom_to_base.newest_s)
+        if of_s == -math.inf:
+            track.fix(correction)
+        elif of_s == track.newest_s:
+            track.renew(correction)
+        else:
+            track.add(of_s, correction)
 
     def age_s(self, now_s: float) -> float | None:
         """Seconds since the localiser last spoke; none while not localised."""
@@ -197,5 +220,7 @@ class PoseBuffer:
 
     def _at(self, stamp_s: float) -> Pose2D | None:
         with self._lock:
-            odometry, correction = self._odom_to_base.at(stamp_s), self._map_to_odom.at(stamp_s)
+            recent = stamp_s >= self._map_to_odom.newest_s - RECENT_S
+            odometry = self._odom_to_base.at(stamp_s)
+            correction = self._map_to_odom.at(NEWEST if recent else stamp_s)
         return planar(correction @ odometry) if odometry is not None and correction is not None else None

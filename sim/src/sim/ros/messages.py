@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Transform, TransformStamped
-from irobot_create_msgs.msg import DockStatus, HazardDetection, HazardDetectionVector
+from irobot_create_msgs.msg import DockStatus, HazardDetection, HazardDetectionVector, WheelStatus
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from numpy.typing import NDArray
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, LaserScan
@@ -153,13 +153,18 @@ def hazards(found: Iterable[world.Hazard], stamp_ns: int) -> HazardDetectionVect
     )
 
 
-def moving_frames(map_to_odom: Pose2D, odom_to_base: Pose2D, stamp_ns: int) -> TFMessage:
-    return TFMessage(
-        transforms=[
-            _planar_transform(MAP, ODOM, map_to_odom, stamp_ns),
-            _planar_transform(ODOM, BASE, odom_to_base, stamp_ns),
-        ]
-    )
+def wheel_status(stamp_ns: int, *, enabled: bool) -> WheelStatus:
+    return WheelStatus(header=header(BASE, stamp_ns), wheels_enabled=enabled)
+
+
+def correction(map_to_odom: Pose2D, stamp_ns: int) -> TFMessage:
+    """The localiser's part of tf."""
+    return TFMessage(transforms=[_planar_transform(MAP, ODOM, map_to_odom, stamp_ns)])
+
+
+def odometry_frame(odom_to_base: Pose2D, stamp_ns: int) -> TFMessage:
+    """The base's part of tf."""
+    return TFMessage(transforms=[_planar_transform(ODOM, BASE, odom_to_base, stamp_ns)])
 
 
 def fixed_frames(

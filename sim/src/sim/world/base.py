@@ -11,9 +11,6 @@ SPEED_MAX_M_S: Final = 0.306
 TURN_MAX_RAD_S: Final = 1.9
 ACCELERATION_M_S2: Final = 0.9
 """Of each wheel's rim."""
-BASE_TIMEOUT_S: Final = 0.12
-"""Without a newer command the base stops by itself. iRobot names no number; with this one, a command that takes effect
-a slice late (25 ms) and the ramp down from full speed (0.34 s), it is at rest within 0.5 s of the last command."""
 BACKUP_LIMIT_M: Final = 0.15
 """How far it reverses before it has to have driven forward again: there are no cliff sensors at its back."""
 
@@ -34,7 +31,9 @@ class WheelSpeeds:
 class Base:
     """Limits, times out, ramps; `wheels` is what the motors follow."""
 
-    def __init__(self) -> None:
+    def __init__(self, timeout_s: float) -> None:
+        """`timeout_s`: without a newer command for so long the base stops by itself (`wheels_stop_threshold_sec`)."""
+        self._timeout_s = timeout_s
         self.wheels = WheelSpeeds()
         self.e_stop_on = False
         self.backup_limited = False
@@ -61,7 +60,7 @@ class Base:
 
     def at_rest(self) -> "Base":
         """A base that stands still and was told nothing; the e-stop stays as it is."""
-        base = Base()
+        base = Base(self._timeout_s)
         base.e_stop_on = self.e_stop_on
         return base
 
@@ -73,7 +72,7 @@ class Base:
     def tick(self, now_s: float, forward_m: float, dt_s: float) -> WheelSpeeds:
         """One step of `dt_s`, of which the robot moved `forward_m`: the rim speeds to ask for next."""
         self._reversed_m = max(0.0, self._reversed_m - forward_m)
-        wanted = self._wanted if now_s - self._wanted_at_s <= BASE_TIMEOUT_S and not self.e_stop_on else Twist2D()
+        wanted = self._wanted if now_s - self._wanted_at_s <= self._timeout_s and not self.e_stop_on else Twist2D()
         if self._may_reverse:
             self._reversed_m = 0.0
         self.backup_limited = wanted.linear_x < 0.0 and self._reversed_m >= BACKUP_LIMIT_M

@@ -222,5 +222,7 @@ class WorldOptions:
     rgb_noise_sigma: float = 0.0
     """Grey levels of 255 added to each pixel of the colour picture."""
     battery_percentage: float = 92.0
+    base_timeout_s: float = 0.5
+    """iRobot's default of `wheels_stop_threshold_sec`: so long the base follows its last command."""
     noise_free: bool = field(default=False)
     """Every sensor tells the truth: for tests of what stands behind the noise."""

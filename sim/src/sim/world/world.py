@@ -82,7 +82,7 @@ class World:
             np.random.Generator(np.random.SFC64(stream)) for stream in streams
         )
         self._body = Body(self.scene, start or self.scene.dock)
-        self._base = Base()
+        self._base = Base(self.options.base_timeout_s)
         self._odometry = OdometryDrift(self.options, odometry)
         self._localization = LocalizationError(self.options, localization)
         self._battery = BatteryModel(self.options.battery_percentage)
@@ -112,7 +112,7 @@ class World:
             self._step()
 
     def command(self, linear_x: float, angular_z: float, *, behaviour: bool = False) -> bool:
-        """Like one message on `cmd_vel` (m/s, rad/s): clipped to the base's limits, good for 0.12 s.
+        """Like one message on `cmd_vel` (m/s, rad/s): clipped to the base's limits, good for `base_timeout_s`.
 
         False = refused: not finite, or the e-stop is on. Reversing ends after 0.15 m (hazard BACKUP_LIMIT) unless it is
         the base's own `behaviour`, such as backing off the dock.
