@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Point3D, Pose2D
-from contracts.robot import BoxQuery
+from contracts.robot import BoxQuery, KnownMap
 from contracts.vision import Detection, Detections
 from geometry.grids import OccupancyGrid
 from sim.home import Home
@@ -99,6 +99,9 @@ class Eyes:
     async def ground(self) -> OccupancyGrid | None:
         grid = self.world.grid
         return OccupancyGrid(grid.data, grid.resolution_m, Pose2D(x=grid.origin_x_m, y=grid.origin_y_m, yaw=0.0))
+
+    async def home(self) -> KnownMap | None:
+        return None
 
     async def aclose(self) -> None:
         self.world.close()

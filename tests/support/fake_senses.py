@@ -1,7 +1,7 @@
 """robot_bridge's senses for memory's tests: every box shows what it is told to show."""
 
 from contracts.geometry import Point3D
-from contracts.robot import BoxQuery
+from contracts.robot import BoxQuery, KnownMap
 from geometry.grids import OccupancyGrid
 
 
@@ -12,6 +12,7 @@ class FakeSenses:
         self.places: dict[float, Point3D] = {}
         self.far_m = far_m
         self.map = ground
+        self.home_of: KnownMap | None = None
         self.asked: list[BoxQuery] = []
         self.closed = False
 
@@ -25,6 +26,9 @@ class FakeSenses:
 
     async def ground(self) -> OccupancyGrid | None:
         return self.map
+
+    async def home(self) -> KnownMap | None:
+        return self.home_of
 
     async def aclose(self) -> None:
         self.closed = True

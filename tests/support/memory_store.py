@@ -1,7 +1,7 @@
 """A store in dicts, with the behaviour of `memory.adapters.store.SqlStore`; one suite runs over both."""
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import AsyncGenerator, Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
@@ -11,7 +11,7 @@ from contracts.memory import Area, ForgetRequest, LabelCount, Observation
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
 from memory.ledger import Ledger
-from memory.ports import Candidates, Counts, Hoard, KeptView
+from memory.ports import Candidates, Counts, Hoard, KeptMap, KeptView, in_maps
 from memory.things import Thing
 from memory.views import Place, Sighting, contradicted, merged, sighting_at
 from mesh.errors import UnavailableError
@@ -30,6 +30,7 @@ class FakeStore:
         self.frames: list[Frame] = []
         self._views_max = views_max
         self._things_max = things_max
+        self._maps: dict[int, tuple[str, float]] = {0: ("", 0.0)}
         self._things: dict[int, Thing] = {}
         self._views: dict[Place, tuple[int, Sighting, float]] = {}
         self._thing_ids = count(1)
@@ -52,45 +53,80 @@ class FakeStore:
         self._views = dict(_newest(self._views, self._views_max, lambda kept: kept[1].last_seen_s))
         return Tally(sum(one.confirmed for one in tallies), sum(one.missed for one in tallies))
 
-    async def views(self, label: str | None, limit: int) -> list[KeptView]:
+    async def maps(self) -> tuple[KeptMap, ...]:
         self._there()
-        return self._best(lambda place: label in {None, place.label})[:limit]
+        kept = [KeptMap(number, name, seen_s) for number, (name, seen_s) in self._maps.items()]
+        return tuple(sorted(kept, key=lambda one: (-one.last_seen_s, -one.number)))
 
-    async def things(self, label: str | None, area: Area | None, limit: int) -> list[Thing]:
+    async def map_sizes(self) -> dict[int, tuple[int, int]]:
         self._there()
-        wanted = [one for one in self._things.values() if label in {None, one.label} and _inside(one.x, one.y, area)]
+        views = Counter(place.map_number for place in self._views)
+        things = Counter(one.map_number for one in self._things.values())
+        return {number: (views[number], things[number]) for number in {*views, *things}}
+
+    async def enter_map(self, map_id: str, was: Collection[str], now_s: float) -> int:
+        self._there()
+        if [name for name, _ in self._maps.values()] == [""]:
+            self._maps = {number: (map_id, now_s) for number in self._maps}
+        number = self._numbered(map_id, now_s)
+        for old in [old for old, (name, _) in self._maps.items() if name in was and old != number]:
+            self._merge(old, number)
+        self._maps[number] = (map_id, now_s)
+        return number
+
+    async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
+        self._there()
+        return tuple({place.map_number for place in self._views if place.label == label})[:limit]
+
+    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[KeptView]:
+        self._there()
+        return self._best(lambda place: label in {None, place.label} and map_number in {None, place.map_number})[:limit]
+
+    async def things(
+        self, label: str | None, area: Area | None, limit: int, map_number: int | None = None
+    ) -> list[Thing]:
+        self._there()
+        wanted = [
+            one
+            for one in self._things.values()
+            if label in {None, one.label} and _inside(one.x, one.y, area) and map_number in {None, one.map_number}
+        ]
         return sorted(wanted, key=lambda one: (-one.last_seen_s, one.id))[:limit]
 
     async def thing(self, number: int) -> Thing | None:
         self._there()
         return self._things.get(number)
 
-    async def labels(self, limit: int) -> list[LabelCount]:
+    async def labels(self, limit: int, map_number: int | None = None) -> list[LabelCount]:
         self._there()
         by_label: dict[str, list[Sighting]] = defaultdict(list)
         for place, (_, kept, _) in self._views.items():
-            by_label[place.label].append(kept)
+            if map_number in {None, place.map_number}:
+                by_label[place.label].append(kept)
         counts = [
             LabelCount(
                 label=label,
                 views=len(all_of),
                 best_confidence=max(one.confidence for one in all_of),
                 last_seen_s=max(one.last_seen_s for one in all_of),
-                objects=sum(1 for one in self._things.values() if one.label == label),
+                objects=sum(
+                    1 for one in self._things.values() if one.label == label and map_number in {None, one.map_number}
+                ),
             )
             for label, all_of in by_label.items()
         ]
         return sorted(counts, key=lambda one: (-one.views, one.label.encode()))[:limit]
 
     async def candidates(
-        self, wanted: Mapping[str, Collection[str]], *, views_a_thing: int, views_max: int
+        self, wanted: Mapping[str, Collection[str]], *, map_number: int = 0, views_a_thing: int, views_max: int
     ) -> dict[str, Candidates]:
         """All things there are, so that no colour can be left out."""
         self._there()
         found: dict[str, Candidates] = {}
         for label, colours in wanted.items():
-            things = {one.id: one for one in self._things.values() if one.label == label}
-            loose = self._best(lambda place, label=label: place.label == label and place.thing_id is None)
+            of = (map_number, label)
+            things = {one.id: one for one in self._things.values() if (one.map_number, one.label) == of}
+            loose = self._best(lambda place, of=of: (place.map_number, place.label) == of and place.thing_id is None)
             coloured = [one for one in loose[views_max:] if one.colour in colours]
             views = [*loose[:views_max], *coloured[:views_max]]
             for number in things:
@@ -98,14 +134,19 @@ class FakeStore:
             found[label] = Candidates(things, tuple(sorted(views, key=lambda one: one.id)))
         return found
 
-    async def forget(self, what: ForgetRequest) -> int:
+    async def forget(self, what: ForgetRequest, map_number: int | None = None) -> int:
         self._there()
-        gone = [one.id for one in self._things.values() if _met(one.label, one.x, one.y, one.last_seen_s, what)]
+        gone = [
+            one.id
+            for one in self._things.values()
+            if _met(one.label, one.x, one.y, one.last_seen_s, what) and map_number in {None, one.map_number}
+        ]
         number = sum([await self.forget_thing(one) for one in gone])
         places = [
             place
             for place, (_, kept, _) in self._views.items()
             if _met(place.label, kept.pose.x, kept.pose.y, kept.last_seen_s, what)
+            and map_number in {None, place.map_number}
         ]
         for place in places:
             del self._views[place]
@@ -149,11 +190,13 @@ class FakeStore:
 
     async def pages(self) -> AsyncGenerator[Hoard]:
         self._there()
+        yield Hoard(maps=await self.maps())
         yield Hoard(things=tuple(sorted(self._things.values(), key=lambda one: one.id)))
         yield Hoard(views=tuple(sorted(self._best(lambda place: True), key=lambda one: one.id)))
 
     async def bring_in(self, hoard: Hoard) -> None:
         self._there()
+        hoard = in_maps(hoard, {one.number: self._numbered(one.id, one.last_seen_s) for one in hoard.maps})
         there = {_fingerprint(one): one.id for one in self._things.values()}
         numbers = {one.id: there[_fingerprint(one)] for one in hoard.things if _fingerprint(one) in there}
         new = [one for one in hoard.things if one.id not in numbers]
@@ -169,6 +212,7 @@ class FakeStore:
                 last_seen_s=view.last_seen_s,
                 count=view.count,
                 thing_id=view.thing_id,
+                map_number=view.map_number,
             )
             self._sight(sighting, numbers, max)
 
@@ -177,6 +221,29 @@ class FakeStore:
 
     async def aclose(self) -> None:
         self.closed = True
+
+    def _numbered(self, map_id: str, seen_s: float) -> int:
+        for number, (name, _) in self._maps.items():
+            if name == map_id:
+                return number
+        number = max(self._maps) + 1
+        self._maps[number] = (map_id, seen_s)
+        return number
+
+    def _merge(self, old: int, new: int) -> None:
+        del self._maps[old]
+        self._things = {
+            number: replace(one, map_number=new) if one.map_number == old else one
+            for number, one in self._things.items()
+        }
+        for place in [place for place in self._views if place.map_number == old]:
+            view_id, kept, believed_s = self._views.pop(place)
+            there = replace(place, map_number=new)
+            moved = replace(kept, place=there)
+            if there in self._views:
+                view_id, before, other_s = self._views[there]
+                moved, believed_s = merged(before, moved), max(believed_s, other_s)
+            self._views[there] = (view_id, moved, believed_s)
 
     def _keep(self, changed: list[Thing]) -> dict[int, int]:
         numbers = {one.id: next(self._thing_ids) for one in changed if one.id < 0}
@@ -197,7 +264,9 @@ class FakeStore:
 
     def _disbelieve(self, frame: Frame) -> None:
         for place, (view_id, kept, believed_s) in list(self._views.items()):
-            if place.thing_id is None and contradicted(place.label, kept.pose, believed_s, frame):
+            if (place.map_number, place.thing_id) == (frame.map_number, None) and contradicted(
+                place.label, kept.pose, believed_s, frame
+            ):
                 belief, _ = after_miss(kept.belief, 0.6)
                 if belief < 0.05:
                     del self._views[place]
@@ -222,6 +291,7 @@ class FakeStore:
             count=kept.count,
             belief=kept.belief,
             believed_s=believed_s,
+            map_number=place.map_number,
             thing_id=place.thing_id,
         )
 
@@ -278,5 +348,5 @@ def _ghost(thing: Thing) -> bool:
     return thing.times_seen <= 2 and thing.moved_to is None
 
 
-def _fingerprint(thing: Thing) -> tuple[str, float, float, float]:
-    return thing.label, thing.first_seen_s, round(thing.x, 2), round(thing.y, 2)
+def _fingerprint(thing: Thing) -> tuple[int, str, float, float, float]:
+    return thing.map_number, thing.label, thing.first_seen_s, round(thing.x, 2), round(thing.y, 2)

@@ -65,6 +65,7 @@ def view(number: int, observation: Observation, thing_id: int | None = None) -> 
         count=1,
         belief=after_sighting(FIRST, observation.confidence),
         believed_s=observation.stamp_s,
+        map_number=0,
         thing_id=thing_id,
     )
 

@@ -45,7 +45,7 @@ async def test_a_look_reads_only_the_views_taken_round_about(tmp_path: Path, sai
         await store.remember([Frame(Pose2D(x=0.0, y=0.0, yaw=0.0), 5.0, is_look=True)])
         plans = [plan(path, *one) for one in said if "FROM views" in one[0] and "count(" not in one[0]]
     assert len(plans) == 1
-    assert "USING INDEX views_place (cell_x=? AND cell_y>? AND cell_y<?)" in plans[0]
+    assert "USING INDEX views_place (map_number=? AND cell_x=? AND cell_y>? AND cell_y<?)" in plans[0]
 
 
 async def test_recall_reads_nothing_from_end_to_end(tmp_path: Path, said: Said) -> None:

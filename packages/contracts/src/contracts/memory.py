@@ -181,6 +181,20 @@ class RecalledView(Message):
 class RecallReply(Message):
     views: tuple[RecalledView, ...]
     rule: RecallRule = RecallRule.CONFIDENCE
+    map_id: str = Field(default="", description="the map that the places are in; '' where nobody knows which it is")
+    in_other_maps: tuple[str, ...] = Field(
+        default=(), max_length=20, description="maps in which such a thing is remembered too; their places are not told"
+    )
+
+
+class RememberedMap(Message):
+    """A home that something is remembered of."""
+
+    id: str = Field(description="as robot_bridge names it; '' where nobody knew which map it was")
+    current: bool = Field(description="the robot is in it, or was last")
+    last_seen_s: StampS
+    views: int
+    objects: int
 
 
 class DeletedReply(Message):
@@ -203,7 +217,7 @@ class Area(Message):
 
 
 class ForgetRequest(Message):
-    """Forgets what meets every condition given; at least one must be."""
+    """Forgets what meets every condition given; at least one must be. An area is of the map the robot is in."""
 
     label: Label | None = None
     area: Area | None = Field(default=None, description="things in it, and views taken from it")

@@ -49,6 +49,8 @@ def create_app(
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
             tasks.start("listen", memory.listen())
             tasks.start("look", memory.look_forever())
+            tasks.start("hear-robot", memory.hear_robot())
+            tasks.start("watch-map", memory.watch_map_forever())
             tasks.start("flush", memory.flush_forever())
             tasks.start("tidy", memory.tidy_forever())
             yield {"memory": memory}

@@ -1,7 +1,8 @@
 """The forms in which memory is given away and taken back (pure).
 
-FULL is JSON lines: a header, then one object a line, then one view a line; views name their object by its id in the
-same file. SEEDS is `memory.json` of the documents this project comes from: class -> [{x, y, yaw, confidence, time}].
+FULL is JSON lines: a header, then one map a line, one object a line, one view a line; they name their map and their
+object by the number it has in the same file. Version 1 had no maps: what it holds is of the map the robot is in.
+SEEDS is `memory.json` of the documents this project comes from: class -> [{x, y, yaw, confidence, time}], of one map.
 """
 
 import json
@@ -16,16 +17,17 @@ from contracts.base import Confidence, Label, Message, StampS
 from contracts.geometry import Pose2D
 from contracts.memory import Belief, Colour
 from memory.frames import Exclusion
-from memory.ports import Hoard, KeptView
+from memory.ports import Hoard, KeptMap, KeptView
 from memory.things import Thing
 from memory.views import sighting_at
 
 FORMAT = "atom-memory"
-VERSION = 1
+VERSION = 2
 RECORDS_MAX = 1_000_000
 Metres = Annotated[float, Field(ge=-10_000.0, le=10_000.0)]
 Count = Annotated[int, Field(ge=1, le=2**31 - 1)]
 Number = Annotated[int, Field(ge=1, le=2**31 - 1)]
+MapNumber = Annotated[int, Field(ge=0, le=2**31 - 1)]
 
 
 class MalformedError(ValueError):
@@ -35,7 +37,14 @@ class MalformedError(ValueError):
 class Header(Message):
     kind: Literal["header"] = "header"
     format: Literal["atom-memory"] = FORMAT
-    version: Literal[1] = VERSION
+    version: Literal[1, 2] = VERSION
+
+
+class MapLine(Message):
+    kind: Literal["map"] = "map"
+    number: MapNumber
+    id: str = Field(max_length=40)
+    last_seen_s: StampS
 
 
 class ThingLine(Message):
@@ -60,6 +69,7 @@ class ThingLine(Message):
     miss_loss: float = Field(gt=0.0, le=1.0)
     moved_from: Number | None
     moved_to: Number | None
+    map_number: MapNumber = 0
     embedding_model: str = Field(max_length=64)
     embedding: tuple[Annotated[float, Field(ge=-1.001, le=1.001)], ...] = Field(max_length=1024)
 
@@ -76,6 +86,7 @@ class ViewLine(Message):
     count: Count
     belief: Belief
     believed_s: StampS
+    map_number: MapNumber = 0
     thing_id: Number | None
 
 
@@ -89,8 +100,8 @@ class SeedsRecord(Message):
     time: StampS
 
 
-LINES: TypeAdapter[Header | ThingLine | ViewLine] = TypeAdapter(
-    Annotated[Header | ThingLine | ViewLine, Field(discriminator="kind")]
+LINES: TypeAdapter[Header | MapLine | ThingLine | ViewLine] = TypeAdapter(
+    Annotated[Header | MapLine | ThingLine | ViewLine, Field(discriminator="kind")]
 )
 SEEDS: TypeAdapter[dict[Label, list[SeedsRecord]]] = TypeAdapter(dict[Label, list[SeedsRecord]])
 
@@ -108,6 +119,8 @@ def header_line() -> str:
 
 
 def lines_of(hoard: Hoard) -> Iterator[str]:
+    for one in hoard.maps:
+        yield MapLine(number=one.number, id=one.id, last_seen_s=one.last_seen_s).model_dump_json() + "\n"
     for thing in hoard.things:
         yield json.dumps({"kind": "object", **asdict(thing)}, ensure_ascii=False) + "\n"
     for view in hoard.views:
@@ -131,6 +144,7 @@ class Reading:
     excluded: Exclusion
     things: dict[int, Thing] = field(default_factory=dict[int, Thing])
     views: list[KeptView] = field(default_factory=list[KeptView])
+    maps: dict[int, KeptMap] = field(default_factory=dict[int, KeptMap])
     ignored_things: set[int] = field(default_factory=set[int])
     ignored_views: int = 0
 
@@ -141,11 +155,17 @@ class Reading:
             raise MalformedError(f"line {number}: {_told(error)}") from error
         if isinstance(read, Header) != (number == 1):
             raise MalformedError(f"line {number}: the header must be the first line, and only it")
-        if isinstance(read, ThingLine):
+        if isinstance(read, MapLine):
+            self.maps[read.number] = KeptMap(read.number, read.id, read.last_seen_s)
+        elif isinstance(read, Header):
+            return
+        elif self.maps and read.map_number not in self.maps:
+            raise MalformedError(f"line {number}: it is of map {read.map_number}, which is not above it")
+        elif isinstance(read, ThingLine):
             self._thing(number, read)
-        elif isinstance(read, ViewLine):
+        else:
             self._view(number, read)
-        if len(self.things) + len(self.views) > RECORDS_MAX:
+        if len(self.maps) + len(self.things) + len(self.views) > RECORDS_MAX:
             raise MalformedError(f"more than {RECORDS_MAX} records")
 
     def _thing(self, number: int, read: ThingLine) -> None:
@@ -173,7 +193,8 @@ class Reading:
             )
             for one in self.things.values()
         )
-        return Brought(Hoard(tuple(whole), tuple(self.views)), self.ignored_views + len(self.ignored_things))
+        hoard = Hoard(tuple(whole), tuple(self.views), tuple(self.maps.values()))
+        return Brought(hoard, self.ignored_views + len(self.ignored_things))
 
 
 def read_full(data: bytes, excluded: Exclusion) -> Brought:
@@ -204,7 +225,16 @@ def read_seeds(data: bytes, excluded: Exclusion) -> Brought:
 def _view(label: str, record: SeedsRecord) -> KeptView:
     yaw = math.remainder(record.yaw, 2.0 * math.pi)
     pose = Pose2D(x=record.x, y=record.y, yaw=yaw)
-    kept = sighting_at(label, "", pose, confidence=record.confidence, last_seen_s=record.time, count=1, thing_id=None)
+    kept = sighting_at(
+        label,
+        "",
+        pose,
+        confidence=record.confidence,
+        last_seen_s=record.time,
+        count=1,
+        thing_id=None,
+        map_number=0,
+    )
     return KeptView(
         id=0,
         label=label,
@@ -217,6 +247,7 @@ def _view(label: str, record: SeedsRecord) -> KeptView:
         count=1,
         belief=kept.belief,
         believed_s=record.time,
+        map_number=0,
         thing_id=None,
     )
 

@@ -38,12 +38,14 @@ class Frame:
     looked_for: frozenset[str] | None = None
     seen_labels: frozenset[str] = frozenset()
     """Also of boxes that are not remembered from here, such as those of POST /looks."""
+    map_number: int = 0
+    """Of the map that the pose is in."""
 
 
-def frames_of(observations: Sequence[Observation]) -> list[Frame]:
+def frames_of(observations: Sequence[Observation], map_number: int = 0) -> list[Frame]:
     """Observations with one stamp and pose, sent together, are of one frame."""
     return [
-        Frame(pose=pose, stamp_s=stamp_s, seen=tuple(group))
+        Frame(pose=pose, stamp_s=stamp_s, seen=tuple(group), map_number=map_number)
         for (stamp_s, pose), group in groupby(observations, key=lambda one: (one.stamp_s, one.pose))
     ]
 

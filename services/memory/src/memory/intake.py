@@ -34,7 +34,7 @@ class Intake:
             hfov_rad=settings.camera_hfov_rad, height_m=settings.camera_height_m, forward_m=settings.camera_forward_m
         )
 
-    async def frame_of(self, message: Detections) -> Frame | None:
+    async def frame_of(self, message: Detections, map_number: int) -> Frame | None:
         """Every frame is a look, too; none where the robot did not know where it was."""
         if message.pose is None:
             return None
@@ -48,16 +48,16 @@ class Intake:
             seen=tuple(SeenBox(label=one.label, bbox_xyxy=one.bbox_xyxy) for one in message.detections),
         )
         try:
-            return (await self.judge(look, seen))[0]
+            return (await self.judge(look, map_number, seen))[0]
         except UnavailableError:  # what should have been there is not known now; what was seen is
-            return Frame(pose=message.pose, stamp_s=message.stamp_s, seen=seen)
+            return Frame(pose=message.pose, stamp_s=message.stamp_s, seen=seen, map_number=map_number)
 
-    async def judge(self, look: Look, seen: tuple[Observation, ...] = ()) -> tuple[Frame, Tally]:
+    async def judge(self, look: Look, map_number: int, seen: tuple[Observation, ...] = ()) -> tuple[Frame, Tally]:
         """The look as a frame with its misses, and how many things it confirmed, missed or could not tell.
 
         Raises `UnavailableError` where the database is away.
         """
-        around = await self._store.things(None, _around(look.pose), THINGS_AROUND)
+        around = await self._store.things(None, _around(look.pose), THINGS_AROUND, map_number)
         wanted = expected(look, around, self._camera, self._settings.look_range_m)
         depths, ground = await self._sight(look, wanted)
         confirmed, missing, untold = judged(look, wanted, lambda one: depths.get(one.thing.id), ground)
@@ -69,6 +69,7 @@ class Intake:
             is_look=True,
             looked_for=frozenset(look.labels) if look.labels is not None else None,
             seen_labels=frozenset(box.label for box in look.seen),
+            map_number=map_number,
         )
         return frame, Tally(len(confirmed), len(missing), len(untold))
 

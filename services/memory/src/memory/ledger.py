@@ -17,6 +17,10 @@ ANEW_S = 3600.0
 """After so long a look from the same place proves something again."""
 
 
+Kind = tuple[int, str]
+"""A map's number and a label: things of another kind cannot be the same thing."""
+
+
 @dataclass
 class Ledger:
     """Open it with every thing of the labels that the frames speak of; afterwards `changed` and `sightings` are to be
@@ -26,51 +30,53 @@ class Ledger:
     changed: set[int] = field(default_factory=set[int])
     sightings: dict[Place, Sighting] = field(default_factory=dict[Place, Sighting])
     _last_number: int = 0
-    _of_label: dict[str, set[int]] = field(default_factory=lambda: defaultdict[str, set[int]](set))
+    _of_kind: dict[Kind, set[int]] = field(default_factory=lambda: defaultdict[Kind, set[int]](set))
 
     @classmethod
     def of(cls, things: Iterable[Thing]) -> "Ledger":
         opened = cls({thing.id: thing for thing in things})
         opened._last_number = max(opened.things, default=0)
         for thing in opened.things.values():
-            opened._of_label[thing.label].add(thing.id)
+            opened._of_kind[_kind(thing)].add(thing.id)
         return opened
 
     def apply(self, frame: Frame) -> Tally:
         """Sightings first: what a frame shows is not missing from it."""
-        shown = self._take_in(frame.seen)
+        shown = self._take_in(frame.seen, frame.map_number)
         missed = 0
         for miss in frame.misses:
             if miss.thing_id not in shown and self._miss(miss, frame):
                 missed += 1
         return Tally(confirmed=len(shown), missed=missed)
 
-    def _take_in(self, seen: Sequence[Observation]) -> set[int]:
+    def _take_in(self, seen: Sequence[Observation], map_number: int) -> set[int]:
         by_label: dict[str, list[Observation]] = defaultdict(list)
         for one in seen:
             if usable_position(one) is None:
-                self._sight(sighting_of(one))
+                self._sight(sighting_of(one, None, map_number))
             else:
                 by_label[one.label].append(one)
         return {
-            thing_id for label, observations in by_label.items() for thing_id in self._identify(label, observations)
+            thing_id
+            for label, observations in by_label.items()
+            for thing_id in self._identify((map_number, label), observations)
         }
 
-    def _identify(self, label: str, observations: Sequence[Observation]) -> Iterable[int]:
-        known = [self.things[number] for number in self._of_label[label]]
+    def _identify(self, kind: Kind, observations: Sequence[Observation]) -> Iterable[int]:
+        known = [self.things[number] for number in self._of_kind[kind]]
         for one, match in zip(observations, matches(observations, known), strict=True):
             position = one.position
             assert position is not None
             if match is None:
-                thing = first_seen(one, position, self._new_number())
-                self._of_label[label].add(thing.id)
+                thing = replace(first_seen(one, position, self._new_number()), map_number=kind[0])
+                self._of_kind[kind].add(thing.id)
             else:
                 self._disown(match)
                 thing = seen_again(match, one, position)
             self._put(thing)
             if thing.moved_from is None and thing.times_seen <= NEWLY_SEEN:
                 self._came_from(thing)
-            self._sight(sighting_of(one, thing.id))
+            self._sight(sighting_of(one, thing.id, kind[0]))
             yield thing.id
 
     def _miss(self, miss: Miss, frame: Frame) -> bool:
@@ -126,8 +132,8 @@ class Ledger:
             self._link(thing, max(since, key=_lately))
 
     def _alike(self, thing: Thing, *, lost: bool) -> list[Thing]:
-        """Of its label and look, lost or not as asked."""
-        same = [self.things[number] for number in self._of_label[thing.label] if number != thing.id]
+        """Of its map, label and look, lost or not as asked."""
+        same = [self.things[number] for number in self._of_kind[_kind(thing)] if number != thing.id]
         return [one for one in same if one.lost is lost and could_be_the_same(one, thing)]
 
     def _link(self, before: Thing, after: Thing) -> None:
@@ -152,6 +158,10 @@ class Ledger:
     def _sight(self, new: Sighting) -> None:
         old = self.sightings.get(new.place)
         self.sightings[new.place] = new if old is None else merged(old, new)
+
+
+def _kind(thing: Thing) -> Kind:
+    return thing.map_number, thing.label
 
 
 def _lately(thing: Thing) -> tuple[float, int]:

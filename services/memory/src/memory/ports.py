@@ -1,12 +1,12 @@
 """What the service needs of the world: a place that keeps things and views, and robot_bridge's senses."""
 
 from collections.abc import AsyncGenerator, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from contracts.geometry import Point3D, Pose2D
 from contracts.memory import Area, ForgetRequest, LabelCount, View
-from contracts.robot import BoxQuery
+from contracts.robot import BoxQuery, KnownMap
 from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
 from memory.things import Thing
@@ -31,6 +31,7 @@ class KeptView:
     count: int
     belief: float
     believed_s: float
+    map_number: int
     thing_id: int | None
 
     @property
@@ -60,6 +61,15 @@ class Candidates:
 
 
 @dataclass(frozen=True, slots=True)
+class KeptMap:
+    """A map that something is remembered of, or was; `id` is empty where nobody knew which one it was."""
+
+    number: int
+    id: str
+    last_seen_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class Counts:
     """Of the whole store."""
 
@@ -75,42 +85,72 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Hoard:
-    """What an import brings: views name things by the ids they had where they come from."""
+    """What an import brings: views name things, and both name maps, by the numbers they had where they come from."""
 
     things: tuple[Thing, ...] = ()
     views: tuple[KeptView, ...] = ()
+    maps: tuple[KeptMap, ...] = ()
+
+
+def in_maps(hoard: Hoard, numbers: Mapping[int, int]) -> Hoard:
+    """The hoard with other numbers for its maps; those not named keep theirs."""
+    return Hoard(
+        things=tuple(replace(one, map_number=numbers.get(one.map_number, one.map_number)) for one in hoard.things),
+        views=tuple(replace(one, map_number=numbers.get(one.map_number, one.map_number)) for one in hoard.views),
+        maps=tuple(replace(one, number=numbers.get(one.number, one.number)) for one in hoard.maps),
+    )
 
 
 class Store(Protocol):
     """Keeps things and views as `memory.ledger` and `memory.views` say. Every method raises
-    `mesh.errors.UnavailableError` when it cannot, and then has changed nothing."""
+    `mesh.errors.UnavailableError` when it cannot, and then has changed nothing. `map_number`: of this map; none: of
+    every map."""
+
+    async def maps(self) -> tuple[KeptMap, ...]:
+        """The one the robot was in last comes first; there always is one."""
+        ...
+
+    async def map_sizes(self) -> dict[int, tuple[int, int]]:
+        """By number: how many views and how many things are of it."""
+        ...
+
+    async def enter_map(self, map_id: str, was: Collection[str], now_s: float) -> int:
+        """The number of the map that the robot is in now. What is of a map in `was` is of this one from now on; what
+        is of no known map is of the first one that is."""
+        ...
+
+    async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
+        """Numbers of maps in which something of the label is remembered."""
+        ...
 
     async def remember(self, frames: Sequence[Frame]) -> Tally:
         """All or nothing, and durable on return."""
         ...
 
-    async def views(self, label: str | None, limit: int) -> list[KeptView]:
+    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[KeptView]:
         """The label's views, or all: confidence descending, of equals the one first seen first."""
         ...
 
-    async def things(self, label: str | None, area: Area | None, limit: int) -> list[Thing]:
+    async def things(
+        self, label: str | None, area: Area | None, limit: int, map_number: int | None = None
+    ) -> list[Thing]:
         """Last seen first."""
         ...
 
     async def thing(self, number: int) -> Thing | None: ...
 
-    async def labels(self, limit: int) -> list[LabelCount]:
+    async def labels(self, limit: int, map_number: int | None = None) -> list[LabelCount]:
         """Most views first, of equals by name."""
         ...
 
     async def candidates(
-        self, wanted: Mapping[str, Collection[str]], *, views_a_thing: int, views_max: int
+        self, wanted: Mapping[str, Collection[str]], *, map_number: int = 0, views_a_thing: int, views_max: int
     ) -> dict[str, Candidates]:
-        """By label, as things are at one moment. Of each thing so many of its best views; the best views without a
-        thing. `wanted` maps each label to the colours asked for: a limit leaves none of them out for others."""
+        """By label, of one map, as things are at one moment. Of each thing so many of its best views; the best views
+        without a thing. `wanted` maps each label to the colours asked for: no limit leaves them out for others."""
         ...
 
-    async def forget(self, what: ForgetRequest) -> int:
+    async def forget(self, what: ForgetRequest, map_number: int | None = None) -> int:
         """How many things and views there were. Afterwards they are not in the files either."""
         ...
 
@@ -151,7 +191,11 @@ class Senses(Protocol):
         ...
 
     async def ground(self) -> OccupancyGrid | None:
-        """The newest map; asked for at most once a minute."""
+        """The newest map, no older than a few seconds."""
+        ...
+
+    async def home(self) -> KnownMap | None:
+        """Which home that map is of."""
         ...
 
     async def aclose(self) -> None: ...

@@ -4,6 +4,7 @@ import asyncio
 from collections import Counter as Counted
 from collections import deque
 from collections.abc import AsyncGenerator, Sequence
+from dataclasses import replace
 
 import structlog
 from prometheus_client import Counter
@@ -22,11 +23,12 @@ from contracts.memory import (
     ObservationsReply,
     RecallReply,
     RecallRequest,
+    RememberedMap,
     RememberedObject,
     View,
 )
 from contracts.problem import Dependency
-from contracts.topics import VISION_DETECTIONS
+from contracts.topics import ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detections
 from memory import exchange, recall
 from memory.frames import Exclusion, Frame, frames_of, not_after
@@ -36,6 +38,7 @@ from memory.ports import Senses, Store
 from memory.recall import Weights
 from memory.settings import Settings
 from memory.things import remembered
+from memory.whereabouts import Whereabouts
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
@@ -48,6 +51,9 @@ LOST = Counter("memory_frames_lost_total", "frames dropped because the buffer wa
 PENDING_MAX = 20
 """Frames that wait to be looked at; perception makes two to five a second."""
 DAY_S = 86_400.0
+MAP_PERIOD_S = 2.0
+NOT_KNOWN_YET = -1
+"""A frame's map while the database has not yet been read once: it is found out when the frame is written."""
 
 
 class Memory:
@@ -60,6 +66,7 @@ class Memory:
         self._clock = clock
         self._senses = senses
         self._excluded = Exclusion.of(settings.excluded_labels)
+        self._whereabouts = Whereabouts(store, senses, clock)
         self._intake = Intake(settings, store, senses)
         self._blind = Intake(settings, store, None)
         self._pending: deque[Detections] = deque(maxlen=PENDING_MAX)
@@ -72,12 +79,22 @@ class Memory:
         """Takes in `vision.detections` until cancelled."""
         await self._bus.listen(VISION_DETECTIONS, self.take)
 
+    async def hear_robot(self) -> None:
+        """Takes in which map the robot is in, until cancelled."""
+        await self._bus.listen(ROBOT_STATE, self._whereabouts.hear)
+
     async def look_forever(self) -> None:
         """Finds out where the things of each frame are, and what is missing from it."""
         while True:
             await self._came.wait()
             self._came.clear()
             await self._look_at_pending(self._intake)
+
+    async def watch_map_forever(self) -> None:
+        """Finds out which map the robot is in, also where the bus is silent."""
+        while True:
+            await self._whereabouts.ask()
+            await self._clock.sleep(MAP_PERIOD_S)
 
     async def flush_forever(self) -> None:
         """Writes the buffer once a period; what cannot be written now stays for the next time."""
@@ -125,7 +142,9 @@ class Memory:
         self._buffer.clear()
         written = False
         try:
-            await self._store.remember(batch)
+            here = (await self._whereabouts.here()).number
+            late = [replace(one, map_number=here) if one.map_number == NOT_KNOWN_YET else one for one in batch]
+            await self._store.remember(late)
             written = True
         finally:  # cancelled counts too: the last flush of a closing service writes it then
             if not written:
@@ -136,14 +155,15 @@ class Memory:
         """Durable when it returns."""
         wanted = [one for one in batch.observations if one.label not in self._excluded]
         if wanted:
-            now_s = self._clock.now_s()
-            await self._store.remember([not_after(frame, now_s) for frame in frames_of(wanted)])
+            here, now_s = await self._whereabouts.here(), self._clock.now_s()
+            await self._store.remember([not_after(frame, now_s) for frame in frames_of(wanted, here.number)])
             STORED.labels("http").inc(len(wanted))
         return ObservationsReply(stored=len(wanted), ignored=len(batch.observations) - len(wanted))
 
     async def look(self, batch: LookBatch) -> LooksReply:
         """Durable when it returns. A look confirms nothing: what was seen comes as observations."""
-        judged = [await self._intake.judge(look) for look in batch.looks]
+        here = await self._whereabouts.here()
+        judged = [await self._intake.judge(look, here.number) for look in batch.looks]
         now_s = self._clock.now_s()
         await self._store.remember([not_after(frame, now_s) for frame, _ in judged])
         return LooksReply(
@@ -152,18 +172,39 @@ class Memory:
             untold=sum(tally.untold for _, tally in judged),
         )
 
-    async def labels(self, limit: int) -> list[LabelCount]:
-        return await self._store.labels(limit)
+    async def maps(self) -> list[RememberedMap]:
+        """Homes that something is remembered of, the one the robot is in first."""
+        here, sizes = await self._whereabouts.here(), await self._store.map_sizes()
+        return [
+            RememberedMap(
+                id=one.id,
+                current=one.number == here.number,
+                last_seen_s=one.last_seen_s,
+                views=sizes.get(one.number, (0, 0))[0],
+                objects=sizes.get(one.number, (0, 0))[1],
+            )
+            for one in sorted(await self._store.maps(), key=lambda one: one.number != here.number)
+            if one.number == here.number or one.number in sizes
+        ]
 
-    async def views(self, label: str | None, limit: int) -> list[View]:
-        return [kept.told() for kept in await self._store.views(label, limit)]
+    async def labels(self, limit: int, map_id: str | None = None) -> list[LabelCount]:
+        return await self._store.labels(limit, await self._whereabouts.number(map_id))
+
+    async def views(self, label: str | None, limit: int, map_id: str | None = None) -> list[View]:
+        return [kept.told() for kept in await self._store.views(label, limit, await self._whereabouts.number(map_id))]
 
     async def objects(
-        self, label: str | None, state: ObjectState | None, colour: str | None, limit: int
+        self,
+        label: str | None,
+        state: ObjectState | None,
+        colour: str | None,
+        limit: int,
+        map_id: str | None = None,
     ) -> list[RememberedObject]:
         """Most believed first."""
-        now_s = self._clock.now_s()
-        found = [remembered(one, now_s) for one in await self._store.things(label, None, self._settings.objects_max)]
+        now_s, number = self._clock.now_s(), await self._whereabouts.number(map_id)
+        kept = await self._store.things(label, None, self._settings.objects_max, number)
+        found = [remembered(one, now_s) for one in kept]
         wanted = [one for one in found if state in {None, one.state} and colour in {None, one.colour}]
         return sorted(wanted, key=lambda one: (-one.belief, -one.last_seen_s, one.id))[:limit]
 
@@ -177,16 +218,22 @@ class Memory:
         """Requirement A5; see `memory.recall`."""
         rule = request.rule if request.rule is not None else self._settings.recall_rule
         wanted = recall.asked_for(request)
+        here = await self._whereabouts.here()
         found = await self._store.candidates(
-            wanted, views_a_thing=self._settings.views_an_object, views_max=self._settings.candidates_max
+            wanted,
+            map_number=here.number,
+            views_a_thing=self._settings.views_an_object,
+            views_max=self._settings.candidates_max,
         )
         views = recall.rank(request, found, rule=rule, weights=self._weights, now_s=self._clock.now_s())
-        return RecallReply(views=views, rule=rule)
+        elsewhere = await self._whereabouts.elsewhere(request.label)
+        return RecallReply(views=views, rule=rule, map_id=here.id, in_other_maps=elsewhere)
 
     async def forget(self, what: ForgetRequest) -> DeletedReply:
         """What still waits in the buffer goes too. Raises `NotFoundError` when there was nothing."""
         await self.catch_up()
-        return _deleted(await self._store.forget(what))
+        of = (await self._whereabouts.here()).number if what.area is not None else None
+        return _deleted(await self._store.forget(what, of))
 
     async def forget_object(self, number: int) -> DeletedReply:
         await self.catch_up()
@@ -201,8 +248,9 @@ class Memory:
                 begun = True
             return
         between = "{\n"
-        for known in await self._store.labels(10_000):
-            views = await self._store.views(known.label, self._settings.views_max)
+        here = (await self._whereabouts.here()).number
+        for known in await self._store.labels(10_000, here):
+            views = await self._store.views(known.label, self._settings.views_max, here)
             yield between + exchange.seeds_of(known.label, views)
             between = ",\n"
         yield "{}\n" if between == "{\n" else "\n}\n"
@@ -214,13 +262,16 @@ class Memory:
             brought = await asyncio.to_thread(read, data, self._excluded)
         except exchange.MalformedError as error:
             raise UnprocessableError(str(error)) from error
-        await self._store.bring_in(brought.hoard)
+        here = await self._whereabouts.here()
+        named = tuple(replace(one, id=one.id or here.id) for one in brought.hoard.maps)
+        await self._store.bring_in(replace(brought.hoard, maps=named or (replace(here, number=0),)))
         return ImportReply(objects=len(brought.hoard.things), views=len(brought.hoard.views), ignored=brought.ignored)
 
     async def map_svg(self, label: str | None, views_max: int) -> str:
         now_s = self._clock.now_s()
-        things = [remembered(one, now_s) for one in await self._store.things(label, None, 1000)]
-        views = await self._store.views(label, views_max)
+        here = (await self._whereabouts.here()).number
+        things = [remembered(one, now_s) for one in await self._store.things(label, None, 1000, here)]
+        views = await self._store.views(label, views_max, here)
         ground = await self._senses.ground() if self._senses is not None else None
         return await asyncio.to_thread(map_svg, things, views, ground, now_s)
 
@@ -259,12 +310,19 @@ class Memory:
         async with self._looking:
             while self._pending:
                 message = self._pending[0]
-                frame = await intake.frame_of(message)
+                frame = await self._frame_of(message, intake)
                 if self._pending and self._pending[0] is message:
                     self._pending.popleft()
                 if frame is not None:
                     LOST.inc(len(self._buffer) == self._buffer.maxlen)
                     self._buffer.append(not_after(frame, self._clock.now_s()))
+
+    async def _frame_of(self, message: Detections, intake: Intake) -> Frame | None:
+        try:
+            here = await self._whereabouts.here()
+        except UnavailableError:
+            return await intake.frame_of(message, NOT_KNOWN_YET)
+        return await intake.frame_of(message, here.number)
 
     async def catch_up(self) -> None:
         """Everything that has come is looked at and written when it returns."""

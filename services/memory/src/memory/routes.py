@@ -22,6 +22,7 @@ from contracts.memory import (
     ObservationsReply,
     RecallReply,
     RecallRequest,
+    RememberedMap,
     RememberedObject,
     View,
 )
@@ -39,6 +40,9 @@ async def get_memory(request: Request) -> Memory:
 
 
 MemoryDep = Annotated[Memory, Depends(get_memory)]
+InMap = Annotated[
+    str | None, Query(alias="map", max_length=40, description="a map's id, see /maps; none: the one the robot is in")
+]
 Number = Annotated[int, Path(ge=1, le=2**31 - 1)]
 
 
@@ -55,9 +59,17 @@ async def look(body: LookBatch, memory: MemoryDep) -> LooksReply:
 
 
 @router.get("/labels", tags=["reading"])
-async def labels(memory: MemoryDep, limit: Annotated[int, Query(ge=1, le=1000)] = 500) -> list[LabelCount]:
-    """What is remembered at all, most views first."""
-    return await memory.labels(limit)
+async def labels(
+    memory: MemoryDep, limit: Annotated[int, Query(ge=1, le=1000)] = 500, in_map: InMap = None
+) -> list[LabelCount]:
+    """What is remembered at all of a map, most views first."""
+    return await memory.labels(limit, in_map)
+
+
+@router.get("/maps", tags=["reading"])
+async def maps(memory: MemoryDep) -> list[RememberedMap]:
+    """Homes that something is remembered of, the one the robot is in first."""
+    return await memory.maps()
 
 
 @router.get("/views", tags=["reading"])
@@ -65,9 +77,10 @@ async def views(
     memory: MemoryDep,
     label: Annotated[Label | None, Query()] = None,
     limit: Annotated[int, Query(ge=1, le=5000)] = 100,
+    in_map: InMap = None,
 ) -> list[View]:
     """Robot poses from which a thing (or anything) was seen, confidence descending."""
-    return await memory.views(label, limit)
+    return await memory.views(label, limit, in_map)
 
 
 @router.get("/objects", tags=["reading"])
@@ -77,9 +90,10 @@ async def objects(
     state: Annotated[ObjectState | None, Query()] = None,
     colour: Annotated[Colour | None, Query()] = None,
     limit: Annotated[int, Query(ge=1, le=5000)] = 200,
+    in_map: InMap = None,
 ) -> list[RememberedObject]:
     """Things with a place of their own, most believed first."""
-    return await memory.objects(label, state, colour, limit)
+    return await memory.objects(label, state, colour, limit, in_map)
 
 
 @router.get("/objects/{number}", tags=["reading"])

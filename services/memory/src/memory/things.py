@@ -51,6 +51,8 @@ class Thing:
     miss_loss: float = 1.0
     moved_from: int | None = None
     moved_to: int | None = None
+    map_number: int = 0
+    """Of the map that its place is in."""
     embedding_model: str = ""
     embedding: tuple[float, ...] = ()
 

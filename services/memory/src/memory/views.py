@@ -28,6 +28,7 @@ class Place:
     cell_y: int
     sector: int
     thing_id: int | None = None
+    map_number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class Sighting:
     belief: float = FIRST
 
 
-def place_of(observation: Observation, thing_id: int | None = None) -> Place:
+def place_of(observation: Observation, thing_id: int | None = None, map_number: int = 0) -> Place:
     pose = observation.pose
     return Place(
         label=observation.label,
@@ -54,12 +55,13 @@ def place_of(observation: Observation, thing_id: int | None = None) -> Place:
         cell_y=math.floor(pose.y / CELL_M),
         sector=math.floor((pose.yaw % (2.0 * math.pi)) / SECTOR_RAD) % SECTORS,
         thing_id=thing_id,
+        map_number=map_number,
     )
 
 
-def sighting_of(observation: Observation, thing_id: int | None = None) -> Sighting:
+def sighting_of(observation: Observation, thing_id: int | None = None, map_number: int = 0) -> Sighting:
     return Sighting(
-        place_of(observation, thing_id),
+        place_of(observation, thing_id, map_number),
         observation.pose,
         observation.confidence,
         observation.stamp_s,
@@ -81,11 +83,19 @@ def merged(old: Sighting, new: Sighting) -> Sighting:
 
 
 def sighting_at(
-    label: str, colour: str, pose: Pose2D, *, confidence: float, last_seen_s: float, count: int, thing_id: int | None
+    label: str,
+    colour: str,
+    pose: Pose2D,
+    *,
+    confidence: float,
+    last_seen_s: float,
+    count: int,
+    thing_id: int | None,
+    map_number: int,
 ) -> Sighting:
     """A view that comes from elsewhere, put in its place."""
     observation = Observation(label=label, colour=colour or None, pose=pose, confidence=confidence, stamp_s=last_seen_s)
-    return replace(sighting_of(observation, thing_id), count=count)
+    return replace(sighting_of(observation, thing_id, map_number), count=count)
 
 
 def contradicted(label: str, pose: Pose2D, believed_s: float, frame: Frame) -> bool:

@@ -23,15 +23,21 @@ VIEWS_A_COLOUR = 25
 """The same of views without a thing."""
 
 
-def best_views(connection: Connection, label: str | None, limit: int) -> list[KeptView]:
+def best_views(connection: Connection, label: str | None, limit: int, map_number: int | None) -> list[KeptView]:
     query = select(*VIEW).order_by(views.c.confidence.desc(), views.c.id).limit(limit)
+    if map_number is not None:
+        query = query.where(views.c.map_number == map_number)
     if label is not None:
         query = query.where(views.c.label == label)
     return _coloured(connection, connection.execute(query).all())
 
 
-def some_things(connection: Connection, label: str | None, area: Area | None, limit: int) -> list[Thing]:
+def some_things(
+    connection: Connection, label: str | None, area: Area | None, limit: int, map_number: int | None
+) -> list[Thing]:
     query = select(*THING).order_by(things.c.last_seen_s.desc(), things.c.id).limit(limit)
+    if map_number is not None:
+        query = query.where(things.c.map_number == map_number)
     if label is not None:
         query = query.where(things.c.label == label)
     if area is not None:
@@ -44,10 +50,15 @@ def one_thing(connection: Connection, number: int) -> Thing | None:
     return thing_of(row) if row is not None else None
 
 
-def labels(connection: Connection, limit: int) -> list[LabelCount]:
+def labels(connection: Connection, limit: int, map_number: int | None) -> list[LabelCount]:
     count = func.count().label("views")
     # By `label || ''`, which no index has: by their order SQLite would fetch every row from elsewhere in the file.
-    every = select((views.c.label + "").label("label"), views.c.confidence, views.c.last_seen_s).subquery("every")
+    rows = select((views.c.label + "").label("label"), views.c.confidence, views.c.last_seen_s)
+    counted = select(things.c.label, func.count().label("things")).group_by(things.c.label)
+    if map_number is not None:
+        rows = rows.where(views.c.map_number + 0 == map_number)  # not by the index, for the same reason
+        counted = counted.where(things.c.map_number == map_number)
+    every = rows.subquery("every")
     query = (
         select(
             every.c.label,
@@ -59,7 +70,6 @@ def labels(connection: Connection, limit: int) -> list[LabelCount]:
         .order_by(count.desc(), _by_bytes(connection))
         .limit(limit)
     )
-    counted = select(things.c.label, func.count().label("things")).group_by(things.c.label)
     of_label = {row.label: row.things for row in connection.execute(counted)}
     return [
         LabelCount(
@@ -74,22 +84,29 @@ def labels(connection: Connection, limit: int) -> list[LabelCount]:
 
 
 def candidates(
-    connection: Connection, label: str, colours: Collection[str], *, views_a_thing: int, views_max: int
+    connection: Connection,
+    label: str,
+    colours: Collection[str],
+    *,
+    map_number: int,
+    views_a_thing: int,
+    views_max: int,
 ) -> Candidates:
     """A few rows a thing by an index each, not all rows of the label: a year leaves thousands.
 
     Where there are more than that, what is of a colour asked for is not left out for others.
     """
-    found = {row[0]: thing_of(row) for row in connection.execute(_LIKELY, {"label": label}).all()}
-    shown: list[Sequence[Any]] = [*connection.execute(_WITHOUT_THING, {"label": label, "most": views_max}).all()]
+    of = {"label": label, "map_number": map_number}
+    found = {row[0]: thing_of(row) for row in connection.execute(_LIKELY, of).all()}
+    shown: list[Sequence[Any]] = [*connection.execute(_WITHOUT_THING, {**of, "most": views_max}).all()]
     more_things, more_views = len(found) == THINGS_A_LABEL, len(shown) == views_max
     known = {row[0] for row in shown}
     for colour in colours:
         if more_things:
-            rows = connection.execute(_LIKELY_IN_COLOUR, {"label": label, "voted": f'%"{colour}"%'}).all()
+            rows = connection.execute(_LIKELY_IN_COLOUR, {**of, "voted": f'%"{colour}"%'}).all()
             found.update((row[0], thing_of(row)) for row in rows if row[0] not in found)
         if more_views:
-            rows = connection.execute(_WITHOUT_THING_IN_COLOUR, {"label": label, "colour": colour}).all()
+            rows = connection.execute(_WITHOUT_THING_IN_COLOUR, {**of, "colour": colour}).all()
             shown += [row for row in rows if row[0] not in known]
     if found:
         shown += connection.execute(_OF_THINGS, {"numbers": list(found), "each": views_a_thing}).all()
@@ -113,14 +130,18 @@ def _of_things() -> Any:
 # Written once: to build them anew takes longer than to run them.
 _LIKELY = (
     select(*THING)
-    .where(things.c.label == bindparam("label"))
+    .where(things.c.map_number == bindparam("map_number"), things.c.label == bindparam("label"))
     .order_by(things.c.belief.desc(), things.c.last_seen_s.desc(), things.c.id)
     .limit(THINGS_A_LABEL)
 )
 _LIKELY_IN_COLOUR = _LIKELY.where(things.c.colours.like(bindparam("voted"))).limit(THINGS_A_COLOUR)
 _WITHOUT_THING = (
     select(*VIEW)
-    .where(views.c.label == bindparam("label"), views.c.thing_id.is_(None))
+    .where(
+        views.c.map_number == bindparam("map_number"),
+        views.c.label == bindparam("label"),
+        views.c.thing_id.is_(None),
+    )
     .order_by(views.c.confidence.desc(), views.c.id)
     .limit(bindparam("most"))
 )

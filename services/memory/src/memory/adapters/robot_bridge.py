@@ -7,8 +7,9 @@ import structlog
 
 from contracts.base import Message
 from contracts.geometry import Point3D
-from contracts.robot import BoxQuery, DepthReply, LocalizeReply, Map
+from contracts.robot import BoxQuery, DepthReply, KnownMap, LocalizeReply, Map
 from geometry.grids import MapError, OccupancyGrid, decode
+from geometry.places import content_id, sketch_of
 from mesh.clock import Clock
 from mesh.errors import MeshError, UpstreamError
 from mesh.http import ServiceClient
@@ -19,7 +20,7 @@ M = TypeVar("M", bound=Message)
 
 AWAY_S = 2.0
 """After a failure nothing is asked for so long."""
-MAP_AGE_S_MAX = 60.0
+MAP_AGE_S_MAX = 5.0
 
 
 class RobotBridge:
@@ -31,8 +32,10 @@ class RobotBridge:
         self._client = ServiceClient("robot_bridge", base_url, timeout_s=timeout_s, transport=transport)
         self._clock = clock
         self._away_until_s = 0.0
+        self._map: Map | None = None
+        self._map_s: float | None = None
         self._ground: OccupancyGrid | None = None
-        self._ground_s: float | None = None
+        self._home: KnownMap | None = None
 
     async def aclose(self) -> None:
         await self._client.aclose()
@@ -46,20 +49,26 @@ class RobotBridge:
         return reply.distance_m if reply is not None else None
 
     async def ground(self) -> OccupancyGrid | None:
-        now_s = self._clock.now_s()
-        if self._ground_s is None or now_s - self._ground_s > MAP_AGE_S_MAX:
-            self._ground = await self._map()
-            self._ground_s = now_s
+        await self._refresh()
         return self._ground
 
-    async def _map(self) -> OccupancyGrid | None:
-        if self._away():
-            return self._ground
+    async def home(self) -> KnownMap | None:
+        await self._refresh()
+        return self._home
+
+    async def _refresh(self) -> None:
+        now_s = self._clock.now_s()
+        if self._away() or (self._map_s is not None and now_s - self._map_s <= MAP_AGE_S_MAX):
+            return
+        self._map_s = now_s
         try:
-            return decode(await self._client.get("/map", Map))
+            found = await self._client.get("/map", Map)
+            if found != self._map:
+                self._ground = decode(found)
+                self._home = found.home if found.home is not None else _nameless(self._ground, now_s)
+                self._map = found
         except (MeshError, MapError) as error:
-            log.warning("no map to tell what hides things", error=str(error))
-            return self._ground
+            log.warning("no map", error=str(error))
 
     async def _ask(self, path: str, box: BoxQuery, reply: type[M]) -> M | None:
         """None, and nothing is asked for a while, where the bridge is away; a refusal concerns this box alone."""
@@ -75,3 +84,8 @@ class RobotBridge:
 
     def _away(self) -> bool:
         return self._clock.now_s() < self._away_until_s
+
+
+def _nameless(grid: OccupancyGrid, now_s: float) -> KnownMap:
+    """A bridge that does not say which home it is in: the map is known by its content alone."""
+    return KnownMap(id=content_id(sketch_of(grid)), first_seen_s=now_s, last_seen_s=now_s)

@@ -32,6 +32,7 @@ def thing_of(row: Sequence[Any]) -> Thing:
 def row_of(thing: Thing) -> Values:
     """Without its id and its links, which are the store's to give."""
     return {
+        "map_number": thing.map_number,
         "label": thing.label,
         "x": thing.x,
         "y": thing.y,
@@ -66,6 +67,7 @@ VIEW: tuple[ColumnElement[Any], ...] = (
     views.c.sightings,
     views.c.belief,
     views.c.believed_s,
+    views.c.map_number,
     views.c.thing_id,
 )
 """What a view is read as, in the order of `KeptView`: recall reads hundreds."""
@@ -79,6 +81,7 @@ def view_of(row: Sequence[Any], colour: str | None = None) -> KeptView:
 def row_of_sighting(sighting: Sighting, thing_id: int | None) -> Values:
     place, pose = sighting.place, sighting.pose
     return {
+        "map_number": place.map_number,
         "label": place.label,
         "colour": place.colour,
         "cell_x": place.cell_x,

@@ -10,13 +10,13 @@ from typing import TypeVar
 from sqlalchemy import Connection, make_url
 
 from contracts.memory import Area, ForgetRequest, LabelCount
-from memory.adapters import reading, writing
+from memory.adapters import places, reading, writing
 from memory.adapters.database import Database, naming_the_database
 from memory.adapters.database_file import CHECK_S, SqliteFile
 from memory.adapters.postgres import Postgres
 from memory.adapters.tables import things, views
 from memory.frames import Frame, Tally
-from memory.ports import Candidates, Counts, Hoard, KeptView
+from memory.ports import Candidates, Counts, Hoard, KeptMap, KeptView
 from memory.settings import Settings
 from memory.things import Thing
 from mesh.errors import UnavailableError
@@ -75,31 +75,52 @@ class SqlStore:
 
         return await self._write(work)
 
-    async def views(self, label: str | None, limit: int) -> list[KeptView]:
-        return await self._read(lambda connection: reading.best_views(connection, label, limit))
+    async def maps(self) -> tuple[KeptMap, ...]:
+        return await self._read(places.all_maps)
 
-    async def things(self, label: str | None, area: Area | None, limit: int) -> list[Thing]:
-        return await self._read(lambda connection: reading.some_things(connection, label, area, limit))
+    async def map_sizes(self) -> dict[int, tuple[int, int]]:
+        return await self._read(places.sizes)
+
+    async def enter_map(self, map_id: str, was: Collection[str], now_s: float) -> int:
+        return await self._write(lambda connection: places.enter(connection, map_id, was, now_s))
+
+    async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
+        return await self._read(lambda connection: places.maps_with(connection, label, limit))
+
+    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[KeptView]:
+        return await self._read(lambda connection: reading.best_views(connection, label, limit, map_number))
+
+    async def things(
+        self, label: str | None, area: Area | None, limit: int, map_number: int | None = None
+    ) -> list[Thing]:
+        return await self._read(lambda connection: reading.some_things(connection, label, area, limit, map_number))
 
     async def thing(self, number: int) -> Thing | None:
         return await self._read(lambda connection: reading.one_thing(connection, number))
 
-    async def labels(self, limit: int) -> list[LabelCount]:
-        return await self._read(lambda connection: reading.labels(connection, limit))
+    async def labels(self, limit: int, map_number: int | None = None) -> list[LabelCount]:
+        return await self._read(lambda connection: reading.labels(connection, limit, map_number))
 
     async def candidates(
-        self, wanted: Mapping[str, Collection[str]], *, views_a_thing: int, views_max: int
+        self, wanted: Mapping[str, Collection[str]], *, map_number: int = 0, views_a_thing: int, views_max: int
     ) -> dict[str, Candidates]:
         def work(connection: Connection) -> dict[str, Candidates]:
             return {
-                label: reading.candidates(connection, label, colours, views_a_thing=views_a_thing, views_max=views_max)
+                label: reading.candidates(
+                    connection,
+                    label,
+                    colours,
+                    map_number=map_number,
+                    views_a_thing=views_a_thing,
+                    views_max=views_max,
+                )
                 for label, colours in wanted.items()
             }
 
         return await self._read(work)
 
-    async def forget(self, what: ForgetRequest) -> int:
-        return await self._forget(lambda connection: writing.forget(connection, what))
+    async def forget(self, what: ForgetRequest, map_number: int | None = None) -> int:
+        return await self._forget(lambda connection: writing.forget(connection, what, map_number))
 
     async def forget_thing(self, number: int) -> int:
         return await self._forget(lambda connection: writing.forget_thing(connection, number))
@@ -116,6 +137,7 @@ class SqlStore:
 
     async def pages(self) -> AsyncGenerator[Hoard]:
         """A view of a thing that came after the things were read is left out."""
+        yield Hoard(maps=await self.maps())
         told: set[int] = set()
         for kind in ("things", "views"):
             after: int | None = 0
@@ -129,7 +151,7 @@ class SqlStore:
 
     async def bring_in(self, hoard: Hoard) -> None:
         def work(connection: Connection) -> None:
-            writing.bring_in(connection, hoard)
+            writing.bring_in(connection, places.in_kept_maps(connection, hoard))
             self._make_room(connection, len(hoard.views) + len(hoard.things))
 
         await self._write(work)

@@ -21,10 +21,19 @@ metadata = MetaData()
 
 Real = Float().with_variant(postgresql.DOUBLE_PRECISION(), "postgresql")
 
+maps = Table(
+    "maps",
+    metadata,
+    Column("number", Integer, primary_key=True),
+    Column("id", Text, nullable=False, unique=True),  # empty: nobody knows which map it was
+    Column("last_seen_s", Real, nullable=False),
+)
+
 things = Table(
     "things",
     metadata,
     Column("id", Integer, primary_key=True),
+    Column("map_number", Integer, nullable=False),
     Column("label", Text, nullable=False),
     Column("x", Real, nullable=False),
     Column("y", Real, nullable=False),
@@ -48,13 +57,14 @@ things = Table(
     Column("embedding", LargeBinary, nullable=False),  # float16, little-endian
     sqlite_autoincrement=True,  # an id is never given twice: a page may still show the old one
 )
-Index("things_of_label", things.c.label)
-Index("things_at", things.c.x, things.c.y)
+Index("things_of_label", things.c.map_number, things.c.label)
+Index("things_at", things.c.map_number, things.c.x, things.c.y)
 
 views = Table(
     "views",
     metadata,
     Column("id", Integer, primary_key=True),
+    Column("map_number", Integer, nullable=False),
     Column("label", Text, nullable=False),
     Column("colour", Text, nullable=False),  # empty: not known, or the thing's
     Column("cell_x", Integer, nullable=False),
@@ -73,6 +83,7 @@ views = Table(
 NO_THING: ColumnElement[int] = literal_column("coalesce(thing_id, 0)")
 """SQL takes two NULLs for different; a key must not."""
 PLACE: tuple[ColumnElement[Any], ...] = (
+    views.c.map_number,
     views.c.cell_x,
     views.c.cell_y,
     views.c.sector,
@@ -81,10 +92,11 @@ PLACE: tuple[ColumnElement[Any], ...] = (
     NO_THING,
 )
 Index("views_place", *PLACE, unique=True)
-Index("views_best_first", views.c.label, views.c.confidence.desc())
+Index("views_best_first", views.c.map_number, views.c.label, views.c.confidence.desc())
 Index("views_of_thing", views.c.thing_id, views.c.label, views.c.confidence.desc())
 Index(
     "views_of_colour",
+    views.c.map_number,
     views.c.label,
     views.c.colour,
     views.c.confidence.desc(),

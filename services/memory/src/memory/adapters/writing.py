@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import Connection, and_, bindparam, case, delete, func, insert, or_, select, true, update
+from sqlalchemy import Connection, and_, bindparam, case, delete, func, insert, literal, or_, select, true, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from contracts.memory import ForgetRequest
@@ -81,16 +81,28 @@ def write_sightings(
     """`add`: counts add up; else the larger stays, so that importing twice changes nothing."""
     rows = [row_of_sighting(sighting, _numbered(place.thing_id, numbers)) for place, sighting in sightings]
     if rows:
-        connection.execute(_upsert(connection.dialect.name, add=add), rows)
+        connection.execute(_merging(_insert(connection), add=add), rows)
 
 
 def _numbered(number: int | None, numbers: dict[int, int]) -> int | None:
     return number if number is None else numbers.get(number, number)
 
 
-def _upsert(dialect: str, *, add: bool) -> Any:
+def merge_loose_views(connection: Connection, old: int, new: int) -> None:
+    """Views without a thing of map `old` become views of map `new`; those that say the same count once."""
+    names = [column.name for column in views.c if column.name not in {"id", "map_number"}]
+    loose = (views.c.map_number == old, views.c.thing_id.is_(None))
+    source = select(literal(new), *(views.c[name] for name in names)).where(*loose)
+    connection.execute(_merging(_insert(connection).from_select(["map_number", *names], source), add=True))
+    connection.execute(delete(views).where(*loose))
+
+
+def _insert(connection: Connection) -> Any:
+    return (postgresql if connection.dialect.name == "postgresql" else sqlite).insert(views)
+
+
+def _merging(statement: Any, *, add: bool) -> Any:
     """`memory.views.merged`, in SQL: the right-hand sides see the row as it was."""
-    statement = (postgresql if dialect == "postgresql" else sqlite).insert(views)
     new, old = statement.excluded, views.c
     better = new.confidence > old.confidence
     later = new.last_seen_s > old.last_seen_s
@@ -116,6 +128,7 @@ def _disbelieve_views(connection: Connection, frame: Frame) -> None:
     reach = LOOKED_M / CELL_M + 1
     column, row = frame.pose.x / CELL_M, frame.pose.y / CELL_M
     near = select(*VIEW).where(
+        views.c.map_number == frame.map_number,
         NO_THING == 0,  # as `views_place` has it: for `thing_id IS NULL` SQLite would read every view without a thing
         views.c.cell_x.in_(range(int(column - reach), int(column + reach) + 1)),  # a list: each is a range of the index
         views.c.cell_y.between(int(row - reach), int(row + reach)),
@@ -131,11 +144,11 @@ def _disbelieve_views(connection: Connection, frame: Frame) -> None:
                 connection.execute(update(views).where(views.c.id == view.id).values(values))
 
 
-def forget(connection: Connection, what: ForgetRequest) -> int:
+def forget(connection: Connection, what: ForgetRequest, map_number: int | None) -> int:
     """Views of a forgotten thing go with it, and are counted."""
-    gone = [row.id for row in connection.execute(select(things.c.id).where(_met(things, what)))]
+    gone = [row.id for row in connection.execute(select(things.c.id).where(_met(things, what, map_number)))]
     count = sum(forget_thing(connection, number) for number in gone)
-    return count + connection.execute(delete(views).where(_met(views, what))).rowcount
+    return count + connection.execute(delete(views).where(_met(views, what, map_number))).rowcount
 
 
 def forget_thing(connection: Connection, number: int) -> int:
@@ -143,8 +156,10 @@ def forget_thing(connection: Connection, number: int) -> int:
     return its_views + connection.execute(delete(things).where(things.c.id == number)).rowcount
 
 
-def _met(table: Any, what: ForgetRequest) -> Any:
+def _met(table: Any, what: ForgetRequest, map_number: int | None) -> Any:
     conditions: list[Any] = [true()]
+    if map_number is not None:
+        conditions.append(table.c.map_number == map_number)
     if what.label is not None:
         conditions.append(table.c.label == what.label)
     if what.area is not None:
@@ -177,7 +192,7 @@ def make_room(connection: Connection, table: Any, most: int, keep: int) -> int:
 
 
 def bring_in(connection: Connection, hoard: Hoard) -> None:
-    """A thing of that label first seen at that moment within a centimetre is the same one, and stays as it is."""
+    """A thing of that map and label first seen at that moment within a centimetre is the same, and stays as it is."""
     labels = sorted({thing.label for thing in hoard.things})
     known = [thing_of(row) for row in connection.execute(select(*THING).where(things.c.label.in_(labels)))]
     there = {_fingerprint(thing): thing.id for thing in known}
@@ -210,8 +225,9 @@ def _sighting(view: KeptView) -> Sighting:
         last_seen_s=view.last_seen_s,
         count=view.count,
         thing_id=view.thing_id,
+        map_number=view.map_number,
     )
 
 
-def _fingerprint(thing: Thing) -> tuple[str, float, float, float]:
-    return thing.label, thing.first_seen_s, round(thing.x, 2), round(thing.y, 2)
+def _fingerprint(thing: Thing) -> tuple[int, str, float, float, float]:
+    return thing.map_number, thing.label, thing.first_seen_s, round(thing.x, 2), round(thing.y, 2)
