@@ -137,6 +137,10 @@ class Remembering:
         self.found: tuple[Detection, ...] = ()
         self._seen: bytes = b""
 
+    @property
+    def trouble(self) -> str:
+        return self._detector.trouble
+
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
         pixels = image.tobytes()
         if pixels != self._seen:

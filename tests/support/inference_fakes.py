@@ -77,6 +77,7 @@ class FakeDetector:
     name: str = "fake-detector"
     backend: str = "fake"
     threshold: float = 0.30
+    trouble: str = ""
     backends_ms: dict[str, float] = field(default_factory=dict[str, float])
     sizes: list[tuple[int, int]] = field(default_factory=list)
 

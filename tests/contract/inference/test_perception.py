@@ -1,13 +1,18 @@
 """The perception loop through the front door: what it tells, what it draws, and what it survives."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 import pytest
 
+from contracts.problem import DependencyState, Readiness
 from contracts.topics import VISION_DETECTIONS, VISION_OBJECT_SPOTTED
-from contracts.vision import Target
-from inference.ports import Frame
-from support.inference_fakes import POSE, FakeCamera, bottle, picture
+from contracts.vision import Detection, Target
+from inference.ports import Embeddings, Frame, RgbImage
+from mesh.errors import UnavailableError
+from support.inference_fakes import POSE, FakeCamera, FakeClip, FakeDetector, bottle, picture
 from support.waiting import until
 
 from .conftest import RED_BOTTLE, House, Opened
@@ -89,6 +94,55 @@ async def test_a_damaged_frame_is_passed_over(opened: Opened) -> None:
         house.camera.show(11.0, picture())
         await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
     assert [one.stamp_s for one in house.bus.of(VISION_DETECTIONS)] == [11.0]
+
+
+@dataclass
+class FailingDetector(FakeDetector):
+    """Cannot look at the first pictures, and finds what is no box in the others."""
+
+    fails: int = 2
+
+    def detect(self, image: RgbImage) -> tuple[Detection, ...]:
+        if len(self.sizes) < self.fails:
+            self.sizes.append((0, 0))
+            raise UnavailableError("detector", "could not look at a picture: out of memory")
+        self.trouble = "of its boxes some were none: 1 not finite"
+        return super().detect(image)
+
+
+async def test_a_picture_the_detector_fails_on_is_not_told_as_an_empty_one(opened: Opened) -> None:
+    async with opened(House(detector=FailingDetector((bottle(),)))) as house:
+        house.camera.show(10.0, picture())
+        await until(lambda: len(house.detector.sizes) == 1)
+        house.camera.show(11.0, picture())
+        await until(lambda: len(house.detector.sizes) == 2)
+        house.camera.show(12.0, picture())
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+        ready = Readiness.model_validate_json((await house.client.get("/ready")).content)
+    assert [one.stamp_s for one in house.bus.of(VISION_DETECTIONS)] == [12.0]
+    assert (ready.ready, ready.dependencies[0].state) == (True, DependencyState.WARNING)
+    assert ready.dependencies[0].detail == "of its boxes some were none: 1 not finite"
+
+
+class NonsenseClip(FakeClip):
+    """The first crop of each picture comes out as no number."""
+
+    def embed_image(self, crops: Sequence[RgbImage]) -> Embeddings:
+        found = super().embed_image(crops)
+        found[0] = np.nan
+        return found
+
+
+async def test_numbers_that_are_none_cost_a_box_its_colour(opened: Opened) -> None:
+    house = House(clip=NonsenseClip())
+    house.detector.found = (bottle((20, 60, 60, 200), 0.9), bottle((150, 60, 190, 200), 0.8))
+    async with opened(house):
+        house.camera.show(10.0, picture(("red", (20, 60, 60, 200)), ("blue", (150, 60, 190, 200))))
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+        ready = Readiness.model_validate_json((await house.client.get("/ready")).content)
+    (seen,) = house.bus.of(VISION_DETECTIONS)
+    assert [one.colour for one in seen.detections] == [None, "blue"]
+    assert ready.dependencies[0].detail == "clip: its embeddings are no unit vectors"
 
 
 async def test_a_robot_whose_clock_started_again_is_seen_again(opened: Opened) -> None:

@@ -5,13 +5,14 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from contracts.problem import Problem
 from contracts.vision import Detections, EmbedReply, ModelInfo, ModelState, ScoreReply
 from inference.models import Loaded
-from support.inference_fakes import POSE, FakeLanguageModel, bottle, jpeg_of, loads, picture
+from support.inference_fakes import POSE, FakeClip, FakeLanguageModel, bottle, jpeg_of, loads, picture
 from support.waiting import until
 
 from .conftest import House, Opened
@@ -229,6 +230,20 @@ async def test_texts_are_scored_against_the_crop_and_the_frame_at_once(opened: O
     assert (len(whole.scores), whole.frame_scores) == (3, ())
     assert both.frame_scores == pytest.approx(whole.scores)
     assert both.scores[0] > both.scores[1]
+
+
+async def test_embeddings_that_are_none_are_not_handed_out(opened: Opened, monkeypatch: pytest.MonkeyPatch) -> None:
+    nothing = np.full((1, 4), np.nan, np.float32)
+    async with opened() as house:
+        house.camera.show(10.0, picture())
+        monkeypatch.setattr(FakeClip, "embed_text", lambda self, texts: nothing)
+        said = [await house.client.post(f"/{path}", json={"texts": ["red cup"]}) for path in ("embed", "clip-score")]
+        monkeypatch.undo()
+        again = await house.client.post("/embed", json={"texts": ["red cup"]})
+    assert [(one.status_code, one.json()["detail"]) for one in said] == [
+        (503, "clip: its embeddings are no unit vectors")
+    ] * 2
+    assert again.status_code == 200
 
 
 async def test_a_text_is_embedded_once(opened: Opened) -> None:

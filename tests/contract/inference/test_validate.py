@@ -1,9 +1,10 @@
 """POST /validate: three votes on a fresh frame."""
 
+import numpy as np
 import pytest
 
 from contracts.vision import Detection, Validation
-from support.inference_fakes import FakeLanguageModel, bottle, picture
+from support.inference_fakes import FakeClip, FakeLanguageModel, bottle, picture
 from support.waiting import until
 
 from .conftest import House, Opened
@@ -76,6 +77,16 @@ async def test_without_clip_the_detector_alone_confirms_nothing(house: House, op
     told = await judged(house, opened, request("red bottle", RED))
     assert (told.confirmed, said(told)) == (False, "yes abstain abstain")
     assert told.reason.startswith("only 1 of 3 could vote")
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 0.0])
+async def test_clip_abstains_where_its_numbers_are_none(
+    house: House, opened: Opened, monkeypatch: pytest.MonkeyPatch, bad: float
+) -> None:
+    monkeypatch.setattr(FakeClip, "embed_image", lambda self, crops: np.full((len(crops), 4), bad, np.float32))
+    told = await judged(house, opened, request("red bottle", RED))
+    assert (told.confirmed, said(told)) == (False, "yes abstain abstain")
+    assert told.votes[1].reason == "clip: its embeddings are no unit vectors"
 
 
 async def test_clip_abstains_on_a_colour_it_never_learnt(house: House, opened: Opened) -> None:

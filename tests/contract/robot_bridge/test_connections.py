@@ -115,7 +115,7 @@ async def test_a_turn_ends_when_its_client_goes_away(served: Served) -> None:
 async def test_ending_a_motion_tells_how_far_it_had_come_and_ends_no_goal(served: Served) -> None:
     async with client(served) as http:
         turning = asyncio.create_task(http.post("/rotate", json={"angle_rad": 12.0, "epoch": 0, "timeout_s": 60}))
-        await until(lambda: served.toy.angular_z > 0.5)
+        await until(lambda: served.toy.yaw > 0.1)
         ended = (await http.delete("/motion")).json()
         told = (await turning).json()
         assert (ended["turned_rad"], ended["driven_m"]) == (told["turned_rad"], None)

@@ -2,16 +2,19 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from contracts.coco import COCO_LABELS
-from inference.adapters.image_text import OpenClipModel, Overrides, SmallClipModel
+from inference.adapters.image_text import OpenClipModel, Overrides, SmallClipModel, read_clip_card
 from inference.adapters.loading import loader
-from inference.adapters.yolo import YoloDetector
+from inference.adapters.yolo import YoloDetector, read_card
 from inference.ports import Detector, ImageText
 from inference.settings import Settings
+from mesh.errors import UnavailableError
 from support.inference_fakes import FakeClip, FakeDetector, bottle, picture
 
 SCENE = picture(("red", (80, 60, 130, 200)), ("blue", (150, 60, 190, 200)))
@@ -97,3 +100,110 @@ def test_a_detector_of_other_classes_is_refused(untrained_detector: Path, tmp_pa
     strange.save(str(tmp_path / "strange.pt"))
     with pytest.raises(ValueError, match="gizmo"):
         YoloDetector(tmp_path / "strange.pt", threshold=0.3, imgsz=320)
+
+
+class Played:
+    """An answer of ultralytics: what `result.boxes` holds, where there are any."""
+
+    def __init__(self, cls: Any = (), conf: Any = (), xyxy: Any = ()) -> None:
+        self.cls, self.conf, self.xyxy = (np.asarray(one, np.float32) for one in (cls, conf, xyxy))
+        self.boxes = self
+
+    def cpu(self) -> "Played":
+        return self
+
+    def numpy(self) -> "Played":
+        return self
+
+
+class Fails:
+    @property
+    def boxes(self) -> None:
+        raise RuntimeError("out of memory")
+
+
+@pytest.fixture
+def played(untrained_detector: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[object], Detector]:
+    """The real adapter over a model that answers what it is given."""
+    detector = YoloDetector(untrained_detector, threshold=0.3, imgsz=320)
+
+    def answers(result: object) -> Detector:
+        monkeypatch.setattr(detector._model, "predict", lambda *_, **__: [result])
+        return detector
+
+    return answers
+
+
+def test_a_row_that_is_no_box_costs_itself_and_is_told(played: Callable[[object], Detector]) -> None:
+    good = (80.0, 60.0, 130.0, 200.0)
+    rows = [(39, 0.9, good), (39, 0.8, (np.nan,) * 4), (39, 37.0, good), (99, 0.9, good), (39, 0.7, good[::-1])]
+    detector = played(Played(*zip(*rows, strict=True)))
+    assert [(one.label, one.bbox_xyxy) for one in detector.detect(SCENE)] == [("bottle", good)]
+    assert detector.trouble == (
+        "of its boxes some were none: 1 not finite, 1 confidence out of range, 1 unknown class, 1 empty or inverted"
+    )
+    assert len(played(Played([39], [0.9], [good])).detect(SCENE)) == 1
+    assert detector.trouble == ""
+
+
+@pytest.mark.parametrize(
+    ("result", "why"),
+    [
+        (Played([39], [0.9, 0.8], [(1, 2, 3, 4)]), "shapes"),
+        (Played([39], [0.9], [(1, 2, 3)]), "shapes"),
+        (SimpleNamespace(boxes=None), "NoneType"),
+        (Fails(), "out of memory"),
+    ],
+)
+def test_an_answer_without_the_shape_of_boxes_is_no_answer(
+    played: Callable[[object], Detector], result: object, why: str
+) -> None:
+    detector = played(result)
+    with pytest.raises(UnavailableError, match=why):
+        detector.detect(SCENE)
+    assert "could not look at a picture" in detector.trouble
+
+
+NAMES = {
+    "older": ({"couch": "sofa", "tv": "tvmonitor", "potted plant": "pottedplant", "airplane": "aeroplane"}, str),
+    "capitals": ({}, str.title),
+}
+
+
+@pytest.mark.parametrize("tag", NAMES)
+def test_weights_with_other_names_of_the_classes_are_read(untrained_detector: Path, tmp_path: Path, tag: str) -> None:
+    from ultralytics import YOLO
+
+    older, cased = NAMES[tag]
+    model = YOLO(str(untrained_detector))
+    model.model.names = {number: cased(older.get(label, label)) for number, label in enumerate(COCO_LABELS)}
+    model.save(str(tmp_path / "renamed.pt"))
+    detector = YoloDetector(tmp_path / "renamed.pt", threshold=1e-5, imgsz=320, boxes_max=20)
+    assert {one.label for one in detector.detect(SCENE)} <= set(COCO_LABELS)
+
+
+def test_weights_that_number_their_classes_are_refused_in_words(untrained_detector: Path, tmp_path: Path) -> None:
+    from ultralytics import YOLO
+
+    model = YOLO(str(untrained_detector))
+    model.model.names = {number: str(number) for number in range(80)}
+    model.save(str(tmp_path / "numbers.pt"))
+    with pytest.raises(ValueError, match="knows classes that are not COCO's: 0, 1, 10"):
+        YoloDetector(tmp_path / "numbers.pt", threshold=0.3, imgsz=320)
+
+
+@pytest.mark.parametrize(
+    ("read", "card"),
+    [
+        (read_card, '{"detector": {"threshold": NaN}}'),
+        (read_card, '{"detector": {"threshold": 30}}'),
+        (read_card, '{"detector": {"imgsz": 0}}'),
+        (read_card, '{"detector": {"confidence": 0.3}}'),
+        (read_clip_card, '{"clip": {"threshold": Infinity}}'),
+        (read_clip_card, '{"clip": {"colour_margin": -0.1}}'),
+    ],
+)
+def test_a_card_that_makes_no_sense_is_refused(tmp_path: Path, read: Callable[[Path], object], card: str) -> None:
+    (tmp_path / "weights.json").write_text(card)
+    with pytest.raises(ValueError, match="validation error"):
+        read(tmp_path / "weights.pt")

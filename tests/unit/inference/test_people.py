@@ -5,7 +5,7 @@ import pytest
 from bench import people
 from contracts.reading import Mood
 from contracts.vision import ParsedTask, ParseTaskRequest
-from inference.ports import LanguageModel, Prompt
+from inference.ports import Completion, LanguageModel, Prompt
 from inference.providers import Providers
 from inference.reading import Reader
 from mesh.clock import SystemClock
@@ -32,9 +32,9 @@ class Willing:
     def __init__(self) -> None:
         self.asked: list[str] = []
 
-    async def complete(self, prompt: Prompt) -> str:
+    async def complete(self, prompt: Prompt) -> Completion:
         self.asked.append(prompt.question)
-        return '{"yolo_class": "cup", "memory_object": "", "description": "cup"}'
+        return Completion('{"yolo_class": "cup", "memory_object": "", "description": "cup"}')
 
 
 @pytest.mark.parametrize("row", TUNED, ids=[row["text"] for row in TUNED])

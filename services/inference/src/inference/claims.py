@@ -1,7 +1,7 @@
 """What is kept of a language model's claim about a command: a label, a remembered label, words that were said. Pure."""
 
-from contracts.coco import COCO_LABELS
 from contracts.vision import ParsedTarget, ParseTaskRequest
+from inference.classes import label_of
 from inference.colours import SPELLINGS
 from inference.describing import DESCRIPTION_WORDS_MAX
 from inference.lexicon import lexicon
@@ -12,7 +12,7 @@ from inference.tokens import words_of
 
 def checked(answer: TaskAnswer, request: ParseTaskRequest, *, said: str, by: str) -> ParsedTarget:
     """The claim as far as it can be true: whatever a command talked a model into, no other word comes through."""
-    label = answer.yolo_class if answer.yolo_class in COCO_LABELS else "none"
+    label = label_of(answer.yolo_class) or "none"
     if label == "none":
         return ParsedTarget(said=said, yolo_class="none", parser=by)
     memory_object = answer.memory_object if answer.memory_object in request.labels_in_memory else None

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import structlog
-from prometheus_client import Histogram
+from prometheus_client import Counter, Histogram
 
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, ModelInfo, ModelState, Target
 from inference.colours import colour_prompts, pick_colour
+from inference.embeddings import NoEmbeddingError, cosines, embedded, unit
 from inference.images import decode
 from inference.ports import Detector, Embeddings, FasterDetector, ImageText, RgbImage
 from inference.worker import Worker
@@ -25,6 +26,7 @@ MODEL_SECONDS = Histogram(
     ["role"],
     buckets=(0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0),
 )
+EMBEDDINGS_REFUSED = Counter("inference_embeddings_refused_total", "answers of the image-text model that are none")
 TEXTS_KEPT = 4096
 
 
@@ -77,6 +79,8 @@ class Models:
     colour_crops_max: int = 12
     loaded: Loaded | None = None
     slower_because: str = ""
+    clip_trouble: str = ""
+    """What was wrong with the image-text model's numbers for the last picture; empty when nothing was."""
     """Why the detector is not on the backend that was wanted."""
     _opened: asyncio.Event = field(default_factory=asyncio.Event)
     _texts: dict[str, Embeddings] = field(default_factory=dict[str, Embeddings])
@@ -106,6 +110,12 @@ class Models:
         if self.loaded is None:
             return "loading"
         return "; ".join(self.loaded.problems)
+
+    @property
+    def trouble(self) -> str:
+        """What was wrong with the models' answers to the last picture, told as a warning; empty when nothing was."""
+        detector = self.loaded.detector if self.loaded is not None else None
+        return "; ".join(one for one in (detector.trouble if detector is not None else "", self.clip_trouble) if one)
 
     def detector(self) -> Detector:
         loaded = self._ready()
@@ -188,28 +198,53 @@ class Models:
         order = sorted(range(len(detections)), key=lambda i: (detections[i].label != label, -detections[i].confidence))
         chosen = order[: self.colour_crops_max]
         with MODEL_SECONDS.labels("clip").time():
-            seen = clip.embed_image([clip.crop(image, detections[i].bbox_xyxy) for i in chosen])
-            coloured = list(detections)
-            for row, i in enumerate(chosen):
-                scores = self._text(clip, colour_prompts(clip.template, detections[i].label, clip.colours)) @ seen[row]
-                colour = pick_colour(clip.colours, [float(score) for score in scores], clip.colour_margin)
-                coloured[i] = detections[i].model_copy(update={"colour": colour})
+            crops = [clip.crop(image, detections[i].bbox_xyxy) for i in chosen]
+            words = self._colours(clip, crops, [detections[i].label for i in chosen])
+        coloured = list(detections)
+        for i, colour in zip(chosen, words, strict=True):
+            coloured[i] = detections[i].model_copy(update={"colour": colour})
         return tuple(coloured)
+
+    def _colours(self, clip: ImageText, crops: Sequence[RgbImage], labels: Sequence[str]) -> list[str | None]:
+        """A colour word a crop. Numbers that are none cost a box its colour, and no more."""
+        self.clip_trouble = ""
+        try:
+            seen = embedded(lambda: clip.embed_image(crops), len(crops))
+        except NoEmbeddingError as error:
+            self._in_clip_trouble(error)
+            return [None] * len(crops)
+        return [self._colour(clip, seen[row : row + 1], label) for row, label in enumerate(labels)]
+
+    def _colour(self, clip: ImageText, seen: Embeddings, label: str) -> str | None:
+        try:
+            scores = cosines(seen, self._text(clip, colour_prompts(clip.template, label, clip.colours)))[0]
+        except NoEmbeddingError as error:
+            self._in_clip_trouble(error)
+            return None
+        return pick_colour(clip.colours, [float(score) for score in scores], clip.colour_margin)
+
+    def _in_clip_trouble(self, error: NoEmbeddingError) -> None:
+        EMBEDDINGS_REFUSED.inc()
+        self.clip_trouble = error.detail
 
     def _score(self, clip: ImageText, image: RgbImage, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]) -> Scores:
         began_s = time.perf_counter()
         views = [image] if bbox_xyxy is None else [clip.crop(image, bbox_xyxy), image]
         with MODEL_SECONDS.labels("clip").time():
-            cosines = clip.embed_image(views) @ self._text(clip, texts).T
+            seen = embedded(lambda: clip.embed_image(views), len(views))
+            found = cosines(seen, self._text(clip, texts))
         took_ms = round((time.perf_counter() - began_s) * 1000, 2)
-        rows = [tuple(float(cosine) for cosine in row) for row in cosines]
+        rows = [tuple(float(cosine) for cosine in row) for row in found]
         return Scores(rows[0], () if bbox_xyxy is None else rows[1], took_ms)
 
     def _embed(
         self, clip: ImageText, image: RgbImage | None, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]
     ) -> tuple[list[float] | None, list[list[float]]]:
-        seen = clip.embed_image([_cut(clip, image, bbox_xyxy)])[0].tolist() if image is not None else None
-        return seen, self._text(clip, texts).tolist() if texts else []
+        said: list[list[float]] = self._text(clip, texts).tolist() if texts else []
+        if image is None:
+            return None, said
+        crops = [_cut(clip, image, bbox_xyxy)]
+        return unit(embedded(lambda: clip.embed_image(crops), 1))[0].tolist(), said
 
     def _text(self, clip: ImageText, texts: Sequence[str]) -> Embeddings:
         missing = [text for text in dict.fromkeys(texts) if text not in self._texts]
@@ -217,7 +252,9 @@ class Models:
             if len(self._texts) + len(missing) > TEXTS_KEPT:
                 self._texts.clear()
                 missing = list(dict.fromkeys(texts))
-            self._texts.update(zip(missing, clip.embed_text(missing), strict=True))
+            self._texts.update(
+                zip(missing, unit(embedded(lambda: clip.embed_text(missing), len(missing))), strict=True)
+            )
         return np.stack([self._texts[text] for text in texts])
 
 

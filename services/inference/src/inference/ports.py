@@ -15,6 +15,8 @@ RgbImage = npt.NDArray[np.uint8]
 """(height, width, 3), red first."""
 Embeddings = npt.NDArray[np.float32]
 """(n, d), unit vectors: a dot product is a cosine."""
+MODEL_ERRORS = (RuntimeError, ValueError, TypeError, LookupError, AttributeError)
+"""What torch, OpenVINO, ONNX Runtime and the libraries on them raise where a model fails on a picture or a text."""
 CONNECT_TIMEOUT_S = 3.0
 """A server of language models that has not picked up by then is down."""
 
@@ -48,8 +50,13 @@ class Detector(Protocol):
         """Boxes below this confidence are not returned."""
         ...
 
+    @property
+    def trouble(self) -> str:
+        """What was wrong with its answer to the last image; empty when nothing was."""
+        ...
+
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
-        """Boxes in pixels of `image`, best first."""
+        """Boxes in pixels of `image`, best first, each inside it. Raises `UnavailableError` where it cannot look."""
         ...
 
 
@@ -112,7 +119,9 @@ class ImageText(Protocol):
         """The box with the margin the model expects; never empty."""
         ...
 
-    def embed_image(self, crops: Sequence[RgbImage]) -> Embeddings: ...
+    def embed_image(self, crops: Sequence[RgbImage]) -> Embeddings:
+        """One row a crop; the caller looks whether they are numbers (`embeddings.unit`)."""
+        ...
 
     def embed_text(self, texts: Sequence[str]) -> Embeddings: ...
 

@@ -66,13 +66,12 @@ class Inference:
 
         A helper that does not help is a warning: the rules read, and two votes decide, without it.
         """
-        problem = self.models.problem
         age_s = self.perception.frame_age_s()
         flowing = age_s is not None and age_s <= self.frame_age_max_s
         told = "no frame yet" if age_s is None else f"last frame {age_s:.1f} s ago"
         why = f"; {self.perception.trouble}" if self.perception.trouble and not flowing else ""
         return [
-            Dependency.of("models", ok=not problem, detail=problem),
+            _models(self.models),
             Dependency.of("frames", ok=flowing, detail=told + why),
             redis_dependency(self.bus),
             *(
@@ -81,3 +80,9 @@ class Inference:
                 if one.state in {ModelState.AWAY, ModelState.ANSWERS_WRONG}
             ),
         ]
+
+
+def _models(models: Models) -> Dependency:
+    if models.problem or not models.trouble:
+        return Dependency.of("models", ok=not models.problem, detail=models.problem)
+    return Dependency(name="models", state=DependencyState.WARNING, detail=models.trouble)

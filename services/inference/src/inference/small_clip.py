@@ -7,6 +7,7 @@ nothing for another (0.24, for one, belongs to ViT-B/32).
 """
 
 import json
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -127,10 +128,13 @@ def save(path: Path, model: torch.nn.Module, config: ClipConfig, notes: Mapping[
 
 
 def read_config(path: Path) -> ClipConfig:
-    """The configuration beside the weights at `path`; raises FileNotFoundError, KeyError or TypeError."""
+    """The configuration beside the weights at `path`; raises FileNotFoundError, KeyError, TypeError or ValueError."""
     fields = json.loads(path.with_suffix(".json").read_text())["model"]
     fields["words"], fields["vision_layers"] = tuple(fields["words"]), tuple(fields["vision_layers"])
-    return ClipConfig(**fields)
+    config = ClipConfig(**fields)
+    if not all(map(math.isfinite, (config.threshold, config.colour_margin, config.vote_margin))):
+        raise ValueError(f"{path}: a threshold or a margin is no number")
+    return config
 
 
 class SmallClip:

@@ -9,6 +9,7 @@ from contracts.vision import Detection, Target, ValidateRequest, Validation, Ver
 from inference.annotate import to_jpeg
 from inference.boxes import area, meant_box
 from inference.colours import colours_said, phrase, with_colour
+from inference.embeddings import NoEmbeddingError
 from inference.models import Models
 from inference.ports import Camera, Frame, ImageText, RgbImage, VisionLanguageModel
 from inference.votes import VOTES_NEEDED, ClipScores, abstain, clip_vote, decide, detector_vote
@@ -89,7 +90,10 @@ class Validator:
             contrast = [colour for colour in clip.colours if colour not in named]
             texts = [description, *(with_colour(description, said, other) for other in contrast)]
             asked = [phrase(clip.template, text) for text in texts]
-        seen = await self.models.score(image, bbox, asked)
+        try:
+            seen = await self.models.score(image, bbox, asked)
+        except NoEmbeddingError as error:
+            return abstain("clip", error.detail, model=clip.name)
         best = max(range(len(texts)), key=lambda i: seen.scores[i]) if said is None else 0
         return clip_vote(
             ClipScores(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from contracts.coco import COLOURS
 from inference.ports import Embeddings, RgbImage
@@ -21,20 +22,24 @@ OPEN_CLIP_CROP_MARGIN = 0.15
 TIMED = 3
 
 
-@dataclass(frozen=True, slots=True)
-class ClipCard:
+class ClipCard(BaseModel):
     """What belongs to the weights: read from the `.json` beside them, else what is right for ViT-B/32."""
 
-    architecture: str = "ViT-B-32-quickgelu"
-    """As open_clip names it."""
-    threshold: float = 0.24
-    """Cosine from which an image shows the phrase (requirement A11); it belongs to ViT-B/32 alone."""
-    colour_margin: float = 0.015
-    vote_margin: float = 0.0
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    architecture: str = Field(default="ViT-B-32-quickgelu", description="as open_clip names it")
+    threshold: float = Field(
+        default=0.24,
+        ge=-1.0,
+        le=1.0,
+        description="cosine from which an image shows the phrase (requirement A11); it belongs to ViT-B/32 alone",
+    )
+    colour_margin: float = Field(default=0.015, ge=0.0, le=2.0)
+    vote_margin: float = Field(default=0.0, ge=0.0, le=2.0)
 
 
 def read_clip_card(weights: Path) -> ClipCard:
-    """Raises ValueError or TypeError where the `.json` beside the weights is not a card."""
+    """Raises ValueError where the `.json` beside the weights is not a card."""
     path = weights.with_suffix(".json")
     return ClipCard(**json.loads(path.read_text())["clip"]) if path.is_file() else ClipCard()
 

@@ -2,34 +2,44 @@
 
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import structlog
+from prometheus_client import Counter
+from pydantic import BaseModel, ConfigDict, Field
 
-from contracts.coco import COCO_LABELS
 from contracts.vision import Detection
-from inference.ports import RgbImage
+from inference.classes import label_of
+from inference.ports import MODEL_ERRORS, RgbImage
+from inference.raw_boxes import Believed, Picture, believed
+from mesh.errors import UnavailableError
 
+log = structlog.get_logger()
+
+BOXES_REFUSED = Counter("inference_boxes_refused_total", "rows of a detector's answer that are no boxes", ["kind"])
+TELL_EVERY_S = 60.0
+"""Boxes that are none are logged once in that time."""
 QUIET_AND_OFFLINE = {"YOLO_OFFLINE": "true", "YOLO_AUTOINSTALL": "false", "YOLO_VERBOSE": "false"}
 """ultralytics reads these at import: no look at the network, no pip of its own (requirement A18)."""
 OPENVINO_FOLDER = "_openvino_model"
 """How ultralytics ends the name of an OpenVINO export."""
 
 
-@dataclass(frozen=True, slots=True)
-class DetectorCard:
+class DetectorCard(BaseModel):
     """What belongs to the weights: read from the `.json` beside them, else requirement A7's numbers."""
 
-    threshold: float = 0.30
-    imgsz: int = 320
-    """px, the side of the square the weights look at."""
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    threshold: float = Field(default=0.30, gt=0.0, lt=1.0)
+    imgsz: int = Field(default=320, ge=32, le=4096, description="px, the side of the square the weights look at")
 
 
 def read_card(weights: Path) -> DetectorCard:
-    """Raises ValueError or TypeError where the `.json` beside the weights is not a card."""
+    """Raises ValueError where the `.json` beside the weights is not a card."""
     path = weights.with_suffix(".json")
     return DetectorCard(**json.loads(path.read_text())["detector"]) if path.is_file() else DetectorCard()
 
@@ -73,31 +83,54 @@ class YoloDetector:
         self.backend = backend_of(path)
         self.backends_ms = dict(backends_ms or {})
         self.threshold = threshold
+        self.trouble = ""
+        self._boxes_max = boxes_max
+        self._told_s = -TELL_EVERY_S
         self._model: Any = YOLO(str(path), task="detect")
         self._arguments = {"imgsz": imgsz, "conf": threshold, "max_det": boxes_max, "device": "cpu", "verbose": False}
-        self.detect(np.full((imgsz, imgsz, 3), 127, np.uint8))  # the first call builds the predictor
+        self._model.predict(np.full((imgsz, imgsz, 3), 127, np.uint8), **self._arguments)  # builds the predictor
         torch.set_num_threads(threads)  # after the first call, which sets it to all cores
         _limit_threads(self._model.predictor.model.backend, path, threads)
-        strange = set(self._model.names.values()) - set(COCO_LABELS)
-        if strange:
-            raise ValueError(f"{path} knows classes that are not COCO's: {', '.join(sorted(strange)[:5])}")
+        self._labels = _labels(self._model.names, path)
 
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
-        return _detections(self._model.predict(np.ascontiguousarray(image[:, :, ::-1]), **self._arguments)[0])
+        """Raises `UnavailableError` where the model fails on this image, or its answer has not the shape of boxes."""
+        picture = Picture(image.shape[1], image.shape[0])
+        try:
+            found = self._believed(
+                self._model.predict(np.ascontiguousarray(image[:, :, ::-1]), **self._arguments)[0], picture
+            )
+        except MODEL_ERRORS as error:
+            self.trouble = f"could not look at a picture: {error}"
+            raise UnavailableError("detector", self.trouble) from error
+        self._tell(found)
+        return found.detections
+
+    def _believed(self, result: Any, picture: Picture) -> Believed:
+        boxes = result.boxes.cpu().numpy()
+        return believed(
+            boxes.cls, boxes.conf, boxes.xyxy, labels=self._labels, picture=picture, boxes_max=self._boxes_max
+        )
+
+    def _tell(self, found: Believed) -> None:
+        """In `trouble` until the next picture, in the metrics always, in the log now and then."""
+        told = ", ".join(f"{count} {kind}" for kind, count in found.refused.items())
+        self.trouble = f"of its boxes some were none: {told}" if told else ""
+        for kind, count in found.refused.items():
+            BOXES_REFUSED.labels(kind.name.lower()).inc(count)
+        if told and time.monotonic() >= self._told_s + TELL_EVERY_S:
+            self._told_s = time.monotonic()
+            log.warning("a detector gave boxes that are none", model=self.name, refused=told)
 
 
-def _detections(result: Any) -> tuple[Detection, ...]:
-    boxes = result.boxes.cpu().numpy()
-    return tuple(
-        Detection(
-            label=result.names[int(number)],
-            confidence=min(1.0, float(confidence)),
-            bbox_xyxy=(round(x_min, 2), round(y_min, 2), round(x_max, 2), round(y_max, 2)),
-        )
-        for number, confidence, (x_min, y_min, x_max, y_max) in zip(
-            boxes.cls.tolist(), boxes.conf.tolist(), boxes.xyxy.tolist(), strict=True
-        )
-    )
+def _labels(names: Mapping[int, str] | Sequence[str], path: Path) -> dict[int, str]:
+    """COCO's label of each class number. Raises ValueError where a class has none."""
+    named = dict(names) if isinstance(names, Mapping) else dict(enumerate(names))
+    labels = {number: label_of(str(name)) for number, name in named.items()}
+    strange = sorted({str(named[number]) for number, label in labels.items() if label is None})
+    if strange:
+        raise ValueError(f"{path} knows classes that are not COCO's: {', '.join(strange[:5])}")
+    return {number: label for number, label in labels.items() if label is not None}
 
 
 def _limit_threads(backend: Any, path: Path, threads: int) -> None:
