@@ -15,6 +15,7 @@ from typing import Any
 import httpx
 
 from bench.faulting.wire import TOPICS
+from contracts.problem import Readiness
 from demo.stack import ROOT, Stack
 from support.mesh_run import STILL_M_S, MeshRun
 
@@ -223,8 +224,8 @@ class Campaign:
 
     def missing(self) -> list[str]:
         """What the bridge says it is not ready for."""
-        answer = self.mesh.http.get(f"{self.url}/ready").json()
-        return [d["name"] for d in answer["dependencies"] if not d["ok"]]
+        answer = Readiness.model_validate_json(self.mesh.http.get(f"{self.url}/ready").content)
+        return [each.name for each in answer.dependencies if not each.ok]
 
     def metric(self, name: str) -> float:
         """The sum over its labels."""

@@ -12,6 +12,7 @@ import httpx
 import psutil
 
 from bench.processes import Processes
+from contracts.problem import Readiness
 
 START_S_MAX = 180.0
 
@@ -63,8 +64,8 @@ def wait_until_ready(port: int, service: "subprocess.Popen[bytes]", *, with_fram
         with contextlib.suppress(httpx.TransportError):
             answer = httpx.get(f"http://127.0.0.1:{port}/ready", timeout=5.0, trust_env=False)
             told = answer.text
-            models = answer.json()["dependencies"][0]
-            if answer.is_success or (models["ok"] and not with_frames):
+            models = Readiness.model_validate_json(answer.content).dependencies[0]
+            if answer.is_success or (models.ok and not with_frames):
                 return
         time.sleep(0.2)
     raise SystemExit(f"the service was not ready within {START_S_MAX:g} s: {told}")

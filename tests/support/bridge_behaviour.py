@@ -499,8 +499,11 @@ class BridgeBehaviour:
         assert away["end"] == BaseEnd.NOT_BEFORE_DOCK
         assert "did not get in front of the dock: ABORTED" in away["text"]
         rig.toy.planner_code, rig.toy.navigation, rig.toy.can_dock = 0, "succeeds", False
-        given_up = (await rig.post("/dock")).json()
-        assert given_up["end"] in {BaseEnd.GAVE_UP, BaseEnd.DOCK_NOT_SEEN}
+        assert (await rig.post("/dock")).json()["end"] == BaseEnd.DOCK_NOT_SEEN
+        rig.toy.dock_visible = True
+        await until(lambda: rig.bus.of(ROBOT_STATE)[-1].dock_visible is True)
+        assert (await rig.post("/dock")).json()["end"] == BaseEnd.GAVE_UP
+        assert rig.toy.republisher_deaths == 0
 
     async def test_success_is_celebrated_once_with_six_notes_in_2_3_seconds(self, rig: Rig) -> None:
         assert (await rig.post("/celebrate")).json()["end"] == BaseEnd.COMPLETED

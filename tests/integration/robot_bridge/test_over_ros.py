@@ -13,6 +13,7 @@ import httpx
 import pytest
 import rclpy
 import redis.asyncio
+from geometry_msgs.msg import TwistStamped
 from nav2_msgs.action import NavigateToPose
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
@@ -20,6 +21,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
 
+from contracts.causes import SafetyCause
+from contracts.problem import Dependency, DependencyState, Readiness
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_STATE
 from mesh.bus import kept_key
 from support.bridge_behaviour import INSIDE, Rig
@@ -55,6 +58,34 @@ async def test_zeros_go_on_going_out_when_nothing_is_asked_for(rig: Rig) -> None
     before = len(rig.toy.velocities)
     await until(lambda: len(rig.toy.velocities) >= before + 40)
     assert set(rig.toy.velocities) == {(0.0, 0.0)}
+
+
+async def test_whoever_else_drives_the_base_is_named_and_not_mixed_with(rig: Rig, stranger: Node) -> None:
+    driving = stranger.create_publisher(TwistStamped, "cmd_vel", 10)
+
+    async def told() -> Dependency:
+        ready = Readiness.model_validate_json((await rig.client.get("/ready")).content)
+        return next(each for each in ready.dependencies if each.name == "drivers")
+
+    async def named() -> bool:
+        return "stranger can drive" in (await told()).detail
+
+    await until_true(named)
+    assert (await told()).state is DependencyState.WARNING
+    assert SafetyCause.STRANGER not in (await rig.lease()).causes
+    foreign = TwistStamped()
+    foreign.twist.linear.x = 0.21
+
+    async def left_alone() -> bool:
+        driving.publish(foreign)
+        reply = await rig.lease()
+        return SafetyCause.STRANGER in reply.causes and reply.sent.linear_x == 0.0
+
+    await until_true(left_alone)
+    assert (await told()).state is DependencyState.NOT_READY
+    assert "0.21 m/s" in (await told()).detail
+    stranger.destroy_publisher(driving)
+    await rig.ready()
 
 
 async def test_senseless_messages_are_dropped_and_counted_and_nothing_dies(rig: Rig, stranger: Node) -> None:
@@ -168,6 +199,7 @@ async def test_goals_left_by_an_earlier_life_are_cancelled_and_never_driven(
     assert sending.result().accepted
     async with Process(tmp_path, redis_url).life():
         assert toy.cancelled == 1
+        await until(lambda: len(toy.velocities) > 5)
         assert set(toy.velocities) == {(0.0, 0.0)}
     client.destroy()
     executor.shutdown()

@@ -52,3 +52,32 @@ def test_hazards_that_came_once_are_received_whoever_publishes_now() -> None:
     senses.hazards.put(frozenset({Hazard.BUMP}), 1.0)
     senses.unpublished.put(frozenset({TOPIC}), 2.0)
     assert base_health.hazards(senses, SETTINGS).state is DependencyState.READY
+
+
+def driven(*others: str, heard_s: float | None = None) -> Senses:
+    senses = Senses()
+    senses.other_drivers.put(others, 10.0)
+    if heard_s is not None:
+        senses.foreign_velocity.put((0.2, 0.0), heard_s)
+    return senses
+
+
+@pytest.mark.parametrize(
+    ("senses", "state", "words"),
+    [
+        (Senses(), DependencyState.READY, "this bridge drives the base"),
+        (driven(), DependencyState.READY, "this bridge drives the base"),
+        (driven("docking_server", "teleop_twist_joy_node"), DependencyState.READY, "docking_server"),
+        (driven("docking_server", "teleop_keyboard"), DependencyState.WARNING, "teleop_keyboard can drive"),
+        (driven("robot_bridge"), DependencyState.WARNING, "robot_bridge can drive"),
+        (driven("docking_server", heard_s=9.0), DependencyState.NOT_READY, "0.20 m/s"),
+        (driven(heard_s=9.0), DependencyState.NOT_READY, "nobody who is there now"),
+        (driven("docking_server", heard_s=1.0), DependencyState.READY, "docking_server"),
+    ],
+)
+def test_whoever_can_drive_the_base_past_the_bridge_is_named(
+    senses: Senses, state: DependencyState, words: str
+) -> None:
+    told = base_health.drivers(senses, SETTINGS, 10.0)
+    assert told.state is state
+    assert words in told.detail

@@ -46,6 +46,26 @@ def test_a_free_way_is_left_alone() -> None:
     assert restrain(FORWARD, around((3.0, 0.0)), LIMITS) == (FORWARD, None)
 
 
+@pytest.mark.parametrize("twist", [FORWARD, TURN, Twist2D(linear_x=-0.1)])
+@pytest.mark.parametrize(
+    ("changes", "cause"),
+    [
+        ({"base_stopped": True}, SafetyCause.BASE_STOPPED),
+        ({"foreign_velocity_age_s": 0.0}, SafetyCause.STRANGER),
+        ({"foreign_velocity_age_s": 1.0}, SafetyCause.STRANGER),
+        ({"base_stopped": True, "scan_age_s": None}, SafetyCause.BASE_STOPPED),
+    ],
+)
+def test_nothing_moves_on_a_base_that_is_stopped_or_driven_by_another(
+    twist: Twist2D, changes: dict[str, object], cause: SafetyCause
+) -> None:
+    assert limited(twist, around((3.0, 0.0), **changes)) == (Twist2D(), cause)
+
+
+def test_a_base_that_another_has_left_alone_for_a_second_is_driven_again() -> None:
+    assert restrain(FORWARD, around((3.0, 0.0), foreign_velocity_age_s=1.01), LIMITS) == (FORWARD, None)
+
+
 def test_it_slows_in_proportion_and_stops_inside_the_stop_distance() -> None:
     half_way = RADIUS_M + (LIMITS.stop_distance_m + LIMITS.slow_distance_m) / 2
     slowed, why = limited(FORWARD, around((half_way, 0.0)))

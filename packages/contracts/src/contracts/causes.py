@@ -8,6 +8,10 @@ from contracts.motion import MotionEnd
 class SafetyCause(StrEnum):
     """What the safety filter holds a velocity back for, the gravest first."""
 
+    BASE_STOPPED = "base_stopped"
+    """The base has disabled its wheels, as after a stop pressed at the robot: nothing moves."""
+    STRANGER = "stranger"
+    """Somebody else tells the base to move: nothing of ours mixes with it."""
     WHEEL_DROP = "wheel_drop"
     """A wheel hangs in the air: nothing moves."""
     NO_SCAN = "no_scan"
@@ -87,6 +91,8 @@ class Refusal(StrEnum):
     """Backwards, which the request does not allow."""
     CLIENT_LEFT = "client_left"
     """The connection it was asked for on has closed."""
+    NO_DOCK_STATUS = "no_dock_status"
+    """The base does not tell whether it is docked."""
     NOT_DOCKED = "not_docked"
     """There is no dock to leave."""
     DOCK_UNKNOWN = "dock_unknown"
@@ -139,6 +145,8 @@ class GoalCause(StrEnum):
 
 
 _ENDS_AS: dict[SafetyCause, MotionEnd] = {
+    SafetyCause.BASE_STOPPED: MotionEnd.STOPPED,
+    SafetyCause.STRANGER: MotionEnd.PREEMPTED,
     SafetyCause.WHEEL_DROP: MotionEnd.LIFTED,
     SafetyCause.NO_SCAN: MotionEnd.NO_SCAN,
     SafetyCause.OLD_SCAN: MotionEnd.NO_SCAN,

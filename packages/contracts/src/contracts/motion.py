@@ -95,7 +95,7 @@ class BaseEnd(StrEnum):
     NOT_BEFORE_DOCK = "not_before_dock"
     """It did not get in front of the dock."""
     DOCK_NOT_SEEN = "dock_not_seen"
-    """The base gave up: it does not see the dock."""
+    """The base does not see the dock: it gave up, or was not asked."""
     GAVE_UP = "gave_up"
     """The base gave up."""
 
@@ -200,6 +200,6 @@ _BASE_ENDS: dict[BaseEnd, str] = {
     BaseEnd.STOPPED: "the emergency stop",
     BaseEnd.SESSION_ENDED: "the session ended",
     BaseEnd.NOT_BEFORE_DOCK: "it did not get in front of the dock",
-    BaseEnd.DOCK_NOT_SEEN: "the base gave up: it does not see the dock",
+    BaseEnd.DOCK_NOT_SEEN: "the base does not see the dock",
     BaseEnd.GAVE_UP: "the base gave up",
 }

@@ -6,6 +6,8 @@ from robot_bridge.senses import Senses
 from robot_bridge.settings import Settings
 from robot_bridge.snapshot import hazards_offered
 
+DRIVES_S = 3.0
+"""So long a velocity that somebody else has sent is told."""
 _READY, _WARNING, _NOT_READY = DependencyState.READY, DependencyState.WARNING, DependencyState.NOT_READY
 
 BASE_STOP: dict[BaseStopState, tuple[DependencyState, str]] = {
@@ -42,3 +44,21 @@ def hazards(senses: Senses, settings: Settings) -> Dependency:
         detail="nobody publishes them: bumps, cliffs and lifted wheels are known to the base alone. On a TurtleBot 4 "
         "uncomment hazard_detection in the robot's republisher.yaml (docs/turtlebot4.md, step 1)",
     )
+
+
+def drivers(senses: Senses, settings: Settings, now_s: float) -> Dependency:
+    """Who can drive the base past this bridge, and so past its stop."""
+    others = senses.other_drivers.value or ()
+    strangers = [name for name in others if name not in settings.ros.cmd_vel_known]
+    age_s, said = senses.foreign_velocity.age_s(now_s), senses.foreign_velocity.value
+    if age_s is not None and said is not None and age_s <= DRIVES_S:
+        detail = (
+            f"somebody else drives the base past this bridge, which stands still meanwhile: {said[0]:.2f} m/s, "
+            f"{said[1]:.2f} rad/s from one of {', '.join(others) or 'nobody who is there now'}; only a stop holds it"
+        )
+        return Dependency(name="drivers", state=_NOT_READY, detail=detail)
+    if strangers:
+        detail = f"{', '.join(strangers)} can drive the base past this bridge, and has been silent so far"
+        return Dependency(name="drivers", state=_WARNING, detail=detail)
+    known = f"; {', '.join(others)} could too, and keeps silent" if others else ""
+    return Dependency(name="drivers", state=_READY, detail=f"this bridge drives the base{known}")

@@ -64,7 +64,9 @@ class Docking:
     async def undock(self, session_id: str | None) -> BaseReply:
         self._check("undocking", session_id)
         snapshot = self._look()
-        if snapshot.dock is not None and not snapshot.dock.is_docked:
+        if snapshot.dock is None:
+            raise ConflictError("the base does not tell whether it is docked", code=Refusal.NO_DOCK_STATUS)
+        if not snapshot.dock.is_docked:
             raise ConflictError("it is not docked", code=Refusal.NOT_DOCKED)
         return await self._bounded(session_id, self._base_drives(docking=False))
 
@@ -93,7 +95,18 @@ class Docking:
     async def _onto_the_dock(self, before: Pose2D | None, session_id: str | None) -> BaseReply:
         if before is not None and (why := await self._drive_to(before, session_id)):
             return _reply(BaseEnd.NOT_BEFORE_DOCK, why)
+        if (end := await self._why_not_asked()) is not None:
+            return _reply(end)
         return await self._base_drives(docking=True)
+
+    async def _why_not_asked(self) -> BaseEnd | None:
+        """None where the base will take the request. What it would reject it is not asked for: a rejection ends
+        create3_republisher, and with it everything that reaches the base."""
+        told = self._robot.senses.dock
+        seen = await told.wait_for(lambda dock: dock.value.dock_visible, self._settings.dock_look_s_max)
+        if (dock := self._look().dock) is not None and dock.is_docked:
+            return BaseEnd.ALREADY_THERE
+        return None if seen is not None and dock is not None else BaseEnd.DOCK_NOT_SEEN
 
     def _look(self) -> Snapshot:
         return look(self._robot.senses, self._settings, self._clock.now_s())

@@ -29,6 +29,8 @@ class SafetyLimits:
     scan_age_to_turn_s_max: float = 2.0
     odometry_age_s_max: float = 0.5
     known_fraction_min: float = 0.3
+    foreign_velocity_s: float = 1.0
+    """So long after somebody else has driven the base it is left alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,10 @@ class Surroundings:
     known_behind: float = 1.0
     measured: Twist2D = field(default_factory=Twist2D)
     hazards: frozenset[Hazard] = frozenset()
+    base_stopped: bool = False
+    """The base has disabled its wheels."""
+    foreign_velocity_age_s: float | None = None
+    """Since somebody else last told the base to move."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +137,10 @@ def free_travel_m(points_m: NDArray[np.float64], twist: Twist2D, radius_m: float
 
 
 def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> SafetyCause | None:
+    if around.base_stopped:
+        return SafetyCause.BASE_STOPPED
+    if around.foreign_velocity_age_s is not None and around.foreign_velocity_age_s <= limits.foreign_velocity_s:
+        return SafetyCause.STRANGER
     if Hazard.WHEEL_DROP in around.hazards:
         return SafetyCause.WHEEL_DROP
     if around.scan_age_s is None or around.scan_age_s > limits.scan_age_to_turn_s_max:

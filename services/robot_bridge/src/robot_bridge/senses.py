@@ -152,6 +152,10 @@ class Senses:
     """Told about once a second, and whenever the wheels say something."""
     unpublished: Mailbox[frozenset[str]] = field(default_factory=Mailbox[frozenset[str]])
     """Of the topics that come on change only, those that nobody publishes. Told about once a second."""
+    other_drivers: Mailbox[tuple[str, ...]] = field(default_factory=Mailbox[tuple[str, ...]])
+    """Nodes that publish cmd_vel beside this bridge. Told about once a second."""
+    foreign_velocity: Mailbox[tuple[float, float]] = field(default_factory=Mailbox[tuple[float, float]])
+    """m/s and rad/s that somebody else has sent the base; never a standstill."""
     nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)

@@ -67,6 +67,10 @@ class RosSettings(BaseModel):
     cmd_vel_nav_type: Literal["Twist", "TwistStamped"] = "TwistStamped"
     cmd_vel: Channel = _reliable("cmd_vel")
     cmd_vel_type: Literal["Twist", "TwistStamped"] = "TwistStamped"
+    cmd_vel_known: tuple[str, ...] = Field(
+        default=("docking_server", "teleop_twist_joy_node"),
+        description="nodes that publish cmd_vel too and are known to keep silent: Nav2's docking, an unpaired joystick",
+    )
     cmd_vel_unstamped: Channel | None = Field(default=None, description="a second topic, always Twist, where set")
     cmd_audio: Channel = _reliable("cmd_audio")
 
@@ -142,6 +146,7 @@ class Settings(BaseSettings):
     costmap_timeout_s: float = Field(default=1.0, gt=0.0)
     fresh_scan_wait_s_max: float = Field(default=1.5, ge=0.0)
     dock_timeout_s: float = Field(default=90.0, gt=0.0, description="the way to the dock included")
+    dock_look_s_max: float = Field(default=3.0, ge=0.0, description="for the base to see the dock it stands before")
     dock_pose: Pose2D | None = Field(default=None, description="base_link in map while docked; none = learned")
     predock_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
 

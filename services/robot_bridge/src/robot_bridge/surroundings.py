@@ -1,6 +1,7 @@
 """What the safety filter and the closed loops may act on now, out of the senses' newest values."""
 
 from contracts.geometry import Twist2D
+from contracts.robot import BaseStopState
 from robot_bridge.safety import SafetyLimits, Surroundings
 from robot_bridge.senses import NO_POINTS, Odometry, Senses
 
@@ -16,6 +17,8 @@ def surroundings(senses: Senses, now_s: float, *, hazard_hold_s: float) -> Surro
         known_behind=scan.known_behind if scan is not None else 0.0,
         measured=odometry.twist if odometry is not None else Twist2D(),
         hazards=senses.hazards.active(now_s, hazard_hold_s),
+        base_stopped=senses.base_stop.value is BaseStopState.HELD,
+        foreign_velocity_age_s=senses.foreign_velocity.age_s(now_s),
     )
 
 

@@ -10,6 +10,8 @@ from robot_bridge.safety import Restraint
 def restraint_in_words(restraint: Restraint) -> str:
     where = "ahead" if restraint.forward else "behind"
     said: dict[SafetyCause, str] = {
+        SafetyCause.BASE_STOPPED: "the base has disabled its wheels",
+        SafetyCause.STRANGER: "somebody else drives the base",
         SafetyCause.WHEEL_DROP: "a wheel hangs in the air",
         SafetyCause.NO_SCAN: "no laser scan",
         SafetyCause.OLD_SCAN: f"the laser scan is {restraint.scan_age_s:.1f} s old",

@@ -78,7 +78,9 @@ class Rules(BaseModel):
     look_settle_s: float = Field(default=0.15, ge=0.0, description="a frame this young after a turn may be blurred")
     blind_looks_max: int = Field(default=4, ge=1, description="looks in a row without a picture before giving up")
     camera_hfov_rad: float = Field(default=0.942, gt=0.1, lt=3.0, description="54 degrees")
-    camera_forward_m: float = Field(default=0.06, ge=0.0, description="camera ahead of the base's centre")
+    camera_forward_m: float = Field(
+        default=0.06, ge=-1.0, le=1.0, description="camera ahead of the base's centre; behind it: negative"
+    )
     moving_confidence_min: float = Field(default=0.45, ge=0.0, le=1.0, description="for stopping a drive at a sighting")
     moving_twice: bool = Field(default=True, description="and in two pictures in a row; else in one (requirement A13)")
 

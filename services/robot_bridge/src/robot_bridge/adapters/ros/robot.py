@@ -29,6 +29,7 @@ from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.base_stop import BaseStopService
 from robot_bridge.adapters.ros.calls import Calls, RosGoal
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
+from robot_bridge.adapters.ros.other_drivers import OtherDrivers
 from robot_bridge.adapters.ros.recording import RosRecording
 from robot_bridge.adapters.ros.sensing import Sensing
 from robot_bridge.adapters.ros.subscriptions import quality
@@ -216,6 +217,8 @@ class RosRobot:
         node.create_timer(1.0, self._nav2.poll, clock=steady)
         node.create_timer(1.0, self._base_stop.poll, clock=steady)
         node.create_timer(1.0, sensing.poll, clock=steady)
+        others = OtherDrivers(node, self._velocity, self._senses, self._clock)
+        node.create_timer(1.0, others.poll, clock=steady)
         self._executor.add_node(node)
 
     def _shut(self) -> None:

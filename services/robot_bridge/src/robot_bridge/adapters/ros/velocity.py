@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -11,12 +12,14 @@ from rclpy.node import Node
 
 from contracts.geometry import Twist2D
 from robot_bridge.adapters.ros.subscriptions import quality
-from robot_bridge.settings import RosSettings
+from robot_bridge.settings import Channel, RosSettings
 
 log = structlog.get_logger()
 
 TICK_S = 0.05
 END_S_MAX = 2.0
+SENT_KEPT = 200
+"""Ten seconds of them."""
 
 
 class VelocityPublisher:
@@ -30,18 +33,36 @@ class VelocityPublisher:
         self._main = node.create_publisher(kind, ros.cmd_vel.name, quality(ros.cmd_vel))
         unstamped = ros.cmd_vel_unstamped
         self._unstamped = node.create_publisher(Twist, unstamped.name, quality(unstamped)) if unstamped else None
+        self.channels: list[tuple[Channel, type[Twist] | type[TwistStamped]]] = [(ros.cmd_vel, kind)]
+        """What moves this robot, by topic and type."""
+        if unstamped:
+            self.channels.append((unstamped, Twist))
+        self._lock = threading.Lock()
+        self._stamps: deque[tuple[int, int]] = deque(maxlen=SENT_KEPT)
+        self._twists: deque[tuple[float, float]] = deque(maxlen=SENT_KEPT)
 
     def send(self, twist: Twist2D) -> None:
         plain = Twist()
         plain.linear.x, plain.angular.z = twist.linear_x, twist.angular_z
         message: Any = plain
+        stamp = self._node.get_clock().now().to_msg()
         if self._stamped:
             message = TwistStamped(twist=plain)
-            message.header.stamp = self._node.get_clock().now().to_msg()
+            message.header.stamp = stamp
             message.header.frame_id = self._frame
+        with self._lock:
+            self._stamps.append((stamp.sec, stamp.nanosec))
+            self._twists.append((twist.linear_x, twist.angular_z))
         self._main.publish(message)
         if self._unstamped is not None:
             self._unstamped.publish(plain)
+
+    def has_sent(self, message: Twist | TwistStamped) -> bool:
+        """Whether this bridge may have sent it of late: by its stamp, or where it has none by what it says."""
+        with self._lock:
+            if isinstance(message, TwistStamped):
+                return (message.header.stamp.sec, message.header.stamp.nanosec) in self._stamps
+            return (message.linear.x, message.angular.z) in self._twists
 
 
 class Ticker:
