@@ -494,7 +494,7 @@ class BridgeBehaviour:
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].dock is not None)
         rig.toy.put_away()
         await until(lambda: rig.bus.of(ROBOT_STATE)[-1].docked is False)
-        rig.toy.planner_code = 208
+        rig.toy.planner_code = 206
         away = (await rig.post("/dock")).json()
         assert away["end"] == BaseEnd.NOT_BEFORE_DOCK
         assert "did not get in front of the dock: ABORTED" in away["text"]

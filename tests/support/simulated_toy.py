@@ -58,7 +58,7 @@ class SimulatedToy(ToyRobot):
         self.put(DOCK)
 
     def put_away(self) -> None:
-        self.put(Pose2D(x=2.4, y=2.0, yaw=0.0))
+        self.put(Pose2D(x=1.9, y=2.0, yaw=0.0))
 
     def put(self, pose: Pose2D) -> None:
         """By hand."""

@@ -41,7 +41,7 @@ class ToyRobot:
     silent: set[str] = field(default_factory=set)
     navigation: Navigation = "drives"
     planner_code: int = 0
-    """What the planner says of every goal farther off than `NEAR_M`, where it is not 0."""
+    """What the planner says of every goal, where it is not 0; 208 only of those farther off than `NEAR_M`."""
     give_ups: int = 0
     """So many goals are aborted with PATIENCE_EXCEEDED before `navigation` holds."""
     thinking: set[str] = field(default_factory=set)
@@ -86,7 +86,7 @@ class ToyRobot:
 
     def put_away(self) -> None:
         """Off the dock by hand, to where the base does not see it."""
-        self.x, self.y, self.yaw = 1.5, 0.0, 0.0
+        self.x, self.y, self.yaw = 1.0, 0.0, 0.0
         self.docked = self.dock_visible = False
 
     def drive_onto_dock(self, docked: bool) -> None:
@@ -108,7 +108,7 @@ class ToyRobot:
     def refusal(self, x: float, y: float) -> int:
         """`planner_code`, where it is said of a goal there."""
         near = math.hypot(x - START.x - self.x, y - START.y - self.y) < NEAR_M
-        return 0 if near else self.planner_code
+        return 0 if near and self.planner_code == 208 else self.planner_code
 
     def gives_up(self) -> bool:
         """Asked once for each goal."""
