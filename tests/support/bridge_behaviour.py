@@ -16,7 +16,7 @@ import httpx
 from asgi_lifespan import LifespanManager
 from mcap.reader import make_reader
 
-from contracts.causes import SafetyCause
+from contracts.causes import GoalCause, SafetyCause
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import BaseEnd, DriveReply, MotionEnd, RotateReply
 from contracts.recording import Recording, RecordingState
@@ -331,7 +331,7 @@ class BridgeBehaviour:
         rig.toy.give_ups = 9
         aborted = (await rig.goal(clear_costmaps=False)).json()["id"]
         goal = await rig.ended(aborted, GoalStatus.ABORTED)
-        assert (goal.error_code, goal.error_name, goal.error_msg) == (104, "PATIENCE_EXCEEDED", "patience exceeded")
+        assert (goal.error_code, goal.error_name, goal.error_msg) == (104, "PATIENCE_EXCEEDED", "PATIENCE_EXCEEDED")
         assert goal.attempt == 3
         rig.toy.navigation = "rejects"
         assert (await rig.goal(clear_costmaps=False)).json()["status"] == "REJECTED"
@@ -366,6 +366,16 @@ class BridgeBehaviour:
         assert any(each.error_code == 104 and each.attempt == 2 for each in rig.bus.of(ROBOT_NAVIGATION))
         assert rig.toy.cleared >= 1
         assert rig.toy.goals[0] == rig.toy.goals[1]
+
+    async def test_an_abort_without_a_code_is_tried_again_and_told_in_words(self, rig: Rig) -> None:
+        rig.toy.navigation, rig.toy.give_ups, rig.toy.give_up_code = "succeeds", 1, 0
+        goal = (await rig.goal(pose=NEAR, clear_costmaps=False)).json()["id"]
+        assert (await rig.ended(goal, GoalStatus.SUCCEEDED)).attempt == 2
+        rig.toy.give_ups = 9
+        lost = (await rig.goal(clear_costmaps=False)).json()["id"]
+        ended = await rig.ended(lost, GoalStatus.ABORTED)
+        assert (ended.attempt, ended.error_code, ended.cause) == (3, 0, GoalCause.NAV2_SILENT)
+        assert "waited too long for a server" in ended.error_msg
 
     async def test_the_third_try_goes_to_a_roomier_pose_on_the_ring(self, rig: Rig) -> None:
         rig.toy.give_ups = 2

@@ -16,7 +16,8 @@ from mesh.errors import UnavailableError
 from robot_bridge.base_stop import BaseStop
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
-from robot_bridge.ports import GoalEnd, Path
+from robot_bridge.navigation import GoalEnd
+from robot_bridge.ports import Path
 from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import matrix
 from support.toy_robot import CAMERA_X_M, CAMERA_Z_M, FX, OPTICAL_XYZW, START, ToyRobot
@@ -35,6 +36,9 @@ class FakeGoal:
     def finish(self, end: GoalEnd) -> None:
         if not self._end.done():
             self._end.set_result(end)
+
+    async def was_preempted(self) -> bool:
+        return self._toy.preempted
 
     def cancel(self) -> None:
         self._toy.cancelled += 1
@@ -89,7 +93,7 @@ class FakeRobot:
             await asyncio.Event().wait()
         self._goal, self._on_progress = FakeGoal(self.toy), on_progress
         if self.toy.gives_up():
-            self._goal.finish(GoalEnd(GoalStatus.ABORTED, 104, "patience exceeded"))
+            self._goal.finish(GoalEnd(GoalStatus.ABORTED, self.toy.give_up_code))
         elif self.toy.navigation == "succeeds":
             self._goal.finish(GoalEnd(GoalStatus.SUCCEEDED))
         return self._goal
@@ -102,6 +106,8 @@ class FakeRobot:
 
     async def clear_costmaps(self) -> None:
         self.toy.cleared += 1
+        if "costmaps" in self.toy.thinking:
+            await asyncio.Event().wait()
 
     async def dock(self) -> bool:
         return await self._base_drives(docked=True)
@@ -136,7 +142,7 @@ class FakeRobot:
             self._sense()
             if self._goal is not None and self.toy.navigation == "drives":
                 navigation_velocity(0.2, 0.0)
-                self._on_progress(1.5)
+                self._on_progress(self.toy.distance_left_m)
             tick()
             await asyncio.sleep(STEP_S)
 

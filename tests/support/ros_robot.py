@@ -212,7 +212,7 @@ class RosToyRobot:
         self.toy.goals.append((p.position.x, p.position.y, p.orientation.z))
         if self.toy.gives_up():
             handle.abort()
-            return NavigateToPose.Result(error_code=104, error_msg="patience exceeded")
+            return NavigateToPose.Result(error_code=self.toy.give_up_code)  # Jazzy's never fills error_msg
         match self.toy.navigation:
             case "succeeds":
                 handle.succeed()

@@ -20,7 +20,8 @@ from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
-from robot_bridge.ports import GoalEnd, Path
+from robot_bridge.navigation import GoalEnd
+from robot_bridge.ports import Path
 from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import compose, inverse, matrix
 from sim.nav.codes import NavigationError
@@ -96,6 +97,9 @@ class SimulatedGoal:
     async def end(self) -> GoalEnd:
         return await asyncio.shield(self._end)
 
+    async def was_preempted(self) -> bool:
+        return False
+
     def finish(self, end: GoalEnd) -> None:
         """From any thread."""
         self._loop.call_soon_threadsafe(lambda: None if self._end.done() else self._end.set_result(end))
@@ -154,7 +158,7 @@ class SimulatedRobot:
         self.toy.goals.append((pose.x, pose.y, pose.yaw))
         goal = SimulatedGoal(self.toy, self._loop)
         if self.toy.gives_up():
-            goal.finish(GoalEnd(GoalStatus.ABORTED, 104, "patience exceeded"))
+            goal.finish(GoalEnd(GoalStatus.ABORTED, self.toy.give_up_code))
         else:
             self._goal, self._on_progress, self._wanted = goal, on_progress, (goal, pose)
         return goal

@@ -43,9 +43,15 @@ class ToyRobot:
     planner_code: int = 0
     """What the planner says of every goal, where it is not 0; 208 only of those farther off than `NEAR_M`."""
     give_ups: int = 0
-    """So many goals are aborted with PATIENCE_EXCEEDED before `navigation` holds."""
+    """So many goals are aborted with `give_up_code` before `navigation` holds."""
+    give_up_code: int = 104
+    distance_left_m: float = 1.5
+    """What Nav2 feeds back while it drives. Only the fake robot heeds it."""
+    preempted: bool = False
+    """Somebody else's goal has taken the place of one that was given up. Only the fake robot heeds it."""
     thinking: set[str] = field(default_factory=set)
-    """Of `nav2` and `base`, who takes for ever over the next thing asked of it. Only the fake robot heeds it."""
+    """Of `nav2`, `costmaps` and `base`, who takes for ever over the next thing asked of it. Only the fake robot heeds
+    it."""
     can_dock: bool = True
     docked: bool = False
     dock_visible: bool = False

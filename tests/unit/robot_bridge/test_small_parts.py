@@ -27,9 +27,14 @@ def test_the_table_names_every_status_and_endings_stay_endings() -> None:
         moved_on(reached, GoalStatus.EXECUTING, stamp_s=4.0)
 
 
+def test_codes_without_a_name_are_told_by_whose_they_are() -> None:
+    assert [error_name(code) for code in (9003, 250, 711, 9009, 5)] == [
+        "NAVIGATOR_TIMEOUT", "PLANNER_250", "BEHAVIOR_711", "NAVIGATOR_9009", "NAV2_5",
+    ]  # fmt: skip
+
+
 def test_error_codes_have_names() -> None:
     assert error_name(104) == "PATIENCE_EXCEEDED"
-    assert error_name(999) == "NAV2_999"
     aborted = moved_on(GOAL, GoalStatus.ABORTED, stamp_s=2.0, error_code=208)
     assert (aborted.error_code, aborted.error_msg) == (208, "NO_VALID_PATH")
 

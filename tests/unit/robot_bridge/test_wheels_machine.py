@@ -208,7 +208,7 @@ class WheelsMachine(RuleBasedStateMachine):
         refused = sum(self.wheels.refused.values()) - counted
         self.refused += refused
         if not refused and self.wheels._goal is not None:
-            self.a_lease_lives_until(self.clock.now + 0.25, reverse=True)
+            self.a_lease_lives_until(self.clock.now + 0.35, reverse=True)
 
     @rule(distance=st.floats(-2.0, 2.0), reverse=st.booleans(), turn=st.booleans())
     def move(self, distance: float, reverse: bool, turn: bool) -> None:

@@ -114,6 +114,10 @@ class GoalCause(StrEnum):
 
     NAV2 = "nav2"
     """Nav2 gave up, or cancelled it; `error_code` says why."""
+    NAV2_SILENT = "nav2_silent"
+    """Nav2 aborted it and gave no code: an everyday end on a busy computer."""
+    FOREIGN_GOAL = "foreign_goal"
+    """Another client of Nav2 sent a goal, which ended this one."""
     REJECTED = "rejected"
     """Nav2 did not take it."""
     UNREACHABLE = "unreachable"
@@ -165,6 +169,8 @@ _LIMITS: dict[LimitCause, str] = {
 
 _GOAL_CAUSES: dict[GoalCause, str] = {
     GoalCause.NAV2: "Nav2 gave it up",
+    GoalCause.NAV2_SILENT: "Nav2 gave no reason; its tree may have waited too long for a server",
+    GoalCause.FOREIGN_GOAL: "another client of Nav2 sent a goal",
     GoalCause.REJECTED: "Nav2 rejected the goal",
     GoalCause.UNREACHABLE: "there is no path to it",
     GoalCause.NAV2_GONE: "Nav2 is gone",

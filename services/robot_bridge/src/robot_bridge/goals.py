@@ -56,7 +56,10 @@ class Goals:
         self._publish(goal)
 
     def progress(self, active: Active, left_m: float, now_s: float) -> None:
+        """Metres left. Nav2 says 0.0 as long as it has no path: that is not told."""
         goal = self.get(active.goal_id)
+        if left_m <= 0.0 and goal.distance_remaining_m is None:
+            return
         told_s = active.progress_told_s
         if goal.status is GoalStatus.EXECUTING and (told_s is None or now_s - told_s >= PROGRESS_S):
             active.progress_told_s = now_s

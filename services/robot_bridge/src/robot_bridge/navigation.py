@@ -1,7 +1,19 @@
 """The life of a navigation goal, as data: which state may follow which, and what an error code means. Pure."""
 
+from dataclasses import dataclass
+
 from contracts.causes import GoalCause
 from contracts.robot import Goal, GoalStatus
+
+
+@dataclass(frozen=True, slots=True)
+class GoalEnd:
+    """How a goal ended at Nav2: SUCCEEDED, CANCELED or ABORTED, with Nav2's error code (0 = none)."""
+
+    status: GoalStatus
+    error_code: int = 0
+    error_msg: str = ""
+
 
 ALLOWED: dict[GoalStatus, frozenset[GoalStatus]] = {
     GoalStatus.PENDING: frozenset(
@@ -37,8 +49,25 @@ ERROR_NAMES: dict[int, str] = {
     206: "GOAL_OCCUPIED",
     207: "TIMEOUT",
     208: "NO_VALID_PATH",
+    9000: "NAVIGATOR_UNKNOWN",
+    9001: "FAILED_TO_LOAD_BEHAVIOR_TREE",
+    9002: "NAVIGATOR_TF_ERROR",
+    9003: "NAVIGATOR_TIMEOUT",
 }
-"""Nav2's codes (Jazzy): 1xx from the controller under way, 2xx from the planner."""
+"""Nav2's codes (Jazzy): 1xx from the controller under way, 2xx from the planner; 9xxx from Kilted's navigator."""
+
+SERVERS: dict[range, str] = {
+    range(100, 200): "CONTROLLER",
+    range(200, 300): "PLANNER",
+    range(300, 400): "PLANNER_THROUGH_POSES",
+    range(400, 500): "ROUTE",
+    range(500, 600): "SMOOTHER",
+    range(600, 700): "WAYPOINTS",
+    range(700, 800): "BEHAVIOR",
+    range(900, 1000): "DOCKING",
+    range(9000, 10000): "NAVIGATOR",
+}
+"""Whose a code is that has no name here: Nav2 gives each server a range of its own."""
 
 
 START_OCCUPIED = 205
@@ -46,6 +75,16 @@ NO_VALID_PATH = 208
 
 GIVEN_UP_UNDER_WAY = frozenset({104, 105, 106})
 """The controller lost patience, made no progress, or found no way on: asked again, it may well get there."""
+
+
+def worth_another_try(end: GoalEnd) -> bool:
+    """Also an abort without a code: Nav2's tree waits 20 ms for its servers, which a busy computer misses at times."""
+    return end.status is GoalStatus.ABORTED and (end.error_code in GIVEN_UP_UNDER_WAY or end.error_code == 0)
+
+
+def cause_of(end: GoalEnd) -> GoalCause:
+    silent = end.status is GoalStatus.ABORTED and end.error_code == 0
+    return GoalCause.NAV2_SILENT if silent else GoalCause.NAV2
 
 
 def says_nothing_of_the_goal(code: int) -> bool:
@@ -58,7 +97,8 @@ def is_over(status: GoalStatus) -> bool:
 
 
 def error_name(code: int) -> str:
-    return ERROR_NAMES.get(code, f"NAV2_{code}")
+    server = next((name for codes, name in SERVERS.items() if code in codes), "NAV2")
+    return ERROR_NAMES.get(code, f"{server}_{code}")
 
 
 def moved_on(

@@ -15,8 +15,8 @@ from mesh.errors import ConflictError, UnavailableError
 from mesh.tasks import Tasks
 from robot_bridge.goals import Active, Goals
 from robot_bridge.maps import check_in_map
-from robot_bridge.navigation import GIVEN_UP_UNDER_WAY, error_name, is_over, moved_on
-from robot_bridge.ports import GoalEnd, Robot
+from robot_bridge.navigation import GoalEnd, cause_of, error_name, is_over, moved_on, worth_another_try
+from robot_bridge.ports import Robot
 from robot_bridge.preflight import Checked, Place, Preflight, path_or_none, path_reply
 from robot_bridge.settings import Settings
 from robot_bridge.wheels import Wheels
@@ -169,6 +169,7 @@ class Navigator:
             picture.stamp_s if picture is not None else 0.0,
         )
         self._wheels.open_navigation(goal.id, request.epoch, request.session_id)
+        self._wheels.hold_navigation(goal.id)
         self._active = active
         self._goals.keep(goal)
         if checked is not None and checked.hopeless:
@@ -196,6 +197,8 @@ class Navigator:
             self._finish(active, GoalEnd(rejected), GoalCause.REJECTED)
         elif self._active is not active or active.ending_as is not None:
             active.accepted.cancel()  # stopped, or its session ended, while Nav2 was thinking
+        else:
+            self._wheels.release_navigation(active.goal_id)
 
     async def _follow(self, active: Active) -> None:
         """Until Nav2 ends it, its time is up, or Nav2 is gone; tries again where Nav2 gave up under way."""
@@ -203,9 +206,11 @@ class Navigator:
             end = await self._until_end(active)
             if end is None:
                 return
+            self._wheels.hold_navigation(active.goal_id)  # its controller may drive on without a goal
+            cause = await self._cause(active, end)
             last = attempt > self._settings.retries_max or active.ending_as is not None
-            if last or end.status is not GoalStatus.ABORTED or end.error_code not in GIVEN_UP_UNDER_WAY:
-                self._finish(active, end)
+            if last or cause is GoalCause.FOREIGN_GOAL or not worth_another_try(end):
+                self._finish(active, end, cause)
                 return
             try:
                 await self._try_again(active, end, attempt + 1)
@@ -213,11 +218,18 @@ class Navigator:
                 gone = GoalEnd(GoalStatus.ABORTED, end.error_code, f"{end.error_msg}; {error.detail}")
                 self._finish(active, gone, GoalCause.NAV2_GONE)
 
+    async def _cause(self, active: Active, end: GoalEnd) -> GoalCause:
+        cause, accepted = cause_of(end), active.accepted
+        if cause is GoalCause.NAV2_SILENT and accepted is not None and await accepted.was_preempted():
+            return GoalCause.FOREIGN_GOAL
+        return cause
+
     async def _try_again(self, active: Active, end: GoalEnd, attempt: int) -> None:
         """From where the robot stands, costmaps cleared; from the third time on to a roomier pose on the ring."""
         goal, name = self._goals.get(active.goal_id), error_name(end.error_code)
         log.info("Nav2 gave up under way; trying again", goal=goal.id, error=name, attempt=attempt)
-        told = {"attempt": attempt, "error_code": end.error_code, "error_name": name, "error_msg": end.error_msg}
+        why = end.error_msg or name or cause_of(end).sentence
+        told = {"attempt": attempt, "error_code": end.error_code, "error_name": name, "error_msg": why}
         active.accepted = None
         self._goals.keep(goal.model_copy(update=told | {"stamp_s": self._clock.now_s()}))
         await self._preflight.clear_costmaps(self._clock)

@@ -5,19 +5,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import GoalStatus
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
+from robot_bridge.navigation import GoalEnd
 from robot_bridge.senses import Senses
-
-
-@dataclass(frozen=True, slots=True)
-class GoalEnd:
-    """How a goal ended at Nav2: SUCCEEDED, CANCELED or ABORTED, with Nav2's error code (0 = none)."""
-
-    status: GoalStatus
-    error_code: int = 0
-    error_msg: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +28,10 @@ class AcceptedGoal(Protocol):
 
     def cancel(self) -> None:
         """Asks Nav2 to cancel it; the answer comes as the end."""
+        ...
+
+    async def was_preempted(self) -> bool:
+        """Whether somebody else's goal is under way in its place; asked once it has ended."""
         ...
 
 

@@ -5,17 +5,42 @@ from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus as RosGoalStatus
+from action_msgs.msg import GoalStatusArray
 from rclpy.action import ActionClient
+from rclpy.node import Node
+from rclpy.qos import qos_profile_action_status_default
 
 from contracts.robot import GoalStatus
 from mesh.errors import ServiceTimeoutError, UnavailableError
-from robot_bridge.ports import GoalEnd
+from robot_bridge.navigation import GoalEnd
 
 ENDS = {
     RosGoalStatus.STATUS_SUCCEEDED: GoalStatus.SUCCEEDED,
     RosGoalStatus.STATUS_CANCELED: GoalStatus.CANCELED,
     RosGoalStatus.STATUS_ABORTED: GoalStatus.ABORTED,
 }
+
+
+STATUS_S_MAX = 0.2
+"""What an action's status topic says may come so much later than a goal's result."""
+
+
+class GoalsUnderWay:
+    """Which goals of an action are under way, whoever sent them. Heard in the robot's thread, read in asyncio."""
+
+    def __init__(self, node: Node, action: str) -> None:
+        self._ids: frozenset[bytes] = frozenset()
+        topic = f"{action}/_action/status"
+        node.create_subscription(GoalStatusArray, topic, self._heard, qos_profile_action_status_default)
+
+    def other_than(self, goal_id: bytes) -> bool:
+        return bool(self._ids - {goal_id})
+
+    def _heard(self, message: GoalStatusArray) -> None:
+        going = {RosGoalStatus.STATUS_ACCEPTED, RosGoalStatus.STATUS_EXECUTING}
+        self._ids = frozenset(
+            bytes(each.goal_info.goal_id.uuid) for each in message.status_list if each.status in going
+        )
 
 
 class Calls:
@@ -30,7 +55,13 @@ class Calls:
         self.do = do
 
     async def send_goal(
-        self, client: ActionClient, server: str, goal: Any, feedback: Callable[[Any], None] | None = None
+        self,
+        client: ActionClient,
+        server: str,
+        goal: Any,
+        feedback: Callable[[Any], None] | None = None,
+        *,
+        under_way: GoalsUnderWay | None = None,
     ) -> "RosGoal | None":
         """None when the server rejects it. Raises `UnavailableError` naming `server` when it is not there."""
         handle = await self.ask(
@@ -40,7 +71,7 @@ class Calls:
             timeout_s=self._accept_s_max,
             too_late=lambda handle: handle.cancel_goal_async() if handle.accepted else None,
         )
-        return RosGoal(self, handle) if handle.accepted else None
+        return RosGoal(self, handle, under_way) if handle.accepted else None
 
     async def ask(
         self,
@@ -82,9 +113,10 @@ class Calls:
 class RosGoal:
     """An accepted goal of any action."""
 
-    def __init__(self, calls: Calls, handle: Any) -> None:
+    def __init__(self, calls: Calls, handle: Any, under_way: GoalsUnderWay | None = None) -> None:
         self._calls = calls
         self._handle = handle
+        self._under_way = under_way
 
     async def result(self) -> Any:
         return await self._calls.ask("nav2", self._handle.get_result_async, timeout_s=None)
@@ -96,6 +128,10 @@ class RosGoal:
 
     def cancel(self) -> None:
         self._calls.do(self._handle.cancel_goal_async)
+
+    async def was_preempted(self) -> bool:
+        await asyncio.sleep(STATUS_S_MAX)
+        return self._under_way is not None and self._under_way.other_than(bytes(self._handle.goal_id.uuid))
 
 
 def _fail(answer: "asyncio.Future[Any]", error: Exception) -> None:

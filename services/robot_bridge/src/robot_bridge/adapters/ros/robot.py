@@ -27,7 +27,7 @@ from mesh.clock import Clock
 from mesh.errors import ServiceTimeoutError, UnavailableError
 from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.base_stop import BaseStopService
-from robot_bridge.adapters.ros.calls import Calls, RosGoal
+from robot_bridge.adapters.ros.calls import Calls, GoalsUnderWay, RosGoal
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.other_drivers import OtherDrivers
 from robot_bridge.adapters.ros.recording import RosRecording
@@ -100,7 +100,7 @@ class RosRobot:
         def heard(message: Any) -> None:  # in the robot's thread
             self._loop.call_soon_threadsafe(on_progress, float(message.feedback.distance_remaining))
 
-        return await self._calls.send_goal(self._navigate, "nav2", goal, heard)
+        return await self._calls.send_goal(self._navigate, "nav2", goal, heard, under_way=self._goals)
 
     async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
         frame = self._settings.ros.map_frame
@@ -197,6 +197,7 @@ class RosRobot:
         self._velocity = VelocityPublisher(node, ros)
         self._audio = node.create_publisher(AudioNoteVector, ros.cmd_audio.name, quality(ros.cmd_audio))
         self._navigate = ActionClient(node, NavigateToPose, ros.navigate_action)
+        self._goals = GoalsUnderWay(node, ros.navigate_action)
         self._plan = ActionClient(node, ComputePathToPose, ros.path_action)
         self._dock = ActionClient(node, Dock, ros.dock_action)
         self._undock = ActionClient(node, Undock, ros.undock_action)
