@@ -151,6 +151,7 @@ def test_a_row_that_is_no_box_costs_itself_and_is_told(played: Callable[[object]
     [
         (Played([39], [0.9, 0.8], [(1, 2, 3, 4)]), "shapes"),
         (Played([39], [0.9], [(1, 2, 3)]), "shapes"),
+        (Played([39, 39], [np.nan, np.nan], [(80, 60, 130, 200)] * 2), "its numbers are not finite"),
         (SimpleNamespace(boxes=None), "NoneType"),
         (Fails(), "out of memory"),
     ],

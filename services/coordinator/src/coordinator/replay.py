@@ -19,11 +19,6 @@ from mesh.errors import MeshError
 WIDTH = 110
 
 
-def database_path(url: str) -> Path:
-    """The file of an SQLite URL."""
-    return Path(url.partition("///")[2])
-
-
 def recording_of(mission: str, database: Path) -> Recording:
     """Raises `MeshError`, `MalformedRecordingError`, `OSError`."""
     path = Path(mission)
@@ -81,7 +76,7 @@ def main() -> int:
     parser.add_argument("--database", type=Path, default=None, help="default: the file of COORDINATOR_DATABASE_URL")
     parser.add_argument("--every", action="store_true", help="show the steps that asked for nothing, too")
     options = parser.parse_args()
-    database = options.database or database_path(Settings().database_url)
+    database = options.database or Settings().database_file
     try:
         recording = recording_of(options.mission, database)
     except (MeshError, MalformedRecordingError, OSError) as error:

@@ -1,9 +1,14 @@
 """Settings from the environment, prefix COORDINATOR_; the mission's own numbers are `core.rules.Rules`."""
 
-from pydantic import Field
+from pathlib import Path
+from urllib.parse import unquote
+
+from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from coordinator.core.rules import Rules
+
+SQLITE = ("sqlite:///", "sqlite+aiosqlite:///")
 
 
 class Settings(Rules, BaseSettings):
@@ -45,3 +50,15 @@ class Settings(Rules, BaseSettings):
     look_timeout_s_memory: float = Field(default=2.0, gt=0.0)
     reason_timeout_s: float = Field(default=15.0, gt=0.0)
     picture_side_px_max: int = Field(default=320, ge=32, le=1280)
+
+    @field_validator("database_url")
+    @classmethod
+    def _names_a_file(cls, url: str) -> str:
+        named = url.partition(":///")[2]
+        if not url.startswith(SQLITE) or "?" in url or named in {"", ":memory:"}:
+            raise ValueError("must name a file, as in sqlite:///coordinator.db; a '?' in its name is written %3F")
+        return url
+
+    @property
+    def database_file(self) -> Path:
+        return Path(unquote(self.database_url.partition(":///")[2]))

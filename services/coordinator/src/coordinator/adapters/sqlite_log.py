@@ -4,11 +4,10 @@ import asyncio
 import zlib
 from collections import OrderedDict, defaultdict
 from collections.abc import AsyncIterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import structlog
-from sqlalchemy import Executable, Row, delete, func, make_url, select
+from sqlalchemy import Executable, Row, delete, func, select
 from sqlalchemy.dialects.sqlite import insert
 
 from contracts.mission import Mission, MissionEvent
@@ -42,7 +41,7 @@ class SqliteLog:
     """The port `MissionLog`. `await open()` first, then keep `write_forever()` running."""
 
     def __init__(self, settings: Settings) -> None:
-        self._path = Path(str(make_url(settings.database_url).database))
+        self._path = settings.database_file
         self._settings = settings
         self._engine = engine(self._path, busy_timeout_s=settings.busy_timeout_s)
         self._tail = Tail(TAIL)

@@ -1,16 +1,19 @@
 """The robot's camera, read from robot_bridge by long-poll."""
 
 from collections.abc import Mapping
+from typing import Annotated
 
 import httpx
-from pydantic import ValidationError
+from pydantic import Field, TypeAdapter
 
+from contracts.base import StampS
 from contracts.geometry import Pose2D
 from inference.ports import Frame
 from mesh.errors import UpstreamError
 from mesh.http import ServiceClient
 
 SERVICE = "robot_bridge"
+_STAMP_S = TypeAdapter[float](Annotated[StampS, Field(allow_inf_nan=False)])
 NO_CONTENT = 204
 
 
@@ -34,12 +37,12 @@ class BridgeCamera:
 def frame_of(headers: Mapping[str, str], jpeg: bytes) -> Frame:
     """Raises `UpstreamError` when the headers are not the contract: X-Stamp-S, and X-Pose 'x,y,yaw' or none."""
     try:
-        stamp_s = float(headers["x-stamp-s"])
+        stamp_s = _STAMP_S.validate_python(headers["x-stamp-s"])
         said = headers.get("x-pose", "").strip()
         pose = None
         if said:
             x, y, yaw = (float(part) for part in said.split(","))
             pose = Pose2D(x=x, y=y, yaw=yaw)
-    except (KeyError, ValueError, ValidationError) as error:
+    except (KeyError, ValueError) as error:
         raise UpstreamError(SERVICE, 200, f"the frame's headers are not the contract: {error}") from error
     return Frame(stamp_s=stamp_s, jpeg=jpeg, pose=pose)

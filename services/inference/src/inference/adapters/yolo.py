@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from contracts.vision import Detection
 from inference.classes import label_of
 from inference.ports import MODEL_ERRORS, RgbImage
-from inference.raw_boxes import Believed, Picture, believed
+from inference.raw_boxes import Believed, NoBox, Picture, believed
 from mesh.errors import UnavailableError
 
 log = structlog.get_logger()
@@ -94,7 +94,10 @@ class YoloDetector:
         self._labels = _labels(self._model.names, path)
 
     def detect(self, image: RgbImage) -> tuple[Detection, ...]:
-        """Raises `UnavailableError` where the model fails on this image, or its answer has not the shape of boxes."""
+        """Raises `UnavailableError` where the model fails on this image, or its answer has not the shape of boxes.
+
+        So does an answer of which nothing is left, and some of it was no number: that picture was not seen empty.
+        """
         picture = Picture(image.shape[1], image.shape[0])
         try:
             found = self._believed(
@@ -108,9 +111,12 @@ class YoloDetector:
 
     def _believed(self, result: Any, picture: Picture) -> Believed:
         boxes = result.boxes.cpu().numpy()
-        return believed(
+        found = believed(
             boxes.cls, boxes.conf, boxes.xyxy, labels=self._labels, picture=picture, boxes_max=self._boxes_max
         )
+        if NoBox.NOT_FINITE in found.refused and not found.detections:
+            raise ValueError("its numbers are not finite")
+        return found
 
     def _tell(self, found: Believed) -> None:
         """In `trouble` until the next picture, in the metrics always, in the log now and then."""
