@@ -14,6 +14,7 @@ from pathlib import Path
 import httpx
 
 from bench.processes import Processes, until
+from contracts.robot import SensorState
 
 START_S_MAX = 90.0
 HEAR_S_MAX = 10.0
@@ -142,5 +143,5 @@ def rigged(folder: Path, port: int, domain: int, camera_hz: float) -> Iterator[R
 def _senses(http: httpx.Client) -> bool:
     with contextlib.suppress(httpx.TransportError):
         sensors = http.get("/state").json()["sensors"]
-        return bool(sensors["scan"]["valid"] and sensors["odom"]["valid"])
+        return all(sensors[name]["state"] == SensorState.FRESH for name in ("scan", "odom"))
     return False

@@ -178,7 +178,9 @@ class BridgeBehaviour:
         assert (round(state.pose.x, 2), round(state.pose.y, 2)) == (1.0, 2.0)
         assert state.battery is not None
         assert math.isclose(state.battery.percentage, 80.0, abs_tol=0.01)
-        assert set(state.sensors) == {"scan", "odom", "rgb", "depth", "pose", "map", "battery", "dock", "hazards"}
+        assert set(state.sensors) == {
+            *("scan", "odom", "rgb", "rgb_info", "depth", "depth_info", "pose", "map", "battery", "dock", "hazards")
+        }
         assert all(sensor.valid for sensor in state.sensors.values())
 
     async def test_stale_data_is_named_and_has_no_value(self, rig: Rig) -> None:

@@ -32,6 +32,7 @@ from contracts.robot import (
     PathReply,
     PathRequest,
     RobotState,
+    SensorState,
     SensorStatus,
     VelocityReply,
     VelocityRequest,
@@ -75,7 +76,10 @@ def robot_state(pose: Pose2D | None = None, *, stop: EmergencyStop | None = None
         docked=docked,
         navigation=NavigationState.IDLE,
         emergency_stop=stop or EmergencyStop(latched=False, epoch=0),
-        sensors={name: SensorStatus(valid=name != "depth", age_s=0.1) for name in names},
+        sensors={
+            name: SensorStatus(state=SensorState.STALE if name == "depth" else SensorState.FRESH, age_s=0.1)
+            for name in names
+        },
     )
 
 

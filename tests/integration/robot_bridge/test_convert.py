@@ -20,9 +20,10 @@ TO_THE_LEFT = np.array([[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 
 def scanned(range_at: Callable[[float], float]) -> Scan:
     """A scan whose range at each bearing in base_link (rad) is this, from a laser that looks to the left."""
     message = LaserScan(angle_min=-math.pi, angle_increment=math.tau / BEAMS, range_min=0.15, range_max=12.0)
+    message.angle_max = math.pi
     bearings = -math.pi + math.tau / BEAMS * np.arange(BEAMS) + math.pi / 2
     message.ranges = [range_at(math.remainder(bearing, math.tau)) for bearing in bearings]
-    return convert.scan(message, TO_THE_LEFT)
+    return convert.scan(message, TO_THE_LEFT, 1.0)
 
 
 def test_what_stands_ahead_of_the_robot_is_ahead_whatever_way_the_laser_looks() -> None:
@@ -59,7 +60,7 @@ def test_a_range_that_cannot_be_is_no_knowledge(near: float) -> None:
 )
 def test_a_scan_that_makes_no_sense_is_refused(broken: LaserScan) -> None:
     with pytest.raises(ValueError, match=r".+"):
-        convert.scan(broken, TO_THE_LEFT)
+        convert.scan(broken, TO_THE_LEFT, 1.0)
 
 
 def test_hazards_have_names_and_unknown_ones_are_left_out() -> None:

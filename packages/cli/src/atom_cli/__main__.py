@@ -198,12 +198,12 @@ def _at(mission: Mission, now: MissionStatus) -> str:
 
 def _robot(state: RobotState) -> list[tuple[str, str]]:
     stop = state.emergency_stop
-    pose = state.pose
+    pose, battery = state.pose, state.battery
     stale = [name for name, sensor in state.sensors.items() if not sensor.valid]
     return [
         ("robot", f"stopped: {stop.reason} ({stop.by})" if stop.latched else "free to move"),
         ("place", "unknown" if pose is None else f"{pose.x:.2f} / {pose.y:.2f} m"),
-        ("battery", "unknown" if state.battery is None else f"{state.battery.percentage:.0f} %"),
+        ("battery", "unknown" if battery is None or battery.percentage is None else f"{battery.percentage:.0f} %"),
         ("dock", {True: "docked", False: "undocked", None: "unknown"}[state.docked]),
         ("sensors", f"not fresh: {', '.join(sorted(stale))}" if stale else "fresh"),
     ]

@@ -12,15 +12,36 @@ from contracts.geometry import Point3D, Pose2D, Twist2D
 MapId = Annotated[str, Field(min_length=1, max_length=40, pattern=NO_CONTROL_CHARACTERS)]
 
 
+class SensorState(StrEnum):
+    NEVER = "never"
+    """Nothing has come."""
+    FRESH = "fresh"
+    """Understood, and new enough to act on."""
+    STALE = "stale"
+    """It was understood, and is too old to act on."""
+    NOT_UNDERSTOOD = "not_understood"
+    """Something comes, and makes no sense: `detail` says why."""
+
+
 class SensorStatus(Message):
-    valid: bool = Field(description="received and fresh enough to act on")
+    state: SensorState
     age_s: float | None = Field(
-        default=None, ge=0.0, description="seconds since the newest message; none if never received"
+        default=None, ge=0.0, description="seconds since the newest message that was understood; none if there was none"
     )
+    detail: str = Field(
+        default="", max_length=500, description="for a person: why it is not understood, or what to know of what is"
+    )
+
+    @property
+    def valid(self) -> bool:
+        """New enough to act on."""
+        return self.state is SensorState.FRESH
 
 
 class Battery(Message):
-    percentage: float = Field(ge=0.0, le=100.0, description="%")
+    percentage: float | None = Field(
+        ge=0.0, le=100.0, description="%; none where the base does not tell it in a way that can be understood"
+    )
     charging: bool = False
 
 
@@ -115,7 +136,8 @@ class RobotState(Message):
     base_stop: BaseStopState = BaseStopState.UNKNOWN
     hazards: tuple[str, ...] = Field(default=(), description="active bumper, cliff, wheel-drop names")
     sensors: dict[str, SensorStatus] = Field(
-        default_factory=dict, description="by name: scan, odom, rgb, depth, pose, map, battery, dock, hazards"
+        default_factory=dict,
+        description="by name: scan, odom, rgb, rgb_info, depth, depth_info, pose, map, battery, dock, hazards",
     )
     stale: tuple[str, ...] = Field(default=(), description="the sensors that are not valid now")
 

@@ -148,6 +148,7 @@ class Asking:
         if (
             state is None
             or state.battery is None
+            or state.battery.percentage is None
             or self._runner.robot_state_age_s > self._settings.robot_state_age_s_max
         ):
             return (), "I do not know how full the battery is: the robot says nothing of it."

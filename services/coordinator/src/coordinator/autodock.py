@@ -23,7 +23,7 @@ class Watch:
 def why_too_low(state: RobotState | None, rules: PowerRules) -> str:
     """Empty when there is enough, when it charges, or when nothing is known of the battery."""
     battery = state.battery if state is not None else None
-    if battery is None or battery.charging or battery.percentage >= rules.low_percent:
+    if battery is None or battery.charging or battery.percentage is None or battery.percentage >= rules.low_percent:
         return ""
     return f"the battery is at {battery.percentage:.0f} %, below {rules.low_percent:.0f} %"
 

@@ -5,14 +5,14 @@ import contextlib
 from collections import deque
 from collections.abc import AsyncGenerator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeVar, assert_never
 
 import structlog
 
 from contracts.causes import GoalCause
 from contracts.motion import MotionEnd
-from contracts.problem import Dependency
-from contracts.robot import BaseStopState, Goal, RobotState
+from contracts.problem import Dependency, DependencyState
+from contracts.robot import BaseStopState, Goal, RobotState, SensorState, SensorStatus
 from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VISION_OBJECT_SPOTTED
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
@@ -33,6 +33,7 @@ from robot_bridge.recordings import Recordings
 from robot_bridge.sessions import Sessions
 from robot_bridge.settings import Settings
 from robot_bridge.snapshot import Snapshot, look
+from robot_bridge.stamps import TF, apart
 from robot_bridge.stopping import Stopping
 from robot_bridge.wheels import Wheels
 
@@ -42,7 +43,9 @@ R = TypeVar("R")
 
 NAVIGATION_EVENTS_MAX = 200
 TICK_AGE_S_MAX = 0.5
-NOT_NEEDED = frozenset({"battery", "dock", "hazards"})
+HAZARDS = "hazards"
+"""Which has a line of its own."""
+NOT_NEEDED = frozenset({"battery", "dock", HAZARDS})
 """What a robot may do without and still be ready."""
 
 
@@ -138,10 +141,11 @@ class Bridge:
         spinning = tick_age_s is not None and tick_age_s <= TICK_AGE_S_MAX
         found = [Dependency.of("rclpy", ok=spinning, detail=_age(tick_age_s))]
         found += [
-            Dependency.of(name, ok=status.valid, detail=_age(status.age_s))
+            _dependency(name, status)
             for name, status in self.look().sensors.items()
-            if name not in NOT_NEEDED
+            if name not in NOT_NEEDED or (status.detail and name != HAZARDS)
         ]
+        found += self._frames_and_clocks(now_s)
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
         senses = self.robot.senses
@@ -153,6 +157,16 @@ class Bridge:
         unstored = self.stopping.unstored
         found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
         found.append(redis_dependency(self.bus))
+        return found
+
+    def _frames_and_clocks(self, now_s: float) -> list[Dependency]:
+        """A person should know what is odd about them; the robot works."""
+        senses = self.robot.senses
+        odd = [f"{name} is {apart(behind_s)} the others" for name, behind_s in senses.clocks.odd(now_s).items()]
+        clocks = DependencyState.WARNING if odd else DependencyState.READY
+        found = [Dependency(name="clocks", state=clocks, detail="; ".join(odd) or "they agree")]
+        if (refused := senses.reception.refused(TF)) is not None:
+            found.append(Dependency(name=TF, state=DependencyState.WARNING, detail=f"not understood: {refused.reason}"))
         return found
 
     async def publish_state(self) -> None:
@@ -270,6 +284,20 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         await stopping.save()
         await bridge.recordings.close()  # the slowest: a supervisor may not wait for it
         await robot.close()
+
+
+def _dependency(name: str, status: SensorStatus) -> Dependency:
+    """What a robot can do without is a warning, and so is what a person should know of a sensor that is well."""
+    fine = DependencyState.WARNING if status.detail else DependencyState.READY
+    state = fine if status.valid or name in NOT_NEEDED else DependencyState.NOT_READY
+    match status.state:
+        case SensorState.NOT_UNDERSTOOD:
+            return Dependency(name=name, state=state, detail=f"received, not understood: {status.detail}")
+        case SensorState.NEVER | SensorState.FRESH | SensorState.STALE:
+            told = f"{_age(status.age_s)}; {status.detail}" if status.detail else _age(status.age_s)
+            return Dependency(name=name, state=state, detail=told)
+        case _:
+            assert_never(status.state)
 
 
 def _age(age_s: float | None) -> str:

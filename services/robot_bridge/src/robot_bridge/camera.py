@@ -1,7 +1,7 @@
 """JPEG pictures of the newest frame: encoded once each, however many look."""
 
 import asyncio
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from dataclasses import dataclass
 
 import cv2
@@ -44,12 +44,13 @@ class Camera:
         """MJPEG parts, for as long as the viewer stays; a slow one skips frames."""
         self.viewers += 1
         try:
-            last_s: float | None = None
+            shown: Reading[ColourImage] | None = None
             while True:
-                picture = await self.picture(after_s=last_s, wait_s=5.0)
-                if picture is None:
+                reading = await self._frames.wait_for(_other_than(shown), 5.0)
+                if reading is None:
                     continue
-                last_s = picture.stamp_s
+                shown = reading
+                picture = await self._encoded(reading.value)
                 head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(picture.jpeg)}\r\n"
                 yield head.encode() + f"X-Stamp-S: {picture.stamp_s:.6f}\r\n\r\n".encode() + picture.jpeg + b"\r\n"
         finally:
@@ -66,3 +67,8 @@ class Camera:
         self.encoded += 1
         height_px, width_px = image.pixels.shape[:2]
         return Picture(image.stamp_s, width_px, height_px, encoded.tobytes())
+
+
+def _other_than(shown: Reading[ColourImage] | None) -> Callable[[Reading[ColourImage]], bool]:
+    """By which came, not by its stamp: what came later is newer."""
+    return lambda newest: newest is not shown

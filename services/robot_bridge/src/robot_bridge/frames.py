@@ -38,6 +38,7 @@ class Track(TimeVaryingTransform):
     def __init__(self, extrapolation_s: float = EXTRAPOLATION_S) -> None:
         self._extrapolation_s = extrapolation_s
         self._stamps_s: list[float] = []
+        self._late_s: float | None = None
         self._pqs: list[Any] = []
 
     def __len__(self) -> int:
@@ -49,13 +50,17 @@ class Track(TimeVaryingTransform):
         return self._stamps_s[-1] if self._stamps_s else -math.inf
 
     def add(self, stamp_s: float, transform: Matrix) -> None:
-        """A late or repeated sample is ignored."""
-        stamps = self._stamps_s
+        """A late or repeated sample is ignored. Two late ones in their order, or one that is very late, say that the
+        clock was set back: the past is another world then."""
+        stamps, late_s = self._stamps_s, self._late_s
+        self._late_s = None
         if stamps and stamp_s <= stamps[-1]:
-            if stamp_s > stamps[-1] - HISTORY_S:
-                return
-            self.fix(transform)  # the clock was set back (a simulation restarted): the past is another world
-            stamps[0] = stamp_s
+            set_back = stamp_s <= stamps[-1] - HISTORY_S or (late_s is not None and late_s < stamp_s < stamps[-1])
+            if set_back:
+                self.fix(transform)
+                stamps[0] = stamp_s
+            elif stamp_s < stamps[-1]:
+                self._late_s = stamp_s
             return
         stamps.append(stamp_s)
         self._pqs.append(pq_from_transform(transform))
@@ -179,6 +184,11 @@ class PoseBuffer:
                 self._map_to_odom = Track(math.inf)
                 self._has_tf = True
             self._correct(stamp_s, upright(pose))
+            self._corrected_s = received_s
+
+    def still_localised(self, received_s: float) -> None:
+        """The localiser has said the same again, as one does whose robot stands."""
+        if self._has_tf:
             self._corrected_s = received_s
 
     def add_localisation(self, stamp_s: float, pose: Pose2D, *, received_s: float) -> None:

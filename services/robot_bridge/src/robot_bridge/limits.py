@@ -3,6 +3,7 @@
 from contracts.motion import MotionGains
 from robot_bridge.arbiter import Limits
 from robot_bridge.gaps import GapLimits
+from robot_bridge.laser_rules import LaserRules, ZeroRange
 from robot_bridge.obstacles import ObstacleLimits
 from robot_bridge.safety import SafetyLimits
 from robot_bridge.settings import Settings
@@ -18,6 +19,14 @@ def safety_limits(settings: Settings) -> SafetyLimits:
         scan_age_s_max=settings.scan_age_s_max,
         scan_age_to_turn_s_max=settings.scan_age_to_turn_s_max,
         odometry_age_s_max=settings.odometry_age_s_max,
+    )
+
+
+def laser_rules(settings: Settings) -> LaserRules:
+    return LaserRules(
+        zero_means_nothing=settings.laser_zero_means is ZeroRange.NOTHING_THERE,
+        masks=settings.laser_masks,
+        footprint_radius_m=settings.footprint_radius_m,
     )
 
 

@@ -15,6 +15,9 @@ class Reading(Generic[T]):
     value: T
     received_s: float
 
+    def age_s(self, now_s: float) -> float:
+        return max(0.0, now_s - self.received_s)
+
 
 class Mailbox(Generic[T]):
     """Holds the newest reading. Written by one thread, read by any; only asyncio may wait on it."""
@@ -38,7 +41,7 @@ class Mailbox(Generic[T]):
 
     def age_s(self, now_s: float) -> float | None:
         """Seconds since the newest reading came; none if there never was one."""
-        return max(0.0, now_s - self._newest.received_s) if self._newest is not None else None
+        return self._newest.age_s(now_s) if self._newest is not None else None
 
     def put(self, value: T, received_s: float) -> None:
         """Replaces the value; safe from any thread."""

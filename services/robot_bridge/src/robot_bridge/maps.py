@@ -13,7 +13,7 @@ from contracts.robot import MAP_CELLS_MAX
 from geometry.grids import MapError, coarser, of_values
 from mesh.errors import UnavailableError, UnprocessableError
 from robot_bridge.ring import Room
-from robot_bridge.senses import Grid
+from robot_bridge.senses import Grid, Senses
 
 BYTES_MAX = 256 * 1024 * 1024
 """A map of more cells than this, of a byte each, is refused."""
@@ -63,9 +63,15 @@ def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
     return f"({pose.x:.2f}, {pose.y:.2f}) is in an unknown part of the map" if grid.unknown[cell] else None
 
 
-def check_in_map(grid: Grid | None, pose: Pose2D) -> None:
-    """Raises `UnavailableError` where there is no map yet, `UnprocessableError` where the pose makes no sense in it."""
-    if grid is None:
-        raise UnavailableError("map", "no map has been received", code=Refusal.NO_MAP)
+def known(senses: Senses) -> Grid:
+    """The robot's map; raises `UnavailableError`, saying why, where there is none."""
+    if (grid := senses.map.value) is None:
+        why = senses.reception.why_none("map", "no map has been received")
+        raise UnavailableError("map", why, code=Refusal.NO_MAP)
+    return grid
+
+
+def check_in_map(grid: Grid, pose: Pose2D) -> None:
+    """Raises `UnprocessableError` where the pose makes no sense in it."""
     if why := why_not_in(grid, pose):
         raise UnprocessableError(why, code=Refusal.OUTSIDE_MAP)

@@ -87,8 +87,14 @@ class Measuring:
             raise UnprocessableError("the box lies outside the picture")
         colour = self.senses.rgb_intrinsics.value
         if colour is None:
-            raise UnavailableError("rgb", "no camera_info has been received")
+            why = self.senses.reception.why_none("rgb_info", "no camera_info has been received")
+            raise UnavailableError("rgb_info", why)
         size = (query.image_width_px, query.image_height_px)
+        if why := colour.why_not_of(*size):
+            picture = self.senses.rgb.value
+            if picture is not None and not colour.why_not_of(*picture.size_px):
+                raise UnprocessableError(why)  # the camera is well: it is not its picture that was asked about
+            raise UnavailableError("rgb_info", why)
         return colour, scaled_box(query.bbox_xyxy, size, (colour.width_px, colour.height_px))
 
     async def _measure(
@@ -97,10 +103,17 @@ class Measuring:
         image = self.senses.depth_history.nearest(query.stamp_s)
         camera = self.senses.depth_intrinsics.value
         age_s = self._depth_age_s()
-        if image is None or camera is None or age_s is None:
-            raise UnavailableError("depth", "no depth image has been received")
+        reception = self.senses.reception
+        if camera is None:
+            why = reception.why_none("depth_info", "no camera_info of the depth camera has been received")
+            raise UnavailableError("depth_info", why)
+        if image is None or age_s is None:
+            raise UnavailableError("depth", reception.why_none("depth", "no depth image has been received"))
+        if why := camera.why_not_of(*image.size_px):
+            raise UnavailableError("depth_info", why)
         if query.stamp_s is None and age_s > self.image_age_s_max:
-            return Measured(None, None, 0, f"the newest depth image is {age_s:.1f} s old"), None
+            why = reception.why_none("depth", f"the newest depth image is {age_s:.1f} s old")
+            return Measured(None, None, 0, why), None
         if query.stamp_s is not None and abs(image.stamp_s - query.stamp_s) > self.match_s_max:
             apart_s = abs(image.stamp_s - query.stamp_s)
             return Measured(None, None, 0, f"the nearest depth image is {apart_s:.1f} s away from the picture"), None

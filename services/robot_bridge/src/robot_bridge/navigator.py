@@ -13,8 +13,8 @@ from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
 from mesh.errors import ConflictError, UnavailableError
 from mesh.tasks import Tasks
+from robot_bridge import maps
 from robot_bridge.goals import Active, Goals
-from robot_bridge.maps import check_in_map
 from robot_bridge.navigation import GoalEnd, cause_of, error_name, is_over, moved_on, worth_another_try
 from robot_bridge.ports import Robot
 from robot_bridge.preflight import Checked, Place, Preflight, path_or_none, path_reply
@@ -128,7 +128,7 @@ class Navigator:
 
     async def path(self, request: PathRequest) -> PathReply:
         """Nav2's plan to the pose or the nearest one on the ring, or its error code; nothing moves."""
-        check_in_map(self._robot.senses.map.value, request.goal)
+        maps.check_in_map(maps.known(self._robot.senses), request.goal)
         await self._need_nav2(0.0)
         checked = await self._preflight.nearest(self._place(request.goal, request), request.start)
         return path_reply(checked)
@@ -139,7 +139,7 @@ class Navigator:
 
     def _check(self, request: GoalRequest) -> None:
         self._wheels.check(request.epoch, request.session_id)
-        check_in_map(self._robot.senses.map.value, request.pose)
+        maps.check_in_map(maps.known(self._robot.senses), request.pose)
 
     async def _need_nav2(self, wait_s: float) -> None:
         """Its lifecycle has to be active; it may be about to become so."""

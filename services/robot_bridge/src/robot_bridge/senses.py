@@ -10,8 +10,11 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import Hazard
 from contracts.robot import BaseStopState, Battery
 from geometry.grids import OccupancyGrid
+from robot_bridge.blindness import NO_ARCS, Arcs
 from robot_bridge.frames import FrameTree, PoseBuffer
 from robot_bridge.mailbox import Mailbox
+from robot_bridge.reception import Reception
+from robot_bridge.stamps import Clocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +32,12 @@ class Scan:
     known_behind: float = 1.0
     open_rad: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     """(m,) bearings, in base_link, of the beams that met nothing in reach."""
+    blind: Arcs = field(default_factory=lambda: NO_ARCS)
+    """Where it knows nothing, as seen from `laser_m`."""
+    laser_m: tuple[float, float] = (0.0, 0.0)
+    """Where in base_link it is mounted."""
+    note: str = ""
+    """What a person should know of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +57,11 @@ class ColourImage:
     frame_id: str
     pixels: NDArray[np.uint8]
 
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.pixels.shape[1], self.pixels.shape[0]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DepthImage:
@@ -56,6 +70,15 @@ class DepthImage:
     stamp_s: float
     frame_id: str
     depth_m: NDArray[np.float32]
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.depth_m.shape[1], self.depth_m.shape[0]
+
+
+ASPECT_TOLERANCE = 0.02
+"""Of a picture that was made smaller: its sides are whole pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +92,16 @@ class Intrinsics:
     fy: float
     cx: float
     cy: float
+
+    def why_not_of(self, width_px: int, height_px: int) -> str:
+        """Why no picture of that size is this camera's ('' where it may be): another cut, not just another size."""
+        shape, other = self.width_px / self.height_px, width_px / height_px
+        if abs(shape / other - 1.0) <= ASPECT_TOLERANCE:
+            return ""
+        return (
+            f"camera_info describes {self.width_px} x {self.height_px} pixels, the picture has {width_px} x {height_px}"
+            ": that is another cut, not another size"
+        )
 
     def scaled_to(self, width_px: int, height_px: int) -> "Intrinsics":
         """The same camera delivering another image size."""
@@ -159,6 +192,8 @@ class Senses:
     nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)
+    reception: Reception = field(default_factory=Reception)
+    clocks: Clocks = field(default_factory=Clocks)
     poses: PoseBuffer = field(default_factory=PoseBuffer)
     frames: FrameTree = field(default_factory=FrameTree)
 

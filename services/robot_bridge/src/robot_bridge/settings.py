@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from contracts.geometry import Pose2D
+from robot_bridge.laser_rules import LaserMask, ZeroRange
 
 
 class Channel(BaseModel):
@@ -120,6 +121,10 @@ class Settings(BaseSettings):
     scan_age_to_turn_s_max: float = Field(default=2.0, gt=0.0)
     odometry_age_s_max: float = Field(default=0.5, gt=0.0)
     hazard_hold_s: float = Field(default=1.0, gt=0.0)
+
+    laser_zero_means: ZeroRange = Field(default=ZeroRange.UNKNOWN, description="what a range of 0.0 says")
+    laser_masks: tuple[LaserMask, ...] = Field(default=(), description="the robot's own parts in the scan")
+    depth_m_max: float = Field(default=20.0, gt=0.0, le=100.0, description="what is further is a hole in the picture")
 
     sector_wall_m: float = Field(default=0.25, gt=0.0, description="a ring sector nearer than this is a WALL")
     sector_obstacle_m: float = Field(default=0.5, gt=0.0, description="nearer than this: OBSTACLE")

@@ -1,11 +1,15 @@
 """One look at every sensor at one moment (requirement C5): immutable; what is stale is named and has no value."""
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 from contracts.geometry import Pose2D
 from contracts.motion import Hazard
-from contracts.robot import Battery, SensorStatus
-from robot_bridge.senses import DockView, Grid, Odometry, Scan, Senses
+from contracts.robot import Battery, SensorState, SensorStatus
+from robot_bridge.mailbox import Mailbox, Reading
+from robot_bridge.reception import Reception
+from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.settings import Settings
 
 
@@ -34,34 +38,26 @@ def look(senses: Senses, settings: Settings, now_s: float) -> Snapshot:
     dock, grid, hazards = senses.dock.newest, senses.map.newest, senses.hazards.newest
     pose, pose_age_s = senses.poses.newest(), senses.poses.age_s(now_s)
 
-    def status(received_s: float | None, age_s_max: float) -> SensorStatus:
-        age_s = max(0.0, now_s - received_s) if received_s is not None else None
-        return SensorStatus(valid=age_s is not None and age_s <= age_s_max, age_s=age_s)
-
-    def changing(reading: "object", *, base_speaks: bool, offered: bool = False) -> SensorStatus:
-        """Told on change only: the last word holds as long as the base speaks at all."""
-        told = of(reading, float("inf"))
-        return SensorStatus(valid=base_speaks and (told.valid or offered), age_s=told.age_s)
-
-    def of(reading: "object", age_s_max: float) -> SensorStatus:
-        return status(getattr(reading, "received_s", None), age_s_max)
+    def status(name: str, reading: Reading[Any] | None, age_s_max: float = math.inf) -> SensorStatus:
+        return judge(senses.reception, name, reading.age_s(now_s) if reading is not None else None, age_s_max)
 
     sensors = {
-        "scan": of(scan, settings.scan_age_s_max),
-        "odom": of(odometry, settings.odometry_age_s_max),
-        "rgb": of(senses.rgb.newest, settings.image_age_s_max),
-        "depth": of(senses.depth.newest, settings.image_age_s_max),
-        "pose": SensorStatus(
-            valid=pose is not None and pose_age_s is not None and pose_age_s <= settings.pose_age_s_max,
-            age_s=pose_age_s,
+        "scan": status("scan", scan, settings.scan_age_s_max),
+        "odom": status("odom", odometry, settings.odometry_age_s_max),
+        "rgb": status("rgb", senses.rgb.newest, settings.image_age_s_max),
+        "rgb_info": camera_info(senses.rgb, senses.rgb_intrinsics, status("rgb_info", senses.rgb_intrinsics.newest)),
+        "depth": status("depth", senses.depth.newest, settings.image_age_s_max),
+        "depth_info": camera_info(
+            senses.depth, senses.depth_intrinsics, status("depth_info", senses.depth_intrinsics.newest)
         ),
-        "map": of(grid, float("inf")),
+        "pose": judge(senses.reception, "pose", pose_age_s if pose is not None else None, settings.pose_age_s_max),
+        "map": status("map", grid),
     }
-    speaks = sensors["odom"].valid
+    speaks, offered = sensors["odom"].valid, hazards_offered(senses, settings)
     sensors |= {
-        "battery": changing(battery, base_speaks=speaks),
-        "dock": changing(dock, base_speaks=speaks),
-        "hazards": changing(hazards, base_speaks=speaks, offered=hazards_offered(senses, settings)),
+        "battery": changing(status("battery", battery), base_speaks=speaks),
+        "dock": changing(status("dock", dock), base_speaks=speaks),
+        "hazards": changing(status("hazards", hazards), base_speaks=speaks, offered=offered),
     }
     return Snapshot(
         taken_s=now_s,
@@ -80,3 +76,34 @@ def hazards_offered(senses: Senses, settings: Settings) -> bool:
     """Whether somebody would tell of a hazard if there were one."""
     unpublished = senses.unpublished.value
     return unpublished is not None and settings.ros.hazards.name not in unpublished
+
+
+def changing(told: SensorStatus, *, base_speaks: bool, offered: bool = False) -> SensorStatus:
+    """Told on change only: the last word holds as long as the base speaks at all."""
+    if base_speaks and offered and told.state is SensorState.NEVER:
+        return told.model_copy(update={"state": SensorState.FRESH})
+    if not base_speaks and told.valid:
+        return told.model_copy(update={"state": SensorState.STALE})
+    return told
+
+
+def judge(reception: Reception, name: str, age_s: float | None, age_s_max: float) -> SensorStatus:
+    """What is fresh stays fresh until it is old, also where newer messages of it are not understood."""
+    refused, note = reception.refused(name), reception.note(name)
+    if age_s is not None and age_s <= age_s_max:
+        detail = f"a newer one was not understood: {refused.reason}" if refused is not None else note
+        return SensorStatus(state=SensorState.FRESH, age_s=age_s, detail=detail)
+    if refused is not None:
+        return SensorStatus(state=SensorState.NOT_UNDERSTOOD, age_s=age_s, detail=refused.reason)
+    return SensorStatus(state=SensorState.NEVER if age_s is None else SensorState.STALE, age_s=age_s)
+
+
+def camera_info(
+    pictures: Mailbox[ColourImage] | Mailbox[DepthImage], infos: Mailbox[Intrinsics], status: SensorStatus
+) -> SensorStatus:
+    """A camera_info of another cut than the pictures makes no sense with them."""
+    picture, info = pictures.value, infos.value
+    if picture is None or info is None or not status.valid:
+        return status
+    why = info.why_not_of(*picture.size_px)
+    return SensorStatus(state=SensorState.NOT_UNDERSTOOD, age_s=status.age_s, detail=why) if why else status

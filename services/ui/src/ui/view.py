@@ -7,7 +7,7 @@ from typing import Final
 
 from contracts.mission import Mission, MissionState, Outcome
 from contracts.problem import Dependency, DependencyState
-from contracts.robot import NavigationState, RobotState
+from contracts.robot import NavigationState, RobotState, SensorState, SensorStatus
 from ui.situation import Situation
 from ui.texts import mark, t
 
@@ -169,13 +169,13 @@ def _robot_facts(situation: Situation, robot: RobotState | None, now_s: float) -
         silence = t("no news for {time}", time=duration(age)) if math.isfinite(age) else t("no news yet")
         return (Chip(t("Robot"), silence, Tone.BAD),)
     facts: list[Chip] = []
-    if robot.battery is not None:
-        percent = robot.battery.percentage
+    if robot.battery is not None and (percent := robot.battery.percentage) is not None:
         low = percent < BATTERY_LOW_PERCENT and not robot.battery.charging
         charging = t(", charging") if robot.battery.charging else ""
         facts.append(Chip(t("Battery"), f"{percent:.0f} %{charging}", Tone.WARN if low else Tone.GOOD))
     else:
-        facts.append(Chip(t("Battery"), t("unknown"), Tone.WARN))
+        charging = t(", charging") if robot.battery is not None and robot.battery.charging else ""
+        facts.append(Chip(t("Battery"), f"{t('unknown')}{charging}", Tone.WARN))
     facts.append(Chip(t("Dock"), {True: t("docked"), False: t("undocked"), None: t("unknown")}[robot.docked]))
     word, tone = NAVIGATION[robot.navigation]
     facts.append(Chip(t("Navigation"), t(word), tone))
@@ -205,18 +205,20 @@ def _mission_facts(
 
 
 def _sensors(robot: RobotState | None) -> tuple[Chip, ...]:
-    """A fresh one needs no number; for the others the age says how bad it is."""
+    """A fresh one needs no number; for the others the age says how bad it is, or a word that it is not understood."""
     if robot is None:
         return ()
-    return tuple(
-        Chip(
-            name,
-            "" if status.valid else t("never") if status.age_s is None else t("{n:.0f} s old", n=status.age_s),
-            Tone.GOOD if status.valid else Tone.BAD,
-            f"{name}: {t('fresh') if status.valid else t('not fresh')}",
-        )
-        for name, status in sorted(robot.sensors.items())
-    )
+    return tuple(_sensor(name, status) for name, status in sorted(robot.sensors.items()))
+
+
+def _sensor(name: str, status: SensorStatus) -> Chip:
+    value, tone, word = {
+        SensorState.FRESH: ("", Tone.WARN if status.detail else Tone.GOOD, t("fresh")),
+        SensorState.STALE: (t("{n:.0f} s old", n=status.age_s or 0.0), Tone.BAD, t("not fresh")),
+        SensorState.NEVER: (t("never"), Tone.BAD, t("not fresh")),
+        SensorState.NOT_UNDERSTOOD: (t("not understood"), Tone.BAD, t("not understood")),
+    }[status.state]
+    return Chip(name, value, tone, f"{name}: {word}{f', {status.detail}' if status.detail else ''}")
 
 
 SERVICE_TONES = {DependencyState.READY: Tone.GOOD, DependencyState.WARNING: Tone.WARN}

@@ -25,9 +25,10 @@ async def frame(
     """The newest frame as JPEG. Headers: X-Stamp-S, X-Width, X-Height, and X-Pose ("x,y,yaw" of base_link in map when
     the frame was taken; absent while the robot is not localised). 503 when the camera is silent."""
     picture = await bridge.camera.picture(after_s=after, wait_s=wait_s)
-    age_s = bridge.robot.senses.rgb.age_s(bridge.clock.now_s())
+    senses = bridge.robot.senses
+    age_s = senses.rgb.age_s(bridge.clock.now_s())
     if age_s is None or age_s > bridge.settings.image_age_s_max:
-        raise UnavailableError("rgb", "the camera is silent")
+        raise UnavailableError("rgb", senses.reception.why_none("rgb", "the camera is silent"))
     if picture is None:
         return Response(status_code=204)
     headers = {
@@ -36,7 +37,7 @@ async def frame(
         "X-Height": str(picture.height_px),
         "Cache-Control": "no-store",
     }
-    pose = bridge.robot.senses.poses.at(picture.stamp_s)
+    pose = senses.poses.at(picture.stamp_s)
     if pose is not None:
         headers["X-Pose"] = f"{pose.x:.4f},{pose.y:.4f},{pose.yaw:.5f}"
     return Response(picture.jpeg, media_type="image/jpeg", headers=headers)
@@ -49,8 +50,9 @@ async def stream(bridge: BridgeDep) -> StreamingResponse:
     """MJPEG for as long as the viewer stays."""
     if bridge.camera.viewers >= bridge.settings.stream_viewers_max:
         raise TooManyError(f"{bridge.settings.stream_viewers_max} viewers are watching")
-    if bridge.robot.senses.rgb.newest is None:
-        raise UnavailableError("rgb", "no frame has been received")
+    senses = bridge.robot.senses
+    if senses.rgb.newest is None:
+        raise UnavailableError("rgb", senses.reception.why_none("rgb", "no frame has been received"))
     return StreamingResponse(
         bridge.camera.stream(),
         media_type=f"multipart/x-mixed-replace; boundary={BOUNDARY}",

@@ -13,7 +13,6 @@ from geometry.grids import encode
 from mesh.errors import UnavailableError
 from robot_bridge import maps
 from robot_bridge.routes.deps import BridgeDep
-from robot_bridge.senses import Grid
 
 router = APIRouter(tags=["state"])
 
@@ -29,7 +28,7 @@ async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000
     senses = bridge.robot.senses
     newest, age_s = senses.scan.value, senses.scan.age_s(bridge.clock.now_s())
     if newest is None or age_s is None or age_s > bridge.settings.scan_age_s_max:
-        raise UnavailableError("scan", "the laser is silent")
+        raise UnavailableError("scan", senses.reception.why_none("scan", "the laser is silent"))
     points = newest.points_m[np.isfinite(newest.points_m).all(axis=1)]
     points = points[:: max(1, -(-len(points) // points_max))]
     return LaserScan(
@@ -42,7 +41,7 @@ async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000
 @router.get("/map")
 async def the_map(bridge: BridgeDep) -> Map:
     """The newest map, and which home it is of."""
-    grid = _grid(bridge)
+    grid = maps.known(bridge.robot.senses)
     home = await bridge.maps.name(grid)
     return (await asyncio.to_thread(encode, grid)).model_copy(update={"home": home})
 
@@ -62,10 +61,4 @@ async def same_home(body: SameHomeRequest, bridge: BridgeDep) -> KnownMap:
 @router.get("/map.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
 async def picture(bridge: BridgeDep) -> Response:
     """One pixel a cell, north up, grey as ROS map files are."""
-    return Response(await asyncio.to_thread(maps.png, _grid(bridge)), media_type="image/png")
-
-
-def _grid(bridge: BridgeDep) -> Grid:
-    if (grid := bridge.robot.senses.map.value) is None:
-        raise UnavailableError("map", "no map has been received")
-    return grid
+    return Response(await asyncio.to_thread(maps.png, maps.known(bridge.robot.senses)), media_type="image/png")

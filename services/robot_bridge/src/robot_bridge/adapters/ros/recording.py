@@ -12,10 +12,10 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from irobot_create_msgs.msg import DockStatus, HazardDetectionVector
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.node import Node
-from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan
+from sensor_msgs.msg import BatteryState, CameraInfo, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from robot_bridge.adapters.ros.subscriptions import quality
+from robot_bridge.adapters.ros.subscriptions import image_type, quality
 from robot_bridge.mcap_file import Kind, Raw, Sink, ros_kind
 from robot_bridge.settings import Channel, RosSettings
 
@@ -82,7 +82,7 @@ def _topics(ros: RosSettings, images_hz: float) -> list[tuple[type[Any], Channel
         (CameraInfo, ros.depth_info, 1.0),
     ]
     if images_hz > 0.0:
-        found += [(Image, ros.rgb, images_hz), (Image, ros.depth, images_hz)]
+        found += [(image_type(channel), channel, images_hz) for channel in (ros.rgb, ros.depth)]
     return found
 
 

@@ -209,7 +209,12 @@ class RosRobot:
             for action in (ros.navigate_action, ros.dock_action, ros.undock_action)
         ]
         sensing = Sensing(
-            node, ros, self._senses, self._clock, navigation_velocity=navigation_velocity, wheels=self._base_stop.wheels
+            node,
+            self._settings,
+            self._senses,
+            self._clock,
+            navigation_velocity=navigation_velocity,
+            wheels=self._base_stop.wheels,
         )
         self._nav2 = Nav2Watch(
             node, ros, self._senses.nav2_missing, self._clock, self._navigate, cancel=self._cancels[0]

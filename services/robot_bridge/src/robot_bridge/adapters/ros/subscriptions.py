@@ -5,6 +5,7 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CompressedImage, Image
 
 from robot_bridge.settings import Channel
 
@@ -19,6 +20,12 @@ def quality(channel: Channel) -> QoSProfile:
         reliability=_RELIABLE.get(channel.reliability, ReliabilityPolicy.BEST_EFFORT),
         durability=_DURABLE.get(channel.durability, DurabilityPolicy.VOLATILE),
     )
+
+
+def image_type(channel: Channel) -> type[Image] | type[CompressedImage]:
+    """By the topic's name, as image_transport gives it."""
+    compressed = channel.name.endswith(("/compressed", "/compressedDepth"))
+    return CompressedImage if compressed else Image
 
 
 class BestAvailable:

@@ -1,7 +1,5 @@
 """The base: odometry, battery, dock, hazards."""
 
-import math
-
 from irobot_create_msgs.msg import DockStatus, HazardDetectionVector
 from nav_msgs.msg import Odometry as OdometryMessage
 from sensor_msgs.msg import BatteryState
@@ -9,7 +7,7 @@ from sensor_msgs.msg import BatteryState
 from contracts.geometry import Twist2D
 from contracts.motion import Hazard
 from contracts.robot import Battery
-from robot_bridge.adapters.ros.convert.poses import pose, stamp_s
+from robot_bridge.adapters.ros.convert.poses import pose
 from robot_bridge.senses import DockView, Odometry
 
 HAZARDS = (
@@ -21,19 +19,44 @@ HAZARDS = (
     Hazard.OBJECT_PROXIMITY,
 )
 """By irobot_create_msgs/HazardDetection's type."""
+SPEED_M_S_MAX, TURN_RAD_S_MAX = 2.0, 4.0
+SHARE_MAX = 1.02
+"""A full battery by rounding."""
+PERCENT_MIN, PERCENT_MAX = 2.0, 102.0
+"""From here on it is no share that was rounded, and up to here it can be per cent."""
 
 
-def odometry(message: OdometryMessage) -> Odometry:
-    twist = message.twist.twist
-    measured = Twist2D(linear_x=min(max(twist.linear.x, -2.0), 2.0), angular_z=min(max(twist.angular.z, -4.0), 4.0))
-    return Odometry(stamp_s(message.header.stamp), pose(message.pose.pose), measured)
+def odometry(message: OdometryMessage, at_s: float) -> Odometry:
+    """What no base of this kind drives is a slip of units, not a speed: it is refused, not clamped."""
+    linear, angular = message.twist.twist.linear.x, message.twist.twist.angular.z
+    if not abs(linear) <= SPEED_M_S_MAX:
+        raise ValueError(f"its speed is {linear:g} m/s")
+    if not abs(angular) <= TURN_RAD_S_MAX:
+        raise ValueError(f"its turn is {angular:g} rad/s")
+    return Odometry(at_s, pose(message.pose.pose), Twist2D(linear_x=linear, angular_z=angular))
 
 
-def battery(message: BatteryState) -> Battery:
-    if not math.isfinite(message.percentage):
-        raise ValueError("the battery does not tell its charge")
-    charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
-    return Battery(percentage=min(max(message.percentage * 100.0, 0.0), 100.0), charging=charging)
+class BatteryReading:
+    """Reads one battery's messages. sensor_msgs counts its charge 0 to 1; some drivers count 0 to 100.
+
+    Once one has been seen to, that is remembered: its 1.0 is one per cent, not all of it.
+    """
+
+    def __init__(self) -> None:
+        self._counts_to_100 = False
+
+    def read(self, message: BatteryState) -> tuple[Battery, str]:
+        """The charge, none where it is not told in a way that can be understood, and what to know of it."""
+        charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        sent = message.percentage
+        self._counts_to_100 |= PERCENT_MIN <= sent <= PERCENT_MAX
+        unfilled = sent == 0.0 and not message.voltage > 0.0
+        if unfilled or not (0.0 <= sent <= (PERCENT_MAX if self._counts_to_100 else SHARE_MAX)):
+            why = "neither charge nor voltage is filled in" if unfilled else f"it says {sent:g}, not 0 to 1"
+            return Battery(percentage=None, charging=charging), f"its charge is not known: {why}"
+        note = "it counts its charge 0 to 100, not 0 to 1: read as per cent" if self._counts_to_100 else ""
+        percent = sent if self._counts_to_100 else sent * 100.0
+        return Battery(percentage=min(percent + 0.0, 100.0), charging=charging), note
 
 
 def dock(message: DockStatus) -> DockView:

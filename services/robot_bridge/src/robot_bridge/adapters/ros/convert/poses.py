@@ -1,26 +1,55 @@
 """Stamps, poses and transforms."""
 
+import math
 from typing import Any
 
-from geometry_msgs.msg import Pose, PoseStamped, Transform
+from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Transform
 
 from contracts.geometry import Pose2D
 from robot_bridge.transforms import Matrix, matrix, planar, quaternion_xyzw
 
+NORM_TOLERANCE = 0.01
+"""Of a quaternion's length, as tf2 has it."""
+FAR_M = 10_000.0
+LEVEL_COSINE = math.cos(math.radians(45.0))
+
 
 def stamp_s(stamp: Any) -> float:
-    """builtin_interfaces/Time in seconds."""
-    return float(stamp.sec) + float(stamp.nanosec) * 1e-9
+    """builtin_interfaces/Time in seconds; 0 where it is none."""
+    return float(stamp.sec) + float(stamp.nanosec) * 1e-9 if stamp.nanosec < 1_000_000_000 else 0.0
 
 
 def pose(message: Pose) -> Pose2D:
+    """On the floor. Raises `ValueError` for what is no pose, and for a robot on its side."""
     p, q = message.position, message.orientation
-    return planar(matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
+    placed = _matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+    if placed[2, 2] < LEVEL_COSINE:
+        raise ValueError("its orientation lays the robot on its side")
+    return planar(placed)
+
+
+def localisation(message: PoseWithCovarianceStamped, map_frame: str) -> Pose2D:
+    """base_link in map."""
+    frame = message.header.frame_id
+    if frame.lstrip("/") != map_frame:
+        raise ValueError(f"it is in the frame {frame or '(unnamed)'}, not in {map_frame}")
+    if not all(map(math.isfinite, message.pose.covariance)):
+        raise ValueError("its covariance is no number: the localiser has lost itself")
+    return pose(message.pose.pose)
 
 
 def transform(message: Transform) -> Matrix:
     t, q = message.translation, message.rotation
-    return matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+    return _matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+
+
+def _matrix(position_m: tuple[float, float, float], xyzw: tuple[float, float, float, float]) -> Matrix:
+    if not all(map(math.isfinite, position_m)) or max(map(abs, position_m)) > FAR_M:
+        raise ValueError(f"its position is ({', '.join(f'{value:g}' for value in position_m)}) m")
+    norm = math.hypot(*xyzw)
+    if not abs(norm - 1.0) <= NORM_TOLERANCE:
+        raise ValueError(f"its quaternion is {norm:g} long, not 1")
+    return matrix(position_m, xyzw)
 
 
 def pose_stamped(value: Pose2D, frame_id: str) -> PoseStamped:
