@@ -98,6 +98,7 @@ class World:
     colours_unknown: bool = False
     range_m: float = 2.5
     speed_m_s: float = 0.0
+    map_id: str | None = None
     moves: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -181,6 +182,7 @@ class World:
             twist=Twist2D(linear_x=self.speed_m_s),
             docked=self.docked,
             emergency_stop=self.stop,
+            map_id=self.map_id,
         )
 
     async def latch(self, reason: str) -> None:
@@ -456,6 +458,7 @@ class FakeMemory:
         self.things: tuple[RememberedObject, ...] | None = None
         """None: a memory that knows views only, and takes no looks."""
         self.looked: list[Look] = []
+        self.in_other_maps: tuple[str, ...] = ()
 
     async def looks(self, batch: LookBatch) -> None:
         self._check()
@@ -497,7 +500,8 @@ class FakeMemory:
             View(id=k, label=request.label, confidence=0.9, pose=pose, stamp_s=1.0)
             for k, pose in enumerate(self.remembered[: request.limit])
         )
-        return RecallReply(views=tuple(RecalledView(view=view, source="label") for view in views))
+        recalled = tuple(RecalledView(view=view, source="label") for view in views)
+        return RecallReply(views=recalled, in_other_maps=self.in_other_maps)
 
     async def dependency(self) -> Dependency:
         return Dependency.of("memory", ok=not self.away)

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from contracts.geometry import Pose2D
-from contracts.mission import MapTrouble, Outcome
+from contracts.mission import MapTrouble, MissionState, Outcome
 from coordinator.core.rules import CoverageRule
 from geometry.grids import OccupancyGrid, encode
 from support.coordinator_mesh import OpenMesh
 from support.coordinator_world import Thing
 
 FAR = Thing("bottle", "red", 8.5, 6.8)
+RED = Thing("bottle", "red", 3.5, 2.5)
 BLUE = Thing("bottle", "blue", 3.0, 3.2)
 NARROW = np.full((160, 200), 100, np.int8)
 NARROW[:, 40:44] = 0
@@ -73,3 +74,31 @@ async def test_a_map_on_which_all_was_looked_at_is_no_trouble(open_mesh: OpenMes
         assert "every place was looked at" in mission.reason
         assert mission.report is not None
         assert mission.report.map_trouble is None
+
+
+async def test_a_mission_ends_with_its_cause_when_the_map_becomes_that_of_another_place(open_mesh: OpenMesh) -> None:
+    async with open_mesh(BLUE) as mesh:
+        mesh.world.map_id = "home"
+        started = await mesh.post_mission()
+        await mesh.until_state(MissionState.SCANNING)
+        await mesh.clock.advance(1.0)
+        mesh.world.map_id = None  # a bridge that has just been started
+        await mesh.clock.advance(1.0)
+        assert (await mesh.mission(started.id)).outcome is None
+        mesh.world.map_id = "office"
+        mission = await mesh.until_over(started.id, within_s=5.0)
+        assert (mission.outcome, mission.reason) == (
+            Outcome.ABORTED,
+            "the map was changed for that of another place",
+        )
+        assert mission.report is not None
+        assert (mission.report.map_trouble, mission.map_id) == (MapTrouble.ANOTHER_MAP, "home")
+        assert (await mesh.post_mission()).outcome is None
+
+
+async def test_what_is_remembered_in_another_map_is_said_and_not_driven_to(open_mesh: OpenMesh) -> None:
+    async with open_mesh(RED) as mesh:
+        mesh.memory.in_other_maps = ("office",)
+        mission = await mesh.until_over((await mesh.post_mission()).id)
+        assert mission.outcome is Outcome.FOUND
+        assert "remembered in another map too" in (await mesh.timeline(mission.id))[0].text

@@ -15,6 +15,14 @@ def test_the_trail_grows_by_steps_not_by_messages() -> None:
     assert [pose.x for pose in situation.trail] == [0.0, 0.06, 0.13]
 
 
+def test_where_it_drove_in_one_map_is_not_drawn_on_another() -> None:
+    situation = Situation()
+    for x, map_id in ((0.0, None), (1.0, "home"), (2.0, None), (3.0, "home"), (9.0, "office"), (9.5, "office")):
+        state = robot_state(Pose2D(x=x, y=0.0, yaw=0.0))
+        situation.take_robot(state.model_copy(update={"map_id": map_id}), now_s=1.0)
+    assert [pose.x for pose in situation.trail] == [9.0, 9.5]
+
+
 def test_a_long_trail_is_thinned_and_keeps_its_ends() -> None:
     situation = Situation(trail_points_max=100)
     for step in range(1000):

@@ -154,6 +154,9 @@ class Mission(Message):
     target_pose: Pose2D | None = Field(default=None, description="the target's place in map (yaw unused)")
     metres_driven_m: float = 0.0
     report: Report | None = Field(default=None, description="once it is over")
+    map_id: str | None = Field(
+        default=None, max_length=40, description="which home its places are in, see robot.state; none = not known"
+    )
 
 
 class MissionStatus(Message):

@@ -22,6 +22,9 @@ from mesh.errors import MeshError
 log = structlog.get_logger()
 
 
+IN_ANOTHER_MAP = "such a thing is remembered in another map too, of which the places mean nothing here"
+
+
 class Dispatcher:
     def __init__(self, *, settings: Settings, runner: Runner, queue: Queue, memory: Memory, clock: Clock) -> None:
         self._settings = settings
@@ -109,7 +112,8 @@ class Dispatcher:
         )
         try:
             async with asyncio.timeout(self._settings.recall_timeout_s):
-                return (await self._memory.recall(request)).views, ""
+                reply = await self._memory.recall(request)
+                return reply.views, IN_ANOTHER_MAP if reply.in_other_maps else ""
         except (MeshError, TimeoutError) as error:
             log.warning("nothing was recalled", error=str(error))
             return (), "nothing could be recalled"

@@ -130,6 +130,7 @@ class Runner:
                 stopped=stop.latched,
                 epoch=stop.epoch,
                 stop_reason=stop.reason,
+                map_id=state.map_id,
             )
         )
 

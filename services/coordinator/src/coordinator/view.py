@@ -42,6 +42,7 @@ def mission_record(mission: Mission) -> wire.Mission | None:
         target_pose=Pose2D(x=xy[0], y=xy[1], yaw=0.0) if xy is not None else None,
         metres_driven_m=round(mission.metres_m, 3),
         report=mission.report,
+        map_id=mission.map_id,
     )
 
 

@@ -46,6 +46,8 @@ class Situation:
     mission_at_s: float = -math.inf
     events: tuple[MissionEvent, ...] = ()
     trail: list[Pose2D] = field(default_factory=list[Pose2D])
+    """Where it drove in the map `map_id`."""
+    map_id: str | None = None
     goal: Goal | None = None
     planned: tuple[Pose2D, ...] = ()
     paths_version: int = 0
@@ -61,6 +63,9 @@ class Situation:
         return self.mission.mission.id if self.mission is not None and self.mission.mission is not None else None
 
     def take_robot(self, state: RobotState, now_s: float) -> None:
+        if state.map_id is not None and state.map_id != self.map_id:
+            self.map_id = state.map_id
+            self.trail = []
         self.robot = state
         self.robot_at_s = now_s
         self.take_stop(state.emergency_stop, now_s)

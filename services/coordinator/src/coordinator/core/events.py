@@ -43,6 +43,7 @@ class RobotUpdated:
     stopped: bool
     epoch: int
     stop_reason: str = ""
+    map_id: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,8 @@ class Robot:
     received_s: float = 0.0
     offset_s: float = 0.0
     localized_s: float = 0.0
+    map_id: str | None = None
+    """Which home it is in, as last said."""
 
     @property
     def yaw(self) -> float:
@@ -190,6 +192,8 @@ class Mission:
     progress: str = ""
     metres_m: float = 0.0
     metres_from: Pose2D | None = None
+    map_id: str | None = None
+    """Which home its places are in."""
     search: Search = Search()
     last_seen: LastSeen | None = None
     dock_tries: int = 0

@@ -76,6 +76,7 @@ def _fresh(draft: Draft, mission_id: str, order: Order) -> Mission:
         started_s=draft.now_s,
         deadline_s=draft.now_s + before.rules.mission_timeout_s,
         metres_from=before.robot.odometry,
+        map_id=before.robot.map_id,
     )
 
 

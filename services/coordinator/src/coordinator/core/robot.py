@@ -3,11 +3,11 @@
 from dataclasses import replace
 from typing import assert_never
 
-from contracts.mission import MissionState, Outcome
+from contracts.mission import MapTrouble, MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Nothing
 from coordinator.core.draft import Draft
-from coordinator.core.endings import close
+from coordinator.core.endings import abort_for_the_map, close
 from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Robot
 
@@ -72,6 +72,7 @@ def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
             received_s=draft.now_s,
             offset_s=event.stamp_s - draft.now_s,
             localized_s=draft.now_s if event.pose is not None else mission.robot.localized_s,
+            map_id=event.map_id or mission.robot.map_id,
         )
     )
     _count_metres(draft)
@@ -81,6 +82,18 @@ def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
         _stopped(draft, event.epoch, "it came and went unseen")
     if not event.stopped:
         _reset(draft, event.epoch)
+    _check_the_map(draft)
+
+
+def _check_the_map(draft: Draft) -> None:
+    """Its places, what it has looked at and where it stands mean nothing in another map."""
+    mission = draft.mission
+    if not mission.running or mission.robot.map_id is None:
+        return
+    if mission.map_id is None:
+        draft.set(map_id=mission.robot.map_id)
+    elif mission.map_id != mission.robot.map_id:
+        abort_for_the_map(draft, MapTrouble.ANOTHER_MAP)
 
 
 def _count_metres(draft: Draft) -> None:
