@@ -184,6 +184,10 @@ class FakeRobot(Service):
         self.answer()
         return self.stop
 
+    async def stop_answers(self) -> EmergencyStop:
+        self.asked.append("stop answers")
+        return await self.stop_state()
+
     async def frame(self, *, after_s: float | None, wait_s: float) -> CameraFrame | None:
         """Every ask is answered by another frame, as a camera would."""
         self.answer()

@@ -1,5 +1,8 @@
 """The routes beside the page."""
 
+import asyncio
+import re
+
 import httpx
 import pytest
 
@@ -24,6 +27,52 @@ async def test_stop_needs_neither_redis_nor_any_service_but_the_bridge(
         service.away = True
     assert (await client.post("/stop?how=escape")).status_code == 200
     assert [stop.reason for stop in world.robot.stops] == ["Esc pressed on the page"]
+
+
+async def test_whether_a_stop_would_arrive_is_told_with_whether_the_robot_is_stopped(
+    client: httpx.AsyncClient, world: UiWorld
+) -> None:
+    await client.post("/stop")
+    assert (await client.get("/stop")).json()["latched"] is True
+
+
+async def test_while_a_stop_would_not_arrive_the_answer_says_why(client: httpx.AsyncClient, world: UiWorld) -> None:
+    world.robot.away = True
+    answer = await client.get("/stop")
+    assert answer.status_code == 503
+    assert answer.json()["detail"] == "robot_bridge: not reachable"
+    assert answer.headers["content-type"] == "application/problem+json"
+
+
+async def test_many_pages_that_ask_at_once_ask_the_bridge_once(client: httpx.AsyncClient, world: UiWorld) -> None:
+    answers = await asyncio.gather(*(client.get("/stop") for _ in range(20)))
+    assert [one.status_code for one in answers] == [200] * 20
+    assert world.robot.asked.count("stop answers") == 1
+
+
+async def test_a_plain_form_is_answered_with_a_page_that_says_whether_the_robot_stopped(
+    client: httpx.AsyncClient, world: UiWorld
+) -> None:
+    browser = {"accept": "text/html,application/xhtml+xml", "content-type": "application/x-www-form-urlencoded"}
+    page = await client.post("/stop?how=form", headers=browser)
+    assert page.status_code == 200
+    assert page.headers["content-type"].startswith("text/html")
+    assert "The robot is stopped." in page.text
+    assert "First zero velocity after 2.4 ms." in page.text
+    assert world.robot.stops[-1].reason == "STOP pressed on the page, without its script"
+    world.robot.away = True
+    page = await client.post("/stop?how=form", headers=browser)
+    assert page.status_code == 503
+    assert "STOP DID NOT REACH THE ROBOT" in page.text
+    assert "curl -X POST http://ROBOT:8004/emergency-stop" in page.text
+    assert '<form method="post" action="stop?how=form">' in page.text
+
+
+async def test_stop_below_a_prefix_stays_open_to_every_page(client: httpx.AsyncClient, world: UiWorld) -> None:
+    elsewhere = {"origin": "http://evil.example", "x-forwarded-prefix": "/robot"}
+    assert (await client.post("/robot/stop", headers=elsewhere)).status_code == 200
+    assert (await client.post("/robot/place/halt", headers=elsewhere)).status_code == 403
+    assert len(world.robot.stops) == 1
 
 
 @pytest.mark.parametrize("body", [b"", b"{", b"\xff" * 100, b'{"reason": 7}'])
@@ -88,6 +137,43 @@ async def test_the_page_asks_for_nothing_from_outside(client: httpx.AsyncClient)
     assert 'href="http' not in page
     style = await client.get("/assets/ui.css")
     assert "url(http" not in style.text
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "//evil",
+        '/"><script>alert(1)</script>',
+        "/..",
+        "/a/../b",
+        f"/{'x' * 4000}",
+        "/';alert(1)//",
+        "javascript:x",
+        "/%22",
+    ],
+)
+@pytest.mark.parametrize("header", ["x-forwarded-prefix", "x-ingress-path"])
+async def test_a_hostile_prefix_leaves_the_page_as_it_is(client: httpx.AsyncClient, header: str, said: str) -> None:
+    page = await client.get("/", headers={header: said})
+    assert page.status_code == 200
+    assert said not in page.text
+    assert "<base" not in page.text
+    assert 'src="/_nicegui/' in page.text
+
+
+async def test_below_a_prefix_every_address_of_the_page_lies_below_it(client: httpx.AsyncClient) -> None:
+    for path in ("/", "/robot", "/robot/"):
+        page = (await client.get(path, headers={"x-forwarded-prefix": "/robot"})).text
+        assert '<base href="/robot/">' in page
+        addresses = re.findall(r"""(?:src|href|action)=["']([^"']*)""", page)
+        assert [one for one in addresses if one.startswith("/") and not one.startswith("/robot/")] == []
+        assert '"/_nicegui' not in page
+
+
+async def test_the_documentation_lies_below_the_prefix_too(client: httpx.AsyncClient) -> None:
+    page = (await client.get("/docs", headers={"x-forwarded-prefix": "/robot"})).text
+    assert "/robot/openapi.json" in page
+    assert (await client.get("/robot/openapi.json", headers={"x-forwarded-prefix": "/robot"})).status_code == 200
 
 
 async def test_the_documentation_is_served_from_here(client: httpx.AsyncClient) -> None:

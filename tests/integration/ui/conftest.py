@@ -43,6 +43,7 @@ class Site:
         world.robot.stop = EmergencyStop(latched=False, epoch=len(world.robot.stops))
         world.robot.velocities.clear()
         world.robot.goals.clear()
+        world.robot.asked.clear()
         self.missions += 1
         await self.robot_stands()
         await self.mission_is()
@@ -56,11 +57,18 @@ class Site:
 
     @contextlib.asynccontextmanager
     async def opened(
-        self, browser: Browser, size: dict[str, int], *, dark: bool = False, connects: asyncio.Event | None = None
+        self,
+        browser: Browser,
+        size: dict[str, int],
+        *,
+        dark: bool = False,
+        connects: asyncio.Event | None = None,
+        at: str = "",
     ) -> AsyncIterator[Page]:
         """The page, connected; fails when it asks for anything from outside, or a script of it fails.
 
         `connects`: until it is set, what is done on the page cannot reach the service, as over a slow network.
+        `at`: the address, where a proxy stands before it.
         """
         await self.begin()
         context = await browser.new_context(
@@ -71,12 +79,13 @@ class Site:
             page = await context.new_page()
             outside: list[str] = []
             complaints: list[str] = []
-            ours = (self.url, "blob:", "data:")
+            address = at or self.url
+            ours = (address.rstrip("/"), "blob:", "data:")
             page.on("request", lambda asked: None if asked.url.startswith(ours) else outside.append(asked.url))
             page.on("pageerror", lambda error: complaints.append(str(error)))
             if connects is not None:
                 await page.route_web_socket("**/_nicegui_ws/**", lambda socket: _connect(socket, connects))
-            await page.goto(self.url, timeout=60_000)
+            await page.goto(address, timeout=60_000)
             await expect(page.get_by_role("status", name="Mission state")).to_have_text("Looking around")
             await expect(page.locator('[data-atom="map"][data-fresh="true"]')).to_be_visible()
             yield page

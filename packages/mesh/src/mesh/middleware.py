@@ -24,7 +24,7 @@ class BodyLimit:
         self.bytes_max_at = bytes_max_at or {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        bytes_max = self.bytes_max_at.get(scope.get("path", ""), self.bytes_max)
+        bytes_max = self.bytes_max_at.get(route_path(scope), self.bytes_max)
         if scope["type"] != "http" or bytes_max is None:
             await self.app(scope, receive, send)
             return
@@ -74,12 +74,22 @@ class Unbuffered:
         await self.app(scope, receive, told if scope["type"] == "http" else send)
 
 
+def route_path(scope: Scope) -> str:
+    """The path as routes know it, without the prefix (`root_path`) under which a proxy serves them."""
+    path: str = scope.get("path", "")
+    root: str = scope.get("root_path", "")
+    return path[len(root) :] if root and path.startswith(f"{root}/") else path
+
+
 class SameOrigin:
     """ASGI middleware: what a foreign web page asks for through the browser of somebody who may is answered 403.
 
     Browsers say with `Origin` which page a request comes from; programs (curl, the other services) send none. Without
     this any page on the internet could drive the robot of whoever looks at it. Reading is not refused: a browser keeps
     the answer from a foreign page by itself. Sockets are, before they open.
+
+    A proxy may ask under another `Host`; the one the browser asked for is then in `X-Forwarded-Host`, which counts too.
+    No foreign page can send it: for a header of a page's own a browser first asks (CORS), and no service says yes.
     """
 
     def __init__(self, app: ASGIApp, *, allowed: Collection[str] = (), open_paths: Collection[str] = ()) -> None:
@@ -100,10 +110,11 @@ class SameOrigin:
     def _foreign(self, scope: Scope) -> bool:
         headers = Headers(scope=scope)
         origins = headers.getlist("origin")
-        if not origins or scope["path"] in self.open_paths:
+        if not origins or route_path(scope) in self.open_paths:
             return False
         page = place_of_origin(origins[0]) if len(origins) == 1 else None
         if page is None or page in self.allowed:
             return page is None
         scheme, place = page
-        return place_of_host(headers.get("host", ""), scheme) != place
+        asked = (headers.get("host", ""), headers.get("x-forwarded-host", "").split(",")[0].strip())
+        return place not in [place_of_host(host, scheme) for host in asked]

@@ -18,6 +18,7 @@ from ui.adapters.memory import MemoryService
 from ui.adapters.robot_bridge import BridgeRobot
 from ui.desk import Desk
 from ui.ports import Eyes, Memory, Missions, Robot
+from ui.prefix import BelowPrefix
 from ui.routes import routers
 from ui.routes.deps import desk_of
 from ui.settings import Settings
@@ -74,6 +75,7 @@ def create_app(
     for router in routers():
         app.include_router(router)
     page.mount(app, language=settings.language)
+    app.add_middleware(BelowPrefix, prefix=settings.prefix)
     return app
 
 

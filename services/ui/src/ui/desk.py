@@ -35,6 +35,7 @@ from ui.settings import Settings
 from ui.situation import Remembered, Situation
 from ui.texts import t
 from ui.thumbnails import Thumbnails
+from ui.watch import Watch
 
 log = structlog.get_logger()
 
@@ -71,6 +72,7 @@ class Desk:
         self.news = News()
         self.album = Album(settings.album_pictures_max)
         self.thumbnails = Thumbnails(settings.album_pictures_max)
+        self.watch = Watch(robot, clock)
         self.frames = Frames(robot, clock, period_s=1.0 / settings.camera_fps_max, about=self._about)
         self.driver: object | None = None
         """Whoever drives by hand now; one at a time."""

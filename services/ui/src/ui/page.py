@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from html import escape
 from pathlib import Path
 from typing import Final, Literal
 
@@ -21,14 +22,14 @@ from ui.panels.machine import Machine
 from ui.panels.map_panel import MapPanel
 from ui.panels.memory_panel import MemoryPanel
 from ui.panels.parts import box
-from ui.panels.stop import StopButton, Stopped
+from ui.panels.stop import Stopped, stop_html
 from ui.panels.timeline import Timeline
 from ui.panels.top import Top
 from ui.routes.deps import desk_of, operator
 from ui.texts import t
 
 ASSETS: Final = Path(__file__).parent / "assets"
-SCRIPTS: Final = ("base.js", "stop.js", "camera.js", "map.js", "drive.js", "memory.js", "speech.js")
+SCRIPTS: Final = ("camera.js", "map.js", "drive.js", "memory.js", "speech.js")
 RECONNECT_S: Final = 5.0
 NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {
     words.Tone.GOOD: "positive",
@@ -55,24 +56,24 @@ def mount(app: FastAPI, *, language: Language) -> None:
 
 
 def operator_page(request: Request) -> None:
-    OperatorPage(desk_of(request), operator(request))
+    OperatorPage(desk_of(request), operator(request), root_path=request.scope.get("root_path", ""))
 
 
 class OperatorPage:
     """One viewer's page; its timers run only while the browser is connected."""
 
-    def __init__(self, desk: Desk, who: str) -> None:
+    def __init__(self, desk: Desk, who: str, *, root_path: str) -> None:
         self._desk = desk
         self._news_shown = desk.news.newest
         acts = Acts(desk)
-        nicegui_ui.add_head_html(_head())
+        nicegui_ui.add_head_html(_head(root_path))
+        nicegui_ui.add_body_html(stop_html(desk.settings.robot_bridge_url))
         nicegui_ui.colors(primary="#1d56cf", negative="#c81e1e", positive="#15803d", warning="#a15c07")
         self._top = Top()
-        button = StopButton()
         with box("board"):
             with box("say-or-stopped"):
                 self._command = Command(acts)
-                self._stopped = Stopped(acts, who, button)
+                self._stopped = Stopped(acts, who)
             self._live = Live()
             self._map = MapPanel(desk)
             self._build_side(desk, acts)
@@ -138,16 +139,22 @@ class OperatorPage:
                 pass
 
 
-def _head() -> str:
-    """Style and scripts, named by their content so that a browser never keeps old ones; the scripts' words."""
+def _head(root_path: str) -> str:
+    """The base of every address of ours, none of which begins with a slash; style and scripts, named by their content
+    so that a browser never keeps old ones; the scripts' words.
+
+    Without a prefix there is no base, so that addresses also hold behind a proxy that does not say its own.
+    """
 
     def named(name: str) -> str:
-        return f"/assets/{name}?v={hashlib.sha256((ASSETS / name).read_bytes()).hexdigest()[:10]}"
+        return f"assets/{name}?v={hashlib.sha256((ASSETS / name).read_bytes()).hexdigest()[:10]}"
 
+    base = f'<base href="{escape(root_path)}/">' if root_path else ""
     said = json.dumps(texts.for_scripts()).replace("<", "\\u003c")
     return (
+        f'{base}<script type="application/json" id="atom-texts">{said}</script>'
+        f"<script>{(ASSETS / 'base.js').read_text(encoding='utf-8')}</script>"
         f'<link rel="stylesheet" href="{named("ui.css")}">'
-        f'<script type="application/json" id="atom-texts">{said}</script>'
         + "".join(f'<script defer src="{named(name)}"></script>' for name in SCRIPTS)
         + '<meta name="theme-color" content="#f4f6f9" media="(prefers-color-scheme: light)">'
         '<meta name="theme-color" content="#0e1318" media="(prefers-color-scheme: dark)">'

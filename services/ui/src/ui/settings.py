@@ -19,6 +19,9 @@ class Settings(BaseSettings):
     inference_url: str = "http://127.0.0.1:8002"
     memory_url: str = "http://127.0.0.1:8003"
     robot_bridge_url: str = "http://127.0.0.1:8004"
+    prefix: str = Field(
+        default="", description="of the page behind a proxy that serves it below a path and cannot say so, e.g. /robot"
+    )
     origins_allowed: tuple[str, ...] = Field(
         default=(), description='of the page behind a proxy that changes the Host header, e.g. ["https://robot.lan"]'
     )

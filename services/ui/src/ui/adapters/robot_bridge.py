@@ -33,6 +33,8 @@ from ui.overlay import CameraFrame
 MARGIN_S: Final = 2.0
 NO_CONTENT: Final = 204
 WHEELS_OPEN_S: Final = 2.0
+STOP_ANSWERS_S: Final = 1.0
+"""A page counts STOP as dead a little later (assets/stop.js)."""
 
 
 class BridgeWheels:
@@ -78,6 +80,13 @@ class BridgeRobot:
 
     async def stop_state(self) -> EmergencyStop:
         return await self._client.get("/emergency-stop", EmergencyStop, timeout_s=1.0)
+
+    async def stop_answers(self) -> EmergencyStop:
+        response = await self._stopper.call("GET", "/emergency-stop", timeout_s=STOP_ANSWERS_S)
+        try:
+            return EmergencyStop.model_validate_json(response.content)
+        except ValidationError as error:
+            raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
 
     async def reset(self, request: EmergencyStopRequest) -> EmergencyStopReply:
         return await self._client.post("/emergency-stop/reset", request, EmergencyStopReply)

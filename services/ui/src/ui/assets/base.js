@@ -1,12 +1,27 @@
-// What the other scripts share: words in the page's language, parts of the page, and pulling over a socket.
+// What the other scripts share, written into the page itself: words in its language, its parts, its addresses, sockets.
 window.atom = (() => {
   "use strict";
   const RETRY_MS = 1000;
   const found = document.getElementById("atom-texts");
   const words = found ? JSON.parse(found.textContent) : {};
+  const missing = new Set();
 
   function t(text, values = {}) {
     return (words[text] || text).replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole));
+  }
+
+  // The one way to an address: from where the page lies, which may be below a proxy's prefix.
+  const url = (path) => new URL(path, document.baseURI);
+
+  function socketUrl(path) {
+    const address = url(path);
+    address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+    return address;
+  }
+
+  // Every question has an end.
+  function ask(path, limit_ms, options = {}) {
+    return fetch(url(path), { cache: "no-store", ...options, signal: AbortSignal.timeout(limit_ms) });
   }
 
   const box = () => document.querySelector("[data-atom-say] input, input[data-atom-say]");
@@ -27,7 +42,7 @@ window.atom = (() => {
     let waiting = false;
     let again = 0;
 
-    function ask() {
+    function next() {
       if (document.hidden) { waiting = true; return; }
       waiting = false;
       if (socket && socket.readyState === WebSocket.OPEN) socket.send("next");
@@ -35,16 +50,16 @@ window.atom = (() => {
 
     function open() {
       window.clearTimeout(again);
-      socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}`);
+      socket = new WebSocket(socketUrl(path));
       socket.binaryType = "arraybuffer";
-      socket.onopen = ask;
+      socket.onopen = next;
       socket.onmessage = async (message) => {
         try {
           await draw(message.data);
         } catch (error) {
           trouble(String(error.message || error));
         }
-        ask();
+        next();
       };
       socket.onclose = () => {
         trouble(t("the page's service does not answer"));
@@ -52,9 +67,26 @@ window.atom = (() => {
       };
     }
 
-    document.addEventListener("visibilitychange", () => { if (!document.hidden && waiting) ask(); });
+    document.addEventListener("visibilitychange", () => { if (!document.hidden && waiting) next(); });
     open();
   }
 
-  return { t, box, said, part, say, pull };
+  // A control is shown once the script that moves it stands (assets/stop.css); what did not load is named.
+  const ready = (name) => document.documentElement.classList.add(`${name}-ready`);
+
+  function sayMissing() {
+    if (missing.size === 0) return;
+    say("page-missing", t("Parts of this page did not load: {parts}. Reload it.", { parts: [...missing].join(", ") }));
+  }
+
+  window.addEventListener("error", (event) => {
+    const from = event.target instanceof Element ? event.target.src || event.target.href || "" : event.filename || "";
+    const isFile = event.target instanceof HTMLScriptElement || event.target instanceof HTMLLinkElement;
+    if (!isFile && !from.includes("assets/")) return;
+    missing.add(from.split("?")[0].split("/").pop() || "script");
+    sayMissing();
+  }, true);
+  document.addEventListener("DOMContentLoaded", sayMissing);
+
+  return { t, url, socketUrl, ask, box, said, part, say, pull, ready };
 })();

@@ -79,5 +79,5 @@
   }
 
   window.setInterval(() => { if (!document.hidden) freshness(); }, 1000);
-  pull("/live/camera", draw, (trouble) => { why = trouble; freshness(); });
+  pull("live/camera", draw, (trouble) => { why = trouble; freshness(); });
 })();

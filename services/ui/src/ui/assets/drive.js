@@ -1,8 +1,9 @@
 // Driving by hand: the stick speaks ten times a second while it is held, and falls silent the moment it is not.
 (() => {
   "use strict";
-  const { t, part, say } = window.atom;
+  const { t, part, say, socketUrl, ready } = window.atom;
   const PERIOD_MS = 100;
+  const SILENT_MS = 1000;
   const KEYS = {
     w: [1, 0], arrowup: [1, 0], s: [-1, 0], arrowdown: [-1, 0],
     a: [0, 1], arrowleft: [0, 1], d: [0, -1], arrowright: [0, -1],
@@ -11,6 +12,7 @@
   let socket = null;
   let dragged = null;
   let moving = false;
+  let heardAt = 0;
 
   const on = () => socket !== null;
 
@@ -22,11 +24,14 @@
   }
 
   function speak() {
-    if (!socket || socket.readyState !== WebSocket.OPEN) return;
+    if (!socket) return;
     const stick = wanted();
     const still = stick.forward === 0 && stick.turn === 0;
     if (still && !moving) return;
+    if (!moving) heardAt = performance.now();
     moving = !still;
+    if (moving && performance.now() - heardAt > SILENT_MS) say("drive-note", t("the line to the robot is silent"), "bad");
+    if (socket.readyState !== WebSocket.OPEN) return;
     socket.send(JSON.stringify({ t_ms: performance.now(), forward: stick.forward, turn: stick.turn }));
     if (still) say("drive-note", "");
   }
@@ -44,9 +49,10 @@
   }
 
   function open() {
-    const opened = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/teleop`);
+    const opened = new WebSocket(socketUrl("teleop"));
     socket = opened;
     opened.onmessage = (message) => {
+      heardAt = performance.now();
       const driven = JSON.parse(message.data);
       if (!moving) return;
       const speed = t("{v} m/s, {w} °/s", {
@@ -131,4 +137,5 @@
   window.addEventListener("blur", letGo);
   document.addEventListener("visibilitychange", () => { if (document.hidden && on()) close(); });
   window.setInterval(speak, PERIOD_MS);
+  ready("drive");
 })();

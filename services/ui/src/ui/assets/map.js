@@ -1,11 +1,12 @@
 // The map's marks on a canvas, and what a click on the map means: go there, look there.
 (() => {
   "use strict";
-  const { t, part, say, pull } = window.atom;
+  const { t, part, say, pull, ask: request, ready } = window.atom;
   const SHARP = 4;  // canvas pixels a map cell
   const ROBOT_M = 0.34;
   const OPEN_M = 1.8;  // round a point to come: as far as things are made out well
   const RAYS = 60;
+  const ASK_LIMIT_MS = 40000;  // a turn answers when it is done
   const floor = { of: "", free: null };
   const scene = {};
   let picked = null;
@@ -201,7 +202,7 @@
   async function ask(what, body) {
     say("place-note", what === "go" ? t("Asking for a way …") : what === "look" ? t("Turning …") : "");
     try {
-      const answer = await fetch(`/place/${what}`, {
+      const answer = await request(`place/${what}`, ASK_LIMIT_MS, {
         method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body || {}),
       });
       const said = await answer.json();
@@ -240,5 +241,6 @@
   });
 
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
-  pull("/live/scene", draw, () => {});
+  pull("live/scene", draw, () => {});
+  ready("map");
 })();

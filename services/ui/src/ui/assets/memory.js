@@ -1,14 +1,15 @@
 // Taking an exported memory back from a file.
 (() => {
   "use strict";
-  const { t, say } = window.atom;
+  const { t, say, ask, ready } = window.atom;
+  const IMPORT_LIMIT_MS = 90000;
 
   document.addEventListener("change", async (event) => {
     const input = event.target instanceof Element && event.target.closest('[data-atom="import"]');
     if (!input || input.files.length === 0) return;
     say("import-note", t("Importing …"));
     try {
-      const answer = await fetch("/memory/import", {
+      const answer = await ask("memory/import", IMPORT_LIMIT_MS, {
         method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: input.files[0],
       });
       const said = await answer.json();
@@ -18,4 +19,5 @@
     }
     input.value = "";
   });
+  ready("memory");
 })();

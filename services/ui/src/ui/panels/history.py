@@ -58,7 +58,7 @@ class History:
     def _candidate(self, mission: Mission, candidate: Candidate) -> None:
         with box("row candidate"):
             if candidate.picture is not None:
-                nicegui_ui.element("img").classes("crop").props(f"src=/crops/{mission.id}/{candidate.picture}").props[
+                nicegui_ui.element("img").classes("crop").props(f"src=crops/{mission.id}/{candidate.picture}").props[
                     "alt"
                 ] = candidate.text
             with box("saying"):

@@ -60,7 +60,7 @@ class MapPanel:
     def _show_picture(self, picture: map_view.MapPicture) -> None:
         self._picture_version = picture.version
         frame = picture.frame
-        self._image.props["src"] = f"/live/map.png?v={picture.version}"
+        self._image.props["src"] = f"live/map.png?v={picture.version}"
         ratio = frame.width_px / frame.height_px
         self._stage.style(replace=f"aspect-ratio:{ratio:.4f};width:min(100cqw,{100 * ratio:.2f}cqh)")
         self._stage.set_visibility(True)

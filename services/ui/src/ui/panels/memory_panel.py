@@ -47,7 +47,7 @@ class MemoryPanel:
                 make=lambda: KindRow(desk, forget=self._forget_kind),
             )
             with box("row transfer"):
-                nicegui_ui.link(t("Export"), "/memory/export").props("download").classes("act-link")
+                nicegui_ui.link(t("Export"), "memory/export").props("download").classes("act-link")
                 with nicegui_ui.element("label").classes("act-link import"):
                     nicegui_ui.label(t("Import a file"))
                     nicegui_ui.element("input").props("type=file data-atom=import accept=.json,.jsonl,.ndjson")
@@ -137,7 +137,7 @@ class ThingRow:
             self._forget.props["aria-label"] = t("Forget {what}", what=one.description)
         seen_s = self._desk.thumbnails.version(one.id)
         if seen_s is not None:
-            self._picture.style(f"background-image:url(/things/{one.id}?v={seen_s})")
+            self._picture.style(f"background-image:url(things/{one.id}?v={seen_s})")
         self._facts.set_text(
             t(
                 "{state}, belief {percent:.0f} %, seen {ago}, at {x:.1f} / {y:.1f} m",

@@ -1,39 +1,59 @@
 """STOP, always on screen; and, in another place and after a question, RESUME."""
 
+from functools import cache
+from html import escape
+from pathlib import Path
+from typing import Final
+
 from nicegui import ui as nicegui_ui
 
 from ui.acts import Acts
 from ui.panels.parts import box, heading
+from ui.plain import remedy
 from ui.texts import t
 from ui.view import View
 
+ASSETS: Final = Path(__file__).parents[1] / "assets"
 
-class StopButton:
-    """Handled in the browser (assets/stop.js), so that it works while the page's own connection is down."""
 
-    def __init__(self) -> None:
-        with box() as self._place:
-            with (
-                nicegui_ui.element("button")
-                .classes("stop")
-                .props(f'type=button data-atom=stop aria-label="{t("Emergency stop")}" aria-keyshortcuts=Escape')
-            ):
-                self._word = nicegui_ui.label(t("STOP"))
-                nicegui_ui.label(t("Esc")).classes("key").props("aria-hidden=true")
-            box("stop-result").props("data-atom=stop-result role=alert")
+@cache
+def stop_html(robot_bridge_url: str) -> str:
+    """STOP as a plain form with its style and script written in, so that no file that fails to load can take it away.
 
-    def show(self, *, stopped: bool) -> None:
-        """It says so when the robot is stopped; pressed again it stops once more."""
-        self._word.set_text(t("STOPPED") if stopped else t("STOP"))
-        self._place.classes(replace="stopped-now" if stopped else "")
+    Without a script it is the form that stops; with one (assets/stop.js) it is watched, and says when it cannot work.
+    """
+    otherwise, name = escape(remedy(robot_bridge_url)), escape(t("Emergency stop"))
+    unwatched = t("Nobody watches this STOP: the page's script does not run. Press it: a page says whether it worked.")
+    without = t("JavaScript is off. STOP works without it, the rest of this page does not.")
+    return f"""
+<style>{(ASSETS / "stop.css").read_text(encoding="utf-8")}</style>
+<section class="stop-place" data-atom="stop-place" data-remedy="{otherwise}" aria-label="{name}">
+  <form method="post" action="stop?how=form">
+    <button class="stop" type="submit" data-atom="stop" aria-label="{name}" aria-keyshortcuts="Escape">
+      <span data-atom="stop-word">{escape(t("STOP"))}</span>
+      <span class="key" aria-hidden="true">{escape(t("Esc"))}</span>
+    </button>
+  </form>
+  <div class="stop-says">
+    <div class="stop-dead" data-atom="stop-dead" role="alert">{escape(unwatched)} {otherwise}</div>
+    <div data-atom="stop-result" role="alert"></div>
+    <div data-atom="page-lost" role="status"></div>
+    <div data-atom="page-missing" role="status"></div>
+  </div>
+</section>
+<noscript>
+  <style>#esm-fallback {{ display: none !important; }}</style>
+  <p style="margin: 84px 16px; text-align: center">{escape(without)}</p>
+</noscript>
+<script>{(ASSETS / "stop.js").read_text(encoding="utf-8")}</script>
+"""
 
 
 class Stopped:
     """Says that the robot is stopped and by whom, in the place of the command box."""
 
-    def __init__(self, acts: Acts, operator: str, button: StopButton) -> None:
+    def __init__(self, acts: Acts, operator: str) -> None:
         self._acts = acts
-        self._button = button
         self._operator = operator
         self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{t("Resume?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
@@ -67,7 +87,6 @@ class Stopped:
 
     def show(self, view: View) -> None:
         self._root.set_visibility(view.stopped)
-        self._button.show(stopped=view.stopped)
         self._detail.set_text(view.stop_detail)
         if not view.stopped:
             self._refusal.set_text("")

@@ -101,11 +101,11 @@ class Timeline:
         self._moment.clear()
         with self._moment:
             if self._desk.album.has(*key):
-                nicegui_ui.element("img").props(f"src=/album/{event.mission_id}/{event.id}").props(
+                nicegui_ui.element("img").props(f"src=album/{event.mission_id}/{event.id}").props(
                     f'alt="{t("What the camera saw then")}"'
                 )
             if line.crop is not None:
-                nicegui_ui.element("img").props(f"src=/crops/{event.mission_id}/{line.crop}").classes("crop").props(
+                nicegui_ui.element("img").props(f"src=crops/{event.mission_id}/{line.crop}").classes("crop").props(
                     f'alt="{t("The crop that was voted on")}"'
                 )
             with box("saying"):

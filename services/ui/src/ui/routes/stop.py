@@ -1,20 +1,47 @@
-"""STOP: straight to robot_bridge."""
+"""STOP: straight to robot_bridge; and whether it would arrive."""
 
-from typing import Final
+from typing import Any, Final
 
 from fastapi import APIRouter
+from fastapi.responses import HTMLResponse, Response
 from starlette.requests import Request
 
-from contracts.robot import EmergencyStopReply
-from ui.routes.deps import ActsDep, operator
+from contracts.robot import EmergencyStop, EmergencyStopReply
+from mesh.errors import MeshError
+from ui import plain
+from ui.acts import in_words
+from ui.routes.deps import ActsDep, DeskDep, operator
 
 router = APIRouter(tags=["emergency stop"])
 
-HOW: Final = {"escape": "Esc pressed on the page"}
+HOW: Final = {"escape": "Esc pressed on the page", "form": "STOP pressed on the page, without its script"}
+PAGE: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"text/html": {}}}}
+NOW: Final = {"Cache-Control": "no-store"}
 
 
-@router.post("/stop")
-async def stop(request: Request, acts: ActsDep) -> EmergencyStopReply:
-    """Stops the robot at once; nothing in the request can make it fail. 503 when robot_bridge cannot be reached."""
+@router.get("/stop")
+async def would_stop(desk: DeskDep, response: Response) -> EmergencyStop:
+    """Whether the robot is stopped, asked over the way a stop takes. 503 while a stop would not reach it."""
+    response.headers.update(NOW)
+    return await desk.watch.look()
+
+
+@router.post("/stop", response_model=EmergencyStopReply, responses=PAGE)
+async def stop(request: Request, desk: DeskDep, acts: ActsDep) -> EmergencyStopReply | Response:
+    """Stops the robot at once; nothing in the request can make it fail. 503 when robot_bridge cannot be reached.
+
+    A browser's plain form (`Accept: text/html`) is answered with a page that says which.
+    """
     reason = HOW.get(request.query_params.get("how", ""), "STOP pressed on the page")
-    return await acts.emergency_stop(reason=reason, by=operator(request))
+    try:
+        reply = await acts.emergency_stop(reason=reason, by=operator(request))
+    except MeshError as error:
+        if not _wants_page(request):
+            raise
+        otherwise = plain.remedy(desk.settings.robot_bridge_url)
+        return HTMLResponse(plain.not_stopped(in_words(error), otherwise), 503, headers=NOW)
+    return HTMLResponse(plain.stopped(reply), headers=NOW) if _wants_page(request) else reply
+
+
+def _wants_page(request: Request) -> bool:
+    return "text/html" in request.headers.get("accept", "")

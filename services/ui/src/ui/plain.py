@@ -1,0 +1,44 @@
+"""Plain pages for a browser that runs no script: what came of a STOP, and the button again. Pure."""
+
+from html import escape
+from typing import Final
+from urllib.parse import urlsplit
+
+from contracts.robot import EmergencyStopReply
+from ui.texts import t
+
+BRIDGE_PORT: Final = 8004
+
+
+def remedy(robot_bridge_url: str) -> str:
+    """What stops the robot where this page cannot. ROBOT is its address, which this machine may not know."""
+    port = urlsplit(robot_bridge_url).port or BRIDGE_PORT
+    command = f"curl -X POST http://ROBOT:{port}/emergency-stop"
+    return t("Use the robot's own button, or in a terminal: {command}, or: atom stop", command=command)
+
+
+def stopped(reply: EmergencyStopReply) -> str:
+    """The robot confirmed it."""
+    if reply.first_zero_ms is None:
+        return _page(t("The robot is stopped."), "")
+    return _page(t("The robot is stopped."), t("First zero velocity after {ms:.1f} ms.", ms=reply.first_zero_ms))
+
+
+def not_stopped(why: str, otherwise: str) -> str:
+    """The robot did not confirm it; `otherwise` says what else stops it."""
+    return _page(t("STOP DID NOT REACH THE ROBOT"), f"{why}. {t('Press again.')} {otherwise}")
+
+
+def _page(headline: str, text: str) -> str:
+    title, press, back = escape(headline), escape(t("STOP")), escape(t("Back to the page"))
+    return f"""<!doctype html>
+<html><head><title>{title}</title><meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+  body {{ font: 18px/1.5 system-ui, sans-serif; margin: 24px; }} h1 {{ font-size: 26px; }}
+  button {{ font: inherit; font-weight: 700; padding: 14px 48px; border: 0; border-radius: 12px; }}
+  button {{ color: #fff; background: #d11a1a; }}
+</style></head>
+<body><main><h1>{title}</h1><p>{escape(text)}</p>
+<form method="post" action="stop?how=form"><button type="submit">{press}</button></form>
+<p><a href="./">{back}</a></p></main></body></html>
+"""
