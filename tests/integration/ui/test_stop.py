@@ -200,7 +200,10 @@ async def test_a_page_taken_back_from_the_browsers_cache_asks_anew(page: Page, s
 
 
 async def test_a_hidden_page_does_not_ask_and_says_nothing_false_when_it_is_shown_again(page: Page, site: Site) -> None:
-    hide = "(hidden) => { Object.defineProperty(document, 'hidden', {get: () => hidden, configurable: true}); }"
+    hide = """(hidden) => {
+        Object.defineProperty(document, "hidden", { get: () => hidden, configurable: true });
+        document.dispatchEvent(new Event("visibilitychange"));
+    }"""
     await page.evaluate(hide, True)
     await page.evaluate(UNASKED_FOR, 1500)
     seen = """() => { window.dead = 0; new MutationObserver(() => {
@@ -208,7 +211,6 @@ async def test_a_hidden_page_does_not_ask_and_says_nothing_false_when_it_is_show
     }).observe(document.querySelector('[data-atom="stop-place"]'), { attributes: true }); }"""
     await page.evaluate(seen)
     await page.evaluate(hide, False)
-    await page.evaluate("document.dispatchEvent(new Event('visibilitychange'))")
     asked = site.world.robot.asked.count("stop answers")
     await until(lambda: site.world.robot.asked.count("stop answers") >= asked + 3, timeout_s=30.0)
     assert await page.evaluate("window.dead") == 0
