@@ -34,6 +34,7 @@ PURE = {
         "celebration",
         "depth",
         "gaps",
+        "initial_pose",
         "motion",
         "navigation",
         "obstacles",

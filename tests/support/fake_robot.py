@@ -115,6 +115,9 @@ class FakeRobot:
     async def undock(self) -> bool:
         return await self._base_drives(docked=False)
 
+    def set_initial_pose(self, pose: Pose2D) -> None:
+        self.toy.told_where(pose.x, pose.y)
+
     def celebrate(self, celebration: Celebration) -> None:
         self.toy.notes = [(note.frequency_hz, note.duration_s) for note in celebration.notes]
         self.toy.leds = celebration.led_animation_type, (celebration.led_rgb,) * 6, celebration.led_duration_s
@@ -182,6 +185,7 @@ class FakeRobot:
         senses.battery.put(Battery(percentage=80.0), now_s)
         senses.dock.put(DockView(toy.docked, toy.dock_visible), now_s)
         senses.hazards.put(frozenset(Hazard(name) for name in toy.hazards), now_s)
+        senses.localiser_listens.put(True, now_s)
         senses.nav2_missing.put("bt_navigator not active" if toy.navigation == "is_inactive" else "", now_s)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist, TwistStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector
 from lifecycle_msgs.msg import State
@@ -91,8 +91,12 @@ class RosToyRobot:
         self._cmd_vel_nav = publisher(velocity, "cmd_vel_nav", 1)
         self._publish_fixed()
         self._base = RepublishedBase(self._node, self.toy, self._group, velocity=velocity)
+        self._node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._initial_pose, 10)
         self._node.create_subscription(AudioNoteVector, "cmd_audio", self._audio, 10)
         self._node.create_timer(STEP_S, self._step)
+
+    def _initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        self.toy.told_where(message.pose.pose.position.x, message.pose.pose.position.y)
 
     def _audio(self, message: AudioNoteVector) -> None:
         self.toy.notes = [(n.frequency, n.max_runtime.sec + n.max_runtime.nanosec * 1e-9) for n in message.notes]

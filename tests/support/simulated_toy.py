@@ -182,6 +182,9 @@ class SimulatedRobot:
     async def undock(self) -> bool:
         return await self._base(Undocking())
 
+    def set_initial_pose(self, pose: Pose2D) -> None:
+        self.toy.told_where(pose.x, pose.y)
+
     def celebrate(self, celebration: Celebration) -> None:
         self.toy.notes = [(note.frequency_hz, note.duration_s) for note in celebration.notes]
         self.toy.leds = celebration.led_animation_type, (celebration.led_rgb,) * 6, celebration.led_duration_s

@@ -59,6 +59,7 @@ class ToyRobot:
     """Whether its wheels are disabled: by its own stop, whoever pressed it; None = nobody has yet."""
     base_stop_asks: list[bool] = field(default_factory=list)
     """What its own stop was asked for, by service."""
+    initial_poses: list[tuple[float, float]] = field(default_factory=list)
     republisher_deaths: int = 0
     """How often the base was asked for what it rejects: that kills create3_republisher."""
     velocities: list[tuple[float, float]] = field(default_factory=list)
@@ -70,6 +71,11 @@ class ToyRobot:
     leds: tuple[int, tuple[tuple[int, int, int], ...], float] | None = None
     """The newest animation: its type, each LED's colour, its seconds."""
     cleared: int = 0
+
+    def told_where(self, x: float, y: float) -> None:
+        """The localiser's initial pose; one that knew none speaks from then on."""
+        self.initial_poses.append((round(x, 3), round(y, 3)))
+        self.silent.discard("pose")
 
     def asked_to_stop(self, on: bool) -> None:
         """Its own stop, by service."""

@@ -25,9 +25,9 @@ from contracts.causes import SafetyCause
 from contracts.problem import Dependency, DependencyState, Readiness
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_STATE
 from mesh.bus import kept_key
-from support.bridge_behaviour import INSIDE, Rig
+from support.bridge_behaviour import INSIDE, Rig, running
 from support.redis_server import free_port
-from support.toy_robot import ToyRobot
+from support.toy_robot import DOCK, ToyRobot
 from support.waiting import until, until_true
 
 pytestmark = pytest.mark.filterwarnings("ignore:failed to send response:RuntimeWarning")
@@ -86,6 +86,14 @@ async def test_whoever_else_drives_the_base_is_named_and_not_mixed_with(rig: Rig
     assert "0.21 m/s" in (await told()).detail
     stranger.destroy_publisher(driving)
     await rig.ready()
+
+
+async def test_a_localiser_that_waits_for_a_pose_is_told_where_the_dock_is(tmp_path: Path, toy: ToyRobot) -> None:
+    toy.silent.add("pose")
+    toy.put_on_dock()
+    async with running(tmp_path, toy, None, dock_pose=DOCK, nav2_active_wait_s=30.0) as rig:  # ready: localised
+        assert toy.initial_poses == [(DOCK.x, DOCK.y)]
+        assert (await rig.state()).pose is not None
 
 
 async def test_senseless_messages_are_dropped_and_counted_and_nothing_dies(rig: Rig, stranger: Node) -> None:

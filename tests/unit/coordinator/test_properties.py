@@ -34,6 +34,7 @@ from coordinator.core.activities import (
     Undocking,
     Validating,
     Waiting,
+    Waking,
 )
 from coordinator.core.mission import Mission, Place
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule
@@ -185,7 +186,7 @@ class Player:
                 return localized(call, distance_m, point)
             case Validating():
                 return validated(call, good, 0.38)
-            case Looking():
+            case Looking() | Waking():
                 return self.on_see([(160.0 if good else 60.0, "red", 0.9)])
             case Waiting() | Entering() | Steering():
                 return self.on_tick(2.5)

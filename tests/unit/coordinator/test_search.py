@@ -12,6 +12,7 @@ from contracts.robot import GoalStatus
 from contracts.vision import Detection
 from coordinator.core import actions as do
 from coordinator.core import events as ev
+from coordinator.core.activities import Looking, Waking
 from support.mission_script import ORIGIN, Script, box
 
 S = MissionState
@@ -43,7 +44,7 @@ def test_with_memory_it_drives_to_the_best_view_first() -> None:
 def test_it_leaves_the_dock_before_anything_else() -> None:
     script = Script().robot(docked=True).begin(VIEW)
     assert not script.asked(do.ChoosePath)
-    script.feed(ev.Undocked(script.last(do.Undock).call))
+    script.feed(ev.Undocked(script.last(do.Undock).call)).see()
     assert script.last(do.ChoosePath).groups[0] == (VIEW,)
 
 
@@ -204,5 +205,25 @@ def test_a_robot_that_never_turns_ends_the_mission_with_the_cause() -> None:
 
 def test_a_dock_status_that_lags_does_not_undock_twice() -> None:
     script = Script().robot(docked=True).begin(VIEW)
-    script.feed(ev.Undocked(script.last(do.Undock).call)).robot(docked=True).path(None)
+    script.feed(ev.Undocked(script.last(do.Undock).call)).robot(docked=True).see().path(None)
     assert len(script.asked(do.Undock)) == 1
+
+
+def test_off_the_dock_the_first_picture_is_waited_for_before_anything_else() -> None:
+    """A TurtleBot 4 turns lidar and camera off on its dock, and the camera takes its time to come back."""
+    script = Script(wake_s_max=60.0).robot(docked=True).begin()
+    script.feed(ev.Undocked(script.last(do.Undock).call)).robot(docked=False)
+    script.wait(50.0)
+    assert isinstance(script.mission.activity, Waking)
+    script.see().wait(0.2)
+    assert isinstance(script.mission.activity, Looking)
+
+
+def test_a_camera_that_stays_off_after_the_dock_is_told_and_ends_the_mission_as_ever() -> None:
+    script = Script(wake_s_max=20.0).robot(docked=True).begin()
+    script.feed(ev.Undocked(script.last(do.Undock).call)).robot(docked=False)
+    script.wait(20.2)
+    assert "no picture came for 20 s after the dock" in script.said()
+    script.wait(30.0)
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "the camera is away" in script.mission.reason

@@ -3,7 +3,7 @@
 from contracts import mission as wire
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState, MissionStatus, MissionTarget
-from coordinator.core.activities import Waiting
+from coordinator.core.activities import Waiting, Waking
 from coordinator.core.mission import Mission
 
 FAST = frozenset({
@@ -64,6 +64,8 @@ def mission_status(mission: Mission, now_s: float, queue: tuple[wire.Mission, ..
 def waiting_for(mission: Mission, now_s: float) -> str:
     """The service whose call failed, and how much longer it will be waited for; empty while nothing is amiss."""
     waiting = mission.activity
+    if isinstance(waiting, Waking):
+        return "camera"
     if not isinstance(waiting, Waiting):
         return ""
     tries = f"{mission.failures} of {mission.rules.failures_max} tries"

@@ -4,7 +4,7 @@ from contracts.problem import Dependency, DependencyState
 from contracts.robot import BaseStopState
 from robot_bridge.senses import Senses
 from robot_bridge.settings import Settings
-from robot_bridge.snapshot import hazards_offered
+from robot_bridge.snapshot import Snapshot, hazards_offered
 
 DRIVES_S = 3.0
 """So long a velocity that somebody else has sent is told."""
@@ -27,6 +27,12 @@ BASE_STOP: dict[BaseStopState, tuple[DependencyState, str]] = {
 }
 
 
+def dependencies(senses: Senses, settings: Settings, snapshot: Snapshot) -> list[Dependency]:
+    found = [base_stop(senses), hazards(senses, settings), drivers(senses, settings, snapshot.taken_s)]
+    asleep = power_saver(snapshot)
+    return [*found, asleep] if asleep is not None else found
+
+
 def base_stop(senses: Senses) -> Dependency:
     state, detail = BASE_STOP[senses.base_stop.value or BaseStopState.UNKNOWN]
     return Dependency(name="base_stop", state=state, detail=detail)
@@ -44,6 +50,18 @@ def hazards(senses: Senses, settings: Settings) -> Dependency:
         detail="nobody publishes them: bumps, cliffs and lifted wheels are known to the base alone. On a TurtleBot 4 "
         "uncomment hazard_detection in the robot's republisher.yaml (docs/turtlebot4.md, step 1)",
     )
+
+
+def power_saver(snapshot: Snapshot) -> Dependency | None:
+    """On its dock a TurtleBot 4 turns lidar and camera off: that is no fault. None where it is awake."""
+    docked = snapshot.dock is not None and snapshot.dock.is_docked
+    if not docked or snapshot.sensors["scan"].valid or snapshot.sensors["rgb"].valid:
+        return None
+    detail = (
+        "docked and asleep: its power saver has turned lidar and camera off, and it is ready for undocking only; "
+        "off the dock they come back by themselves"
+    )
+    return Dependency(name="power_saver", state=_WARNING, detail=detail)
 
 
 def drivers(senses: Senses, settings: Settings, now_s: float) -> Dependency:

@@ -148,12 +148,7 @@ class Bridge:
         found += self._frames_and_clocks(now_s)
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
-        senses = self.robot.senses
-        found += [
-            base_health.base_stop(senses),
-            base_health.hazards(senses, self.settings),
-            base_health.drivers(senses, self.settings, now_s),
-        ]
+        found += base_health.dependencies(self.robot.senses, self.settings, self.look())
         unstored = self.stopping.unstored
         found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
         found.append(redis_dependency(self.bus))

@@ -4,6 +4,8 @@ import asyncio
 from collections.abc import Coroutine
 from typing import Any
 
+import structlog
+
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
 from contracts.motion import BaseEnd, BaseReply
@@ -11,6 +13,7 @@ from contracts.robot import GoalRequest, GoalStatus
 from mesh.clock import Clock
 from mesh.errors import ConflictError
 from robot_bridge.dock_place import DockPlace
+from robot_bridge.initial_pose import InitialPose
 from robot_bridge.map_book import MapBook
 from robot_bridge.navigator import Navigator, refuse_while_navigating
 from robot_bridge.ports import Robot
@@ -18,6 +21,8 @@ from robot_bridge.settings import Settings
 from robot_bridge.snapshot import Snapshot, look
 from robot_bridge.transforms import apart_m, compose
 from robot_bridge.wheels import Wheels
+
+log = structlog.get_logger()
 
 NEAR_M = 0.35
 RING_M = 0.3
@@ -40,6 +45,7 @@ class Docking:
         self._patience: asyncio.Timeout | None = None
         self._session_id: str | None = None
         self._given_up = BaseEnd.TIMED_OUT
+        self._initial_pose = InitialPose()
 
     @property
     def dock_pose(self) -> Pose2D | None:
@@ -47,10 +53,26 @@ class Docking:
         return self._place.in_map(self._maps.current)
 
     async def watch(self) -> None:
-        """Learns where the dock is; runs as a background task."""
+        """Learns where the dock is, and tells it the localiser that knows no pose; runs as a background task."""
         while True:
-            self._place.learn(self._look(), self._maps.current)
+            snapshot = self._look()
+            self._place.learn(snapshot, self._maps.current)
+            self._tell_the_localiser(snapshot)
             await self._clock.sleep(1.0)
+
+    def _tell_the_localiser(self, snapshot: Snapshot) -> None:
+        senses, pose = self._robot.senses, self.dock_pose
+        docked = snapshot.dock is not None and snapshot.dock.is_docked
+        localised = senses.poses.age_s(snapshot.taken_s) is not None
+        due = self._initial_pose.due(
+            snapshot.taken_s,
+            wanted=self._settings.initial_pose_from_dock and docked and not localised and pose is not None,
+            listens=bool(senses.localiser_listens.value),
+            laser_turns=snapshot.scan is not None,
+        )
+        if due and pose is not None:
+            log.info("docked and not localised: the localiser is told where the dock is", x=pose.x, y=pose.y)
+            self._robot.set_initial_pose(pose)
 
     async def dock(self, session_id: str | None) -> BaseReply:
         """Raises `ConflictError` with the reason where it cannot even begin."""

@@ -79,6 +79,10 @@ class Robot(Protocol):
 
     async def undock(self) -> bool: ...
 
+    def set_initial_pose(self, pose: Pose2D) -> None:
+        """Tells the localiser where base_link is in map; waits for nothing."""
+        ...
+
     def celebrate(self, celebration: Celebration) -> None:
         """Plays the notes and the lights; waits for nothing."""
         ...

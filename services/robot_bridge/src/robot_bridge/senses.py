@@ -189,6 +189,8 @@ class Senses:
     """Nodes that publish cmd_vel beside this bridge. Told about once a second."""
     foreign_velocity: Mailbox[tuple[float, float]] = field(default_factory=Mailbox[tuple[float, float]])
     """m/s and rad/s that somebody else has sent the base; never a standstill."""
+    localiser_listens: Mailbox[bool] = field(default_factory=Mailbox[bool])
+    """Whether somebody takes initial poses. Told about once a second."""
     nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)

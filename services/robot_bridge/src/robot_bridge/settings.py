@@ -57,6 +57,7 @@ class RosSettings(BaseModel):
     scan: Channel = _sensor("scan")
     odom: Channel = _sensor("odom")
     amcl_pose: Channel = _kept("amcl_pose")
+    initial_pose: Channel = _reliable("initialpose")
     map: Channel = _kept("map")
     tf: Channel = _reliable("tf", 100)
     tf_static: Channel = _kept("tf_static", 100)
@@ -153,6 +154,9 @@ class Settings(BaseSettings):
     dock_timeout_s: float = Field(default=90.0, gt=0.0, description="the way to the dock included")
     dock_look_s_max: float = Field(default=3.0, ge=0.0, description="for the base to see the dock it stands before")
     dock_pose: Pose2D | None = Field(default=None, description="base_link in map while docked; none = learned")
+    initial_pose_from_dock: bool = Field(
+        default=True, description="a robot that starts on its dock tells the localiser so, where that is known"
+    )
     predock_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
 
     navigation_may_reverse: bool = Field(default=True, description="Nav2's recoveries back up; the rear is watched too")

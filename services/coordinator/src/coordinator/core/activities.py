@@ -50,6 +50,14 @@ class Undocking:
 
 
 @dataclass(frozen=True, slots=True)
+class Waking:
+    """Off the dock, for the first picture: a power saver turns camera and lidar off on the dock."""
+
+    until_s: float
+    call: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Docking:
     """The base looks for its dock and drives onto it by itself."""
 
@@ -137,8 +145,8 @@ class Steering:
 
 
 Activity = (
-    Nothing | Entering | Paused | Waiting | Undocking | Docking | PlanningCoverage | ChoosingPath | Going | Turning
-    | Looking | CheckingPlace | Measuring | Validating | Driving | Steering
+    Nothing | Entering | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | ChoosingPath | Going
+    | Turning | Looking | CheckingPlace | Measuring | Validating | Driving | Steering
 )  # fmt: skip
 
 

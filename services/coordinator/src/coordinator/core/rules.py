@@ -39,6 +39,7 @@ class Rules(BaseModel):
     mission_timeout_s: float = Field(default=900.0, gt=0.0)
     pause_timeout_s: float = Field(default=600.0, gt=0.0)
     undock_timeout_s: float = Field(default=45.0, gt=0.0)
+    wake_s_max: float = Field(default=60.0, ge=0.0, description="for the first picture after the dock: a power saver")
     goal_timeout_s: float = Field(default=120.0, gt=0.0)
     path_timeout_s: float = Field(default=30.0, gt=0.0)
     plan_timeout_s: float = Field(default=20.0, gt=0.0)

@@ -4,14 +4,14 @@ from contracts.mission import MissionState
 from contracts.motion import MotionEnd
 from contracts.vision import Detections
 from coordinator.core import actions as do
-from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking
+from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking, Waking
 from coordinator.core.draft import Draft
 from coordinator.core.endings import abort
 from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
 from coordinator.core.geometry import wrap
 from coordinator.core.mission import Sighting
 from coordinator.core.rules import Rules, ScanRule
-from coordinator.core.search import next_place, undock_first, undocked
+from coordinator.core.search import awake, next_place, undock_first, undocked
 from coordinator.core.sightings import (
     is_refused,
     may_be_rejected,
@@ -46,6 +46,8 @@ def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Undocking(), Undocked():
             undocked(draft)
+        case Waking(), DetectionsSeen():
+            awake(draft)
         case Turning(looking_s=float()), MotionEnded(end=MotionEnd.COMPLETED):
             draft.set_search(sweeps=draft.search.sweeps + 1)
             begin(draft)

@@ -6,7 +6,7 @@ from contracts.geometry import Pose2D
 from contracts.mission import MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
-from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking
+from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking, Waking
 from coordinator.core.draft import Draft
 from coordinator.core.endings import abort, abort_for_the_map, give_up
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
@@ -35,7 +35,14 @@ def undock_first(draft: Draft) -> bool:
 
 def undocked(draft: Draft) -> None:
     draft.set_search(undocks=draft.search.undocks + 1)
-    draft.say("undock", "off the dock")
+    draft.say(
+        "undock", "off the dock; waiting for a picture, for a robot may turn its camera and lidar off on the dock"
+    )
+    draft.be(Waking(draft.now_s + draft.rules.wake_s_max))
+
+
+def awake(draft: Draft) -> None:
+    """The first picture after the dock has come, or the time for it is up."""
     draft.be(Entering())
 
 
@@ -100,6 +107,8 @@ def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Undocking(), Undocked():
             undocked(draft)
+        case Waking(), DetectionsSeen():
+            awake(draft)
         case PlanningCoverage(), CoveragePlanned(trouble=trouble) if trouble is not None:
             abort_for_the_map(draft, trouble)
         case PlanningCoverage(), CoveragePlanned(points=points):

@@ -36,6 +36,7 @@ from coordinator.core.activities import (
     Undocking,
     Validating,
     Waiting,
+    Waking,
 )  # fmt: skip
 from coordinator.core.draft import Draft
 from coordinator.core.endings import abort, give_up
@@ -195,6 +196,11 @@ def _overdue(draft: Draft) -> None:
     match draft.mission.activity:
         case Waiting():
             draft.be(Entering())
+        case Waking():
+            draft.say(
+                "failure", f"no picture came for {draft.rules.wake_s_max:.0f} s after the dock: going on without one"
+            )
+            search.awake(draft)
         case Looking():
             _look_timeouts()[draft.mission.state](draft)
         case Steering():

@@ -10,6 +10,7 @@ import rclpy
 import structlog
 from action_msgs.msg import GoalStatus as RosGoalStatus
 from action_msgs.srv import CancelGoal
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
@@ -134,6 +135,13 @@ class RosRobot:
     async def undock(self) -> bool:
         return await self._base_drives(self._undock, Undock.Goal(), docked=False)
 
+    def set_initial_pose(self, pose: Pose2D) -> None:
+        def call() -> None:
+            now = self._node.get_clock().now().to_msg()
+            self._initial_pose.publish(convert.initial_pose(pose, self._settings.ros.map_frame, now))
+
+        self._do(call)
+
     def celebrate(self, celebration: Celebration) -> None:
         def call() -> None:
             self._audio.publish(convert.notes(celebration))
@@ -196,6 +204,9 @@ class RosRobot:
         )
         self._velocity = VelocityPublisher(node, ros)
         self._audio = node.create_publisher(AudioNoteVector, ros.cmd_audio.name, quality(ros.cmd_audio))
+        self._initial_pose = node.create_publisher(
+            PoseWithCovarianceStamped, ros.initial_pose.name, quality(ros.initial_pose)
+        )
         self._navigate = ActionClient(node, NavigateToPose, ros.navigate_action)
         self._goals = GoalsUnderWay(node, ros.navigate_action)
         self._plan = ActionClient(node, ComputePathToPose, ros.path_action)
@@ -225,7 +236,11 @@ class RosRobot:
         node.create_timer(1.0, sensing.poll, clock=steady)
         others = OtherDrivers(node, self._velocity, self._senses, self._clock)
         node.create_timer(1.0, others.poll, clock=steady)
+        node.create_timer(1.0, self._look_for_the_localiser, clock=steady)
         self._executor.add_node(node)
+
+    def _look_for_the_localiser(self) -> None:
+        self._senses.localiser_listens.put(self._initial_pose.get_subscription_count() > 0, self._clock.now_s())
 
     def _shut(self) -> None:
         """Leaves nothing on the network that others would take for a robot_bridge."""

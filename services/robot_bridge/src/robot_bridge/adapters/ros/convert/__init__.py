@@ -6,7 +6,7 @@ from robot_bridge.adapters.ros.convert.grid import grid
 from robot_bridge.adapters.ros.convert.laser import scan
 from robot_bridge.adapters.ros.convert.outgoing import lights, notes, set_duration
 from robot_bridge.adapters.ros.convert.pictures import colour_image, depth_image
-from robot_bridge.adapters.ros.convert.poses import localisation, pose, pose_stamped, stamp_s, transform
+from robot_bridge.adapters.ros.convert.poses import initial_pose, localisation, pose, pose_stamped, stamp_s, transform
 
 __all__ = [
     "BatteryReading",
@@ -15,6 +15,7 @@ __all__ = [
     "dock",
     "grid",
     "hazards",
+    "initial_pose",
     "intrinsics",
     "lights",
     "localisation",

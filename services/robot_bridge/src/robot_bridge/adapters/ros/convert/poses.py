@@ -56,8 +56,25 @@ def pose_stamped(value: Pose2D, frame_id: str) -> PoseStamped:
     """Unstamped: 'the newest transform', whatever the clocks say."""
     message = PoseStamped()
     message.header.frame_id = frame_id
-    message.pose.position.x = value.x
-    message.pose.position.y = value.y
-    q = message.pose.orientation
-    q.x, q.y, q.z, q.w = quaternion_xyzw(value.yaw)
+    _fill(message.pose, value)
     return message
+
+
+DOCKED_SIGMA_M, DOCKED_SIGMA_RAD = 0.1, 0.1
+"""How well a remembered dock says where the robot stands."""
+
+
+def initial_pose(value: Pose2D, frame_id: str, stamp: Any) -> PoseWithCovarianceStamped:
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id, message.header.stamp = frame_id, stamp
+    _fill(message.pose.pose, value)
+    covariance = message.pose.covariance
+    covariance[0] = covariance[7] = DOCKED_SIGMA_M**2
+    covariance[35] = DOCKED_SIGMA_RAD**2
+    return message
+
+
+def _fill(message: Pose, value: Pose2D) -> None:
+    message.position.x, message.position.y = value.x, value.y
+    q = message.orientation
+    q.x, q.y, q.z, q.w = quaternion_xyzw(value.yaw)
