@@ -33,6 +33,7 @@ PURE = {
         "base_stop",
         "celebration",
         "depth",
+        "endpoints",
         "gaps",
         "initial_pose",
         "motion",

@@ -17,7 +17,7 @@ from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VIS
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.tasks import Tasks
-from robot_bridge import base_health
+from robot_bridge import base_health, endpoints
 from robot_bridge.camera import Camera
 from robot_bridge.closed_loop import Running
 from robot_bridge.docking import Docking
@@ -149,6 +149,7 @@ class Bridge:
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
         found += base_health.dependencies(self.robot.senses, self.settings, self.look())
+        found.append(endpoints.dependency(self.robot.senses.mismatches.value or ()))
         unstored = self.stopping.unstored
         found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
         found.append(redis_dependency(self.bus))

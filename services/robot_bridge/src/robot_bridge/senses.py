@@ -11,6 +11,7 @@ from contracts.motion import Hazard
 from contracts.robot import BaseStopState, Battery
 from geometry.grids import OccupancyGrid
 from robot_bridge.blindness import NO_ARCS, Arcs
+from robot_bridge.endpoints import Mismatch
 from robot_bridge.frames import FrameTree, PoseBuffer
 from robot_bridge.mailbox import Mailbox
 from robot_bridge.reception import Reception
@@ -191,6 +192,8 @@ class Senses:
     """m/s and rad/s that somebody else has sent the base; never a standstill."""
     localiser_listens: Mailbox[bool] = field(default_factory=Mailbox[bool])
     """Whether somebody takes initial poses. Told about once a second."""
+    mismatches: Mailbox[tuple[Mismatch, ...]] = field(default_factory=Mailbox[tuple[Mismatch, ...]])
+    """Who else is on the bridge's topics in another type."""
     nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)

@@ -29,6 +29,7 @@ from mesh.errors import ServiceTimeoutError, UnavailableError
 from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.base_stop import BaseStopService
 from robot_bridge.adapters.ros.calls import Calls, GoalsUnderWay, RosGoal
+from robot_bridge.adapters.ros.graph import TypeWatch
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.other_drivers import OtherDrivers
 from robot_bridge.adapters.ros.recording import RosRecording
@@ -237,6 +238,9 @@ class RosRobot:
         others = OtherDrivers(node, self._velocity, self._senses, self._clock)
         node.create_timer(1.0, others.poll, clock=steady)
         node.create_timer(1.0, self._look_for_the_localiser, clock=steady)
+        actions = (ros.navigate_action, ros.path_action, ros.dock_action, ros.undock_action)
+        types = TypeWatch(node, actions, self._senses.mismatches, self._clock)
+        node.create_timer(2.0, types.poll, clock=steady)
         self._executor.add_node(node)
 
     def _look_for_the_localiser(self) -> None:
