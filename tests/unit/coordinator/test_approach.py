@@ -110,6 +110,12 @@ def test_it_asks_for_a_reachable_place_round_the_object_facing_it() -> None:
     assert len(choose.costs_m) == len(choose.poses)
 
 
+def test_a_place_that_nav2_would_call_reached_at_once_is_turned_to_and_driven_up_to() -> None:
+    script = approaching(0.85).path()
+    assert script.asked(do.Navigate) == []
+    assert script.see(box()).localized(0.85, 0.91).last(do.Drive).distance_m == pytest.approx(0.45, abs=0.01)
+
+
 def test_out_of_the_picture_it_finishes_on_the_place_and_odometry() -> None:
     script = approaching().path().arrived().wait(3.0)
     drive = script.last(do.Drive)

@@ -14,7 +14,7 @@ from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
 from coordinator.core.hindrance import furniture_before, hindrance
 from coordinator.core.mission import Approach
-from coordinator.core.place import ring_groups, surface_distance_m, whereabouts
+from coordinator.core.place import ring_groups, surface_distance_m, too_near_for_a_goal, whereabouts
 from coordinator.core.sightings import follow, tracked
 from coordinator.core.trust import plausible
 
@@ -43,6 +43,9 @@ def handle(draft: Draft, event: Event) -> None:
     stage = draft.approach.stage
     match draft.mission.activity, event:
         case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
+            if too_near_for_a_goal(draft, poses[index]):
+                _face(draft)
+                return
             draft.say("navigation", "to a place in front of it", goal=poses[index].model_dump())
             draft.navigate(poses[index])
         case ChoosingPath(), PathChosen(error=error):

@@ -4,7 +4,7 @@ import math
 
 from contracts.geometry import Pose2D
 from coordinator.core.draft import Draft
-from coordinator.core.geometry import Relative, relative, ring, wrap
+from coordinator.core.geometry import Relative, distance_m, relative, ring, wrap
 
 EXCLUDED_RAD = 0.5
 
@@ -23,6 +23,12 @@ def surface_distance_m(draft: Draft) -> float | None:
     """From the camera to the near surface, by the last measurement and odometry."""
     there = whereabouts(draft)
     return max(0.0, there.distance_m - draft.rules.camera_forward_m) if there is not None else None
+
+
+def too_near_for_a_goal(draft: Draft, pose: Pose2D) -> bool:
+    """Nav2 calls a goal reached from within its tolerance (0.25 m): so short a way is turned and driven instead."""
+    here = draft.mission.robot.pose
+    return here is not None and distance_m(here, pose) < draft.rules.goal_m_min
 
 
 def ring_groups(

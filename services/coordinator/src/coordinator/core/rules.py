@@ -122,6 +122,11 @@ class Rules(BaseModel):
     ring_angles_rad: tuple[float, ...] = Field(
         default=(0.0, 0.35, -0.35, 0.7, -0.7, 1.1, -1.1, 1.6, -1.6), min_length=1, max_length=24
     )
+    goal_m_min: float = Field(
+        default=0.3,
+        ge=0.0,
+        description="a goal nearer than this may end without a move: turned and driven",
+    )
     ring_turn_cost_m_rad: float = Field(default=0.4, ge=0.0, description="path worth one radian round the object")
     ring_skip_m: float = Field(default=0.85, ge=0.0, description="nearer than this the drive is straight")
     face_tolerance_rad: float = Field(default=0.05, gt=0.0)

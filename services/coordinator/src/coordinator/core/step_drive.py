@@ -1,13 +1,13 @@
 """DRIVING_1M: one step of about a metre towards a target that is too far to judge or to reach (requirement A10)."""
 
-from contracts.geometry import Twist2D
+from contracts.geometry import Pose2D, Twist2D
 from contracts.mission import MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Driving, Going, Steering
 from coordinator.core.draft import Draft
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, MotionEnded, PathChosen, Tick
-from coordinator.core.place import ring_groups, surface_distance_m
+from coordinator.core.place import ring_groups, surface_distance_m, too_near_for_a_goal
 from coordinator.core.rules import ApproachRule
 from coordinator.core.sightings import follow, tracked
 
@@ -27,8 +27,7 @@ def begin(draft: Draft) -> None:
 def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
-            draft.say("navigation", "to a place nearer to it", goal=poses[index].model_dump())
-            draft.navigate(poses[index])
+            _step_to(draft, poses[index])
         case ChoosingPath(), PathChosen(error=error):
             draft.say("navigation", f"no path to a nearer place ({error}): straight on")
             _straight(draft)
@@ -62,6 +61,14 @@ def handle(draft: Draft, event: Event) -> None:
 def on_steering_end(draft: Draft) -> None:
     draft.stop_motion()
     draft.go(MissionState.CENTERING, "one step nearer: looking again")
+
+
+def _step_to(draft: Draft, pose: Pose2D) -> None:
+    if too_near_for_a_goal(draft, pose):
+        _straight(draft)
+        return
+    draft.say("navigation", "to a place nearer to it", goal=pose.model_dump())
+    draft.navigate(pose)
 
 
 def _straight(draft: Draft) -> None:
