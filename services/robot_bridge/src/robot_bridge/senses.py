@@ -180,6 +180,8 @@ class Senses:
     depth_intrinsics: Mailbox[Intrinsics] = field(default_factory=Mailbox[Intrinsics])
     map: Mailbox[Grid] = field(default_factory=Mailbox[Grid])
     battery: Mailbox[Battery] = field(default_factory=Mailbox[Battery])
+    charging_told: Mailbox[bool] = field(default_factory=Mailbox[bool])
+    """Whether the battery says if it is charged; one that does not is charged on the dock."""
     dock: Mailbox[DockView] = field(default_factory=Mailbox[DockView])
     hazards: HazardMailbox = field(default_factory=HazardMailbox)
     base_stop: Mailbox[BaseStopState] = field(default_factory=Mailbox[BaseStopState])

@@ -66,10 +66,18 @@ def look(senses: Senses, settings: Settings, now_s: float) -> Snapshot:
         odometry=odometry.value if odometry is not None and sensors["odom"].valid else None,
         pose=pose if sensors["pose"].valid else None,
         map=grid.value if grid is not None else None,
-        battery=battery.value if battery is not None and sensors["battery"].valid else None,
+        battery=charge(senses, battery.value) if battery is not None and sensors["battery"].valid else None,
         dock=dock.value if dock is not None and sensors["dock"].valid else None,
         hazards=senses.hazards.active(now_s, settings.hazard_hold_s),
     )
+
+
+def charge(senses: Senses, battery: Battery) -> Battery:
+    """A battery that does not say whether it is charged is charged on the dock."""
+    dock = senses.dock.value
+    if senses.charging_told.value is False and dock is not None and dock.is_docked:
+        return battery.model_copy(update={"charging": True})
+    return battery
 
 
 def hazards_offered(senses: Senses, settings: Settings) -> bool:

@@ -20,6 +20,7 @@ from sim import world
 MAP, ODOM, BASE, LASER = "map", "odom", "base_link", "rplidar_link"
 RGB_OPTICAL = "oakd_rgb_camera_optical_frame"
 STEREO_OPTICAL = "oakd_stereo_camera_optical_frame"
+CHARGE_A, DRAIN_A = 1.0, 0.8
 _OPTICAL_QUATERNION = (-0.5, 0.5, -0.5, 0.5)
 
 
@@ -129,15 +130,14 @@ def occupancy_grid(recorded: world.OccupancyGrid, stamp_ns: int) -> OccupancyGri
 
 
 def battery(measured: world.Battery, stamp_ns: int) -> BatteryState:
-    """`percentage` is 0 to 1, as sensor_msgs says."""
+    """`percentage` is 0 to 1, as sensor_msgs says; the status is not filled in, as by create3_sim."""
     return BatteryState(
         header=header(BASE, stamp_ns),
         voltage=measured.voltage_v,
         percentage=measured.percentage / 100.0,
         present=True,
-        power_supply_status=BatteryState.POWER_SUPPLY_STATUS_CHARGING
-        if measured.charging
-        else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
+        current=CHARGE_A if measured.charging else -DRAIN_A,
+        power_supply_status=BatteryState.POWER_SUPPLY_STATUS_UNKNOWN,
         power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
     )
 

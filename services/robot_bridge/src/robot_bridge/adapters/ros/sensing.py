@@ -206,6 +206,7 @@ class Sensing:
 
     def _charge(self, message: BatteryState) -> str:
         battery, note = self._battery.read(message)
+        self._senses.charging_told.put(convert.charges(message) is not None, self._clock.now_s())
         self._senses.battery.put(battery, self._clock.now_s())
         return note
 

@@ -1,6 +1,6 @@
 """ROS messages to the bridge's own values. Every function raises `ValueError` for a message that makes no sense."""
 
-from robot_bridge.adapters.ros.convert.base import BatteryReading, dock, hazards, odometry
+from robot_bridge.adapters.ros.convert.base import BatteryReading, charges, dock, hazards, odometry
 from robot_bridge.adapters.ros.convert.camera_info import intrinsics
 from robot_bridge.adapters.ros.convert.grid import grid
 from robot_bridge.adapters.ros.convert.laser import scan
@@ -10,6 +10,7 @@ from robot_bridge.adapters.ros.convert.poses import initial_pose, localisation, 
 
 __all__ = [
     "BatteryReading",
+    "charges",
     "colour_image",
     "depth_image",
     "dock",

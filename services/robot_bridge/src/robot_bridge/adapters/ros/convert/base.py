@@ -47,7 +47,7 @@ class BatteryReading:
 
     def read(self, message: BatteryState) -> tuple[Battery, str]:
         """The charge, none where it is not told in a way that can be understood, and what to know of it."""
-        charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        charging = charges(message) is True
         sent = message.percentage
         self._counts_to_100 |= PERCENT_MIN <= sent <= PERCENT_MAX
         unfilled = sent == 0.0 and not message.voltage > 0.0
@@ -57,6 +57,13 @@ class BatteryReading:
         note = "it counts its charge 0 to 100, not 0 to 1: read as per cent" if self._counts_to_100 else ""
         percent = sent if self._counts_to_100 else sent * 100.0
         return Battery(percentage=min(percent + 0.0, 100.0), charging=charging), note
+
+
+def charges(message: BatteryState) -> bool | None:
+    """None where it does not tell: a Create 3's simulator leaves the status UNKNOWN, its firmware may."""
+    if message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_UNKNOWN:
+        return True if message.current > 0.0 else None
+    return bool(message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING)
 
 
 def dock(message: DockStatus) -> DockView:
