@@ -7,6 +7,7 @@ from pydantic import Field
 
 from contracts.base import Confidence, Label, Message, StampS
 from contracts.geometry import Pose2D
+from contracts.reading import Mood
 from contracts.vision import Target, Vote
 
 
@@ -64,6 +65,27 @@ class StartMission(Message):
     """
 
     command: str = Field(min_length=1, max_length=500, description="e.g. 'find the red bottle, then the book'")
+
+
+class Heard(Message):
+    """What `POST /missions` answers (200) where the words start no mission: an order that was obeyed, a wish taken back.
+    """
+
+    mood: Mood
+    text: str = Field(max_length=500, description="what was done about it, for a person")
+    ended: tuple[str, ...] = Field(default=(), max_length=64, description="ids of the missions it ended")
+    still: bool = Field(default=False, description="robot_bridge says that nothing moves the robot any more")
+
+
+class Refusal(StrEnum):
+    """Why a command starts nothing (`code` of the 422 or 409); beside these, the `Mood` it was said in."""
+
+    NAMES_NOTHING = "names_nothing"
+    """No class of the detector is named."""
+    WHICH_THING = "which_thing"
+    """'anything red': the thing itself is not named."""
+    STOPPED_MEANWHILE = "stopped_meanwhile"
+    """A person said stop while it was being read."""
 
 
 class Candidate(Message):

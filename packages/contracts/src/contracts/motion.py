@@ -90,6 +90,8 @@ class BaseEnd(StrEnum):
     """Its time was up."""
     STOPPED = "stopped"
     """The emergency stop."""
+    CANCELED = "canceled"
+    """Somebody asked for its end."""
     SESSION_ENDED = "session_ended"
     """The session it belonged to has ended."""
     NOT_BEFORE_DOCK = "not_before_dock"
@@ -198,6 +200,7 @@ _BASE_ENDS: dict[BaseEnd, str] = {
     BaseEnd.ALREADY_THERE: "it is docked already",
     BaseEnd.TIMED_OUT: "its time was up",
     BaseEnd.STOPPED: "the emergency stop",
+    BaseEnd.CANCELED: "somebody asked for its end",
     BaseEnd.SESSION_ENDED: "the session ended",
     BaseEnd.NOT_BEFORE_DOCK: "it did not get in front of the dock",
     BaseEnd.DOCK_NOT_SEEN: "the base does not see the dock",

@@ -18,6 +18,11 @@ def stopped(state: EmergencyStop, *, reason: str, by: str, now_s: float) -> Emer
     return EmergencyStop(latched=True, epoch=state.epoch + 1, reason=reason, by=by, since_s=since_s)
 
 
+def halted(state: EmergencyStop) -> EmergencyStop:
+    """One epoch on, so that what was asked for before is refused; latched only where it was."""
+    return state.model_copy(update={"epoch": state.epoch + 1})
+
+
 def reset(state: EmergencyStop, *, reason: str, by: str) -> EmergencyStop:
     """Motion is permitted again, never resumed: the epoch stays, and everything asked for before it is gone."""
     return EmergencyStop(latched=False, epoch=state.epoch, reason=reason, by=by)

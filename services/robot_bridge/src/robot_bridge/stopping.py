@@ -66,6 +66,16 @@ class Stopping:
         self._store(state)
         return state, first_zero_ms
 
+    def halt(self) -> EmergencyStop:
+        """Ends all motion, whoever asked for it, without latching: a person said 'stop', not 'emergency'."""
+        state = self._wheels.halt()
+        self._robot.cancel_all_goals()
+        self._navigator.stop(GoalCause.CANCELED)
+        self._docking.stop(BaseEnd.CANCELED)
+        self._store(state)
+        log.info("halted", epoch=state.epoch)
+        return state
+
     def explain(self, epoch: int, *, reason: str, by: str) -> EmergencyStop:
         """Who and why, told after the fact: the stop itself has not waited for it."""
         state = self._wheels.explain_stop(epoch, reason=reason, by=by)

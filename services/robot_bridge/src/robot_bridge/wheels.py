@@ -139,6 +139,16 @@ class Wheels:
             self._forget_everything(MotionEnd.STOPPED)
             return self._stop, first_zero_ms
 
+    def halt(self) -> EmergencyStop:
+        """Zeros, and the end of everything that was asked for; whoever asks anew, with the new epoch, may move."""
+        self._send(ZERO)
+        with self._lock:
+            self._stop = emergency_stop.halted(self._stop)
+            for _ in range(STOP_BURST):
+                self._send(ZERO)
+            self._forget_everything(MotionEnd.CANCELED)
+            return self._stop
+
     def explain_stop(self, epoch: int, *, reason: str, by: str) -> EmergencyStop:
         """Adds who and why to the stop of this epoch, if it is still the last word."""
         with self._lock:

@@ -14,6 +14,9 @@ from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, R
 from contracts.problem import Dependency
 from contracts.robot import (
     BoxQuery,
+    EmergencyStop,
+    EmergencyStopReply,
+    EmergencyStopRequest,
     Goal,
     GoalRequest,
     LocalizeReply,
@@ -31,6 +34,8 @@ log = structlog.get_logger()
 
 SOURCE: Final = "coordinator"
 MARGIN_S: Final = 2.0
+STOP_S: Final = 1.0
+"""Whoever waits longer for a stop does something else instead."""
 CONFLICT: Final = 409
 UNPROCESSABLE: Final = 422
 
@@ -151,6 +156,13 @@ class BridgeRobot:
 
     async def end_motion(self) -> None:
         await self._client.call("DELETE", "/motion")
+
+    async def halt(self) -> EmergencyStop:
+        return await self._client.post("/halt", None, EmergencyStop, timeout_s=STOP_S)
+
+    async def emergency_stop(self, reason: str) -> EmergencyStop:
+        request = EmergencyStopRequest(reason=reason, by=SOURCE)
+        return (await self._client.post("/emergency-stop", request, EmergencyStopReply, timeout_s=STOP_S)).state
 
     async def localize(self, box: BoxQuery) -> LocalizeReply:
         return await self._client.post("/localize", box, LocalizeReply)

@@ -53,6 +53,14 @@ async def reset(request: Request, bridge: BridgeDep) -> EmergencyStopReply:
     return EmergencyStopReply(state=bridge.stopping.reset(reason=asked.reason, by=asked.by))
 
 
+@router.post("/halt")
+async def halt(bridge: BridgeDep) -> EmergencyStop:
+    """Ends all motion, whoever asked for it: leases, turns, drives, goals, docking. Nothing latches; the epoch goes up,
+    so that what was asked for before is refused from now on.
+    """
+    return bridge.stopping.halt()
+
+
 @router.get(STOP_PATH)
 async def read(bridge: BridgeDep) -> EmergencyStop:
     return bridge.stopping.state
