@@ -223,6 +223,22 @@ class SimulatedBridge:
 
         await self.wire.call(work)
 
+    async def halt(self) -> EmergencyStop:
+        async def work() -> EmergencyStop:
+            self.stop = self.stop.model_copy(update={"epoch": self.stop.epoch + 1})
+            self.wheels.end("halted")
+            await self._end_goal(GoalStatus.CANCELED)
+            return self.stop
+
+        return await self.wire.call(work, timeout_s=1.0)
+
+    async def emergency_stop(self, reason: str) -> EmergencyStop:
+        async def work() -> EmergencyStop:
+            await self.latch(reason)
+            return self.stop
+
+        return await self.wire.call(work, timeout_s=1.0)
+
     async def localize(self, box: BoxQuery) -> LocalizeReply:
         async def work() -> LocalizeReply:
             return self._localized(box)

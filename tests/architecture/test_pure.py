@@ -8,7 +8,7 @@ import pytest
 from support.source import Module, all_modules
 
 PURE = {
-    "coordinator": ("core", "coverage", "lookouts", "parse_validation", "seen", "view", "viewpoints"),
+    "coordinator": ("core", "coverage", "lookouts", "parse_validation", "seen", "tallies", "view", "viewpoints"),
     "geometry": ("grids", "places", "poses"),
     "inference": (
         "answers",
@@ -44,7 +44,7 @@ PURE = {
         "transforms",
     ),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
-    "vocabulary": ("folding", "orders"),
+    "vocabulary": ("folding", "groups", "languages", "moods", "orders", "restrictions"),
     "ui": ("lines", "news", "overlay", "situation", "suggestions", "teleoperation", "view"),
 }
 """The one table. A name stands for the module or for everything in the package."""

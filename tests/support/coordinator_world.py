@@ -224,6 +224,7 @@ class FakeRobot:
         self.aborts: list[tuple[GoalStatus, int]] = []
         self.celebrations = 0
         self.sessions_dropped = 0
+        self.halts = 0
         self.loses_navigate_reply = False
         self.refuses_dock = False
         self.hangs: set[str] = set()
@@ -346,6 +347,26 @@ class FakeRobot:
         return VelocityReply(accepted=True, sent=twist)
 
     async def end_motion(self) -> None:
+        self.world.speed_m_s = 0.0
+
+    async def halt(self) -> EmergencyStop:
+        if "halt" in self.hangs:
+            await asyncio.Event().wait()
+        self.halts += 1
+        self.world.stop = self.world.stop.model_copy(update={"epoch": self.world.stop.epoch + 1})
+        self._end_everything()
+        return self.world.stop
+
+    async def emergency_stop(self, reason: str) -> EmergencyStop:
+        if "emergency_stop" in self.hangs:
+            await asyncio.Event().wait()
+        self._end_everything()
+        await self.world.latch(reason)
+        return self.world.stop
+
+    def _end_everything(self) -> None:
+        for goal in [g for g in self.goals.values() if g.status is GoalStatus.EXECUTING]:
+            self.goals[goal.id] = goal.model_copy(update={"status": GoalStatus.CANCELED})
         self.world.speed_m_s = 0.0
 
     async def localize(self, box: BoxQuery) -> LocalizeReply:

@@ -1,5 +1,6 @@
 """Fakes of everything the page talks to, and a small home for them to tell of."""
 
+import asyncio
 import io
 import math
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -16,7 +17,7 @@ from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, ObjectState, RememberedObject, View
-from contracts.mission import Mission, MissionEvent, MissionState, MissionStatus, Outcome
+from contracts.mission import Heard, Mission, MissionEvent, MissionState, MissionStatus, Outcome
 from contracts.motion import BaseEnd, BaseReply, EndedMotion, MotionEnd, RotateReply, RotateRequest
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import (
@@ -300,16 +301,20 @@ class FakeMissions(Service):
     keys: list[str] = field(default_factory=list)
     past: tuple[Mission, ...] = ()
     refusal: str = ""
+    heard: Heard | None = None
+    hangs: bool = False
     current: MissionStatus = field(default_factory=status)
     timeline: tuple[MissionEvent, ...] = ()
 
-    async def start(self, command: str, *, key: str) -> Mission:
+    async def start(self, command: str, *, key: str) -> Mission | Heard:
+        if self.hangs:
+            await asyncio.Event().wait()
         self.answer()
         self.keys.append(key)
         if self.refusal:
             raise UpstreamError(self.name, 422, self.refusal)
         self.commands.append(command)
-        return mission(command)
+        return self.heard or mission(command)
 
     async def ask(self, question: str) -> Answer:
         self.answer()

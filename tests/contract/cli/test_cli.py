@@ -7,9 +7,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from atom_cli import __main__ as cli
+from contracts.asking import About, Answer
 from contracts.base import Message
-from contracts.mission import Outcome
+from contracts.mission import Heard, Outcome
 from contracts.problem import Readiness
+from contracts.reading import Mood
 from contracts.robot import EmergencyStop, EmergencyStopReply
 from support.ui_world import event, mission, robot_state, status, thing
 
@@ -25,6 +27,7 @@ class Played:
         self.away: set[int] = set()
         self.outcome = Outcome.FOUND
         self.refusal = ""
+        self.heard: Heard | None = None
         self.polls = 0
 
     def __call__(self, request: httpx.Request) -> httpx.Response:
@@ -43,7 +46,8 @@ class Played:
         over = mission(outcome=self.outcome, reason="so it ended") if self.polls > 1 else mission()
         stopped = EmergencyStop(latched=True, epoch=1)
         answers: dict[tuple[str, str], Message | list[Message]] = {
-            ("POST", "/missions"): mission(),
+            ("POST", "/missions"): self.heard or mission(),
+            ("POST", "/ask"): Answer(answer="Three.", about=About.COUNT, phrased_by="template"),
             ("GET", "/missions/m-1"): over,
             ("GET", "/missions/m-1/events"): [event(1, "looking round")],
             ("GET", "/state"): robot_state() if self.asked[-1][1].startswith("8004") else status(mission()),
@@ -213,3 +217,30 @@ def test_what_is_no_host_is_wrong_usage_and_says_why(played: Played, said: str, 
     done = atom("stop", "--host", said)
     assert (done.exit_code, played.asked) == (2, [])
     assert why in " ".join(done.output.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("said", ["stop", "STOP!", "halt", "cancel that", "hör auf", "emergency stop"])
+def test_a_typed_stop_that_nobody_confirms_becomes_the_emergency_stop(played: Played, said: str) -> None:
+    played.away = {8001}
+    result = atom("find", said)
+    assert ("POST", "8004/emergency-stop") in played.asked
+    assert (result.exit_code, "emergency stop is set" in result.output) == (0, True)
+
+
+def test_a_typed_stop_is_sent_as_it_was_said_and_what_came_of_it_is_told(played: Played) -> None:
+    played.heard = Heard(mood=Mood.STOP, text="Stopped: the mission is over.", ended=("m-1",), still=True)
+    result = atom("find", "stop it")
+    assert (played.bodies, "Stopped: the mission is over." in result.output) == ([{"command": "stop it"}], True)
+    assert ("POST", "8004/emergency-stop") not in played.asked
+
+
+@pytest.mark.parametrize("said", ["don't find the cup", "never mind", "thanks"])
+def test_what_asks_for_nothing_is_not_made_a_search(played: Played, said: str) -> None:
+    atom("find", said)
+    assert played.bodies == [{"command": said}]
+
+
+@pytest.mark.parametrize(("command", "said"), [("ask", "what changed?"), ("find", "how many bottles have you seen")])
+def test_a_question_is_asked_not_searched(played: Played, command: str, said: str) -> None:
+    result = atom(command, said)
+    assert (played.bodies, "Three." in result.output) == ([{"question": said}], True)

@@ -132,3 +132,73 @@ async def test_a_malformed_question_is_422(open_mesh: OpenMesh, body: bytes) -> 
     async with open_mesh() as mesh:
         answer = await mesh.client.post("/ask", content=body, headers={"content-type": "application/json"})
         assert answer.status_code == 422
+
+
+async def test_things_are_counted_honestly(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        lost = thing(9, "bottle", 4.0, 4.0).model_copy(update={"state": ObjectState.LOST})
+        mesh.memory.things = (*KITCHEN, thing(5, "bottle", 1.4, 1.0), lost)
+        answer = await ask(mesh, "how many bottles have you seen?")
+        assert (answer.about, answer.label, answer.phrased_by) == (About.COUNT, "bottle", "template")
+        assert answer.answer.startswith(
+            "I remember 3 (bottle), at 2 places; 1 more I looked for and did not see again."
+        )
+        assert {record.id for record in answer.records} == {"object 2", "object 3", "object 5"}
+        red = await ask(mesh, "count the red bottles please")
+        assert red.answer.startswith("I remember 1 (red bottle), at one place; 1 more of a colour I do not know")
+        assert (await ask(mesh, "how many vases are there")).answer == "I remember none (vase)."
+        assert (await ask(mesh, "how many bottles are in the kitchen")).answer.startswith("I remember 1 (bottle)")
+
+
+async def test_a_memory_of_views_cannot_count_and_says_so(open_mesh: OpenMesh) -> None:
+    async with open_mesh(views=(Pose2D(x=2.0, y=2.0, yaw=0.0),)) as mesh:
+        answer = await ask(mesh, "how many bottles are there?")
+        assert answer.answer == "I cannot count them (bottle). bottle: seen from 1 places."
+
+
+@pytest.mark.parametrize(
+    ("question", "ids"),
+    [
+        ("anything to drink?", {"object 2", "object 3", "object 4"}),
+        ("is there something to drink in the kitchen", {"object 2", "object 4"}),
+        ("do we have any fruit", set[str]()),
+    ],
+)
+async def test_a_group_of_things_can_be_asked_for(open_mesh: OpenMesh, question: str, ids: set[str]) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.things = KITCHEN
+        answer = await ask(mesh, question)
+        assert (answer.about, {record.id for record in answer.records}) == (About.CONTENTS, ids)
+        assert answer.answer.startswith("I remember")
+
+
+async def test_what_changed_is_what_is_new_moved_or_gone(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        now_s = mesh.clock.now_s()
+        changed = {"first_seen_s": now_s - 60.0, "last_seen_s": now_s - 60.0}
+        new, moved = (thing(n, "cup", 2.0 * n, 1.0).model_copy(update=changed) for n in (5, 6))
+        gone = {"state": ObjectState.LOST, "last_missed_s": now_s - 30.0}
+        mesh.memory.things = (
+            new, moved.model_copy(update={"moved_from": 7}), thing(8, "vase", 1.0, 1.0).model_copy(update=gone),
+        )  # fmt: skip
+        answer = await ask(mesh, "what changed?")
+        assert answer.about is About.CHANGES
+        assert [record.text.split(":")[0] for record in answer.records] == ["gone", "new", "moved"]
+        mesh.memory.things = ()
+        none = await ask(mesh, "has anything moved since yesterday")
+        assert none.answer == "In the last 2 days I noticed no change."
+
+
+async def test_a_stop_in_the_box_for_questions_stops(open_mesh: OpenMesh) -> None:
+    async with open_mesh(RED) as mesh:
+        mission = await mesh.post_mission()
+        assert (await ask(mesh, "stop!")).answer.startswith("Stopped: the mission is over")
+        assert (await mesh.mission(mission.id)).outcome is Outcome.CANCELED
+
+
+@pytest.mark.parametrize("said", ["thanks", "never mind the cup", "I have a cup", "find the cup later"])
+async def test_what_is_no_question_is_told_so(open_mesh: OpenMesh, said: str) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.things = KITCHEN
+        answer = await ask(mesh, said)
+        assert (answer.about, answer.records) == (About.UNKNOWN, ())

@@ -5,6 +5,8 @@ from collections.abc import AsyncIterator
 
 import pytest
 
+from contracts.mission import Heard
+from contracts.reading import Mood
 from contracts.robot import EmergencyStop
 from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_EMERGENCY_STOP, ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detection, Detections
@@ -12,7 +14,7 @@ from mesh.tasks import Tasks
 from support.fake_clock import FakeClock
 from support.ui_world import STARTED_S, UiWorld, event, home_map, mission, robot_state, status, thing
 from support.waiting import until
-from ui.acts import Acts
+from ui.acts import Acts, Told
 from ui.desk import Desk
 from ui.settings import Settings
 
@@ -71,6 +73,24 @@ async def test_a_command_while_the_coordinator_is_away_names_it(acts: Acts, worl
     world.missions.away = True
     told = await acts.command("find the cup")
     assert (told.ok, told.text) == (False, "coordinator: not reachable")
+
+
+@pytest.mark.parametrize("text", ["stop", "STOP!!", "halt", "wait", "cancel that", "arrête", "emergency stop"])
+@pytest.mark.parametrize("trouble", ["away", "hangs", "refusal"])
+async def test_a_typed_stop_that_the_coordinator_does_not_confirm_is_the_emergency_stop(
+    acts: Acts, world: UiWorld, text: str, trouble: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ui.acts.OBEYED_S", 0.02)
+    setattr(world.missions, trouble, "no" if trouble == "refusal" else True)
+    told = await acts.command(text)
+    assert (told.ok, [one.by for one in world.robot.stops]) == (True, ["page"])
+
+
+async def test_a_typed_stop_that_was_obeyed_says_what_it_ended(acts: Acts, world: UiWorld) -> None:
+    world.missions.heard = Heard(mood=Mood.STOP, text="Stopped: the mission is over.", still=True)
+    told = [await acts.command("stop"), await acts.ask("stop!")]
+    assert told == [Told(True, "Stopped: the mission is over.")] * 2
+    assert (world.missions.commands, world.robot.stops) == (["stop", "stop!"], [])
 
 
 async def test_pause_resume_and_cancel_mean_the_mission_that_is_shown(desk: Desk, acts: Acts, world: UiWorld) -> None:

@@ -17,4 +17,5 @@ def test_what_is_remembered_comes_first_and_everything_once() -> None:
 
 def test_a_question_ends_like_one() -> None:
     assert is_question("where did you last see my keys? ")
+    assert is_question("how many bottles have you seen")
     assert not is_question("find the red bottle")

@@ -1,5 +1,6 @@
-"""`atom`: find, stop, resume, status, memory. Exit codes are told by `atom --help`."""
+"""`atom`: find, ask, stop, resume, status, memory. Exit codes are told by `atom --help`."""
 
+import contextlib
 import signal
 import time
 from collections.abc import Callable
@@ -11,9 +12,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from atom_cli.services import AwayError, ServiceError, Services, host_of
-from contracts.mission import Mission, MissionStatus, Outcome
+from atom_cli.services import OBEYED_S, AwayError, ServiceError, Services, host_of
+from contracts.mission import Heard, Mission, MissionStatus, Outcome
+from contracts.reading import Mood
 from contracts.robot import RobotState
+from vocabulary.moods import read
+from vocabulary.orders import order_in
 
 T = TypeVar("T")
 
@@ -61,9 +65,19 @@ def find(
     host: Host = "127.0.0.1",
     port_base: PortBase = 8000,
 ) -> None:
-    """Looks for something and tells how it goes, to the end."""
+    """Looks for something and tells how it goes, to the end. "stop", "wait" and "go on" act at once."""
+    order = order_in(what)
+    if order is None and read(what).mood in {Mood.QUESTION, Mood.COUNT}:
+        ask(what, host, port_base)
+        return
     with Services(host, port_base, transport=transport) as services:
-        mission = _or_exit(lambda: services.start(_command(what)))
+        if order is not None and order.mood is not Mood.RESUME:
+            mission = _or_exit(lambda: _obeyed(services, what, order.mood))
+        else:
+            mission = _or_exit(lambda: services.start(_command(what)))
+        if isinstance(mission, Heard):
+            console.print(f"[bold]{mission.mood.value}[/]  {escape(mission.text)}", soft_wrap=True)
+            return
         waiting = " (queued)" if mission.queue_position is not None else ""
         console.print(f"[bold]mission[/]  {escape(mission.command)}{waiting}  [dim]{mission.id}[/]", soft_wrap=True)
         try:
@@ -78,6 +92,20 @@ def find(
     for vote in ended.votes:
         console.print(f"  {vote.voter:<9} {vote.verdict.value:<8} {escape(vote.reason)}", soft_wrap=True)
     raise typer.Exit(code)
+
+
+@app.command(name="ask")
+def ask(
+    question: Annotated[str, typer.Argument(help='e.g. "how many bottles have you seen?"')],
+    host: Host = "127.0.0.1",
+    port_base: PortBase = 8000,
+) -> None:
+    """Asks what is known; nothing moves."""
+    with Services(host, port_base, transport=transport) as services:
+        answer = _or_exit(lambda: services.ask(question))
+    console.print(escape(answer.answer), soft_wrap=True)
+    if answer.notes:
+        console.print(f"[dim]{escape(answer.notes)}[/]", soft_wrap=True)
 
 
 @app.command()
@@ -154,6 +182,17 @@ def memory(
     console.print(f"[bold]views[/]  {escape(kinds or 'none')}", soft_wrap=True)
 
 
+def _obeyed(services: Services, what: str, mood: Mood) -> Mission | Heard:
+    """An order. A stop that the coordinator does not confirm becomes the emergency stop."""
+    if mood is not Mood.EMERGENCY:
+        with contextlib.suppress(ServiceError):
+            heard = services.start(what, timeout_s=OBEYED_S)
+            if not isinstance(heard, Heard) or heard.still or mood is Mood.PAUSE:
+                return heard
+    services.stop()
+    return Heard(mood=Mood.EMERGENCY, text="the emergency stop is set; `atom resume` permits motion again", still=True)
+
+
 def _watched(services: Services, mission: Mission) -> Mission:
     """Tells each event as it comes, below them what it is at; returns the mission when it has ended."""
     with console.status("…") as line:  # says nothing where the output is not a terminal
@@ -212,7 +251,7 @@ def _robot(state: RobotState) -> list[tuple[str, str]]:
 def _command(what: str) -> str:
     """One or a few words become a command; a whole sentence stays as it is."""
     words = what.lower().split()
-    if len(words) > 3 or words[:1] in (["find"], ["bring"], ["where"], ["get"]):
+    if read(what).mood is not Mood.FIND or len(words) > 3 or words[:1] in (["find"], ["bring"], ["where"], ["get"]):
         return what
     return f"find {what}" if words[:1] in (["the"], ["a"], ["an"], ["my"]) else f"find the {what}"
 

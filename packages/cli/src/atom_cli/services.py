@@ -14,8 +14,9 @@ from typing import Any, Final, Self, TypeVar
 import httpx
 from pydantic import TypeAdapter, ValidationError
 
+from contracts.asking import Answer, Question
 from contracts.memory import LabelCount, RememberedObject
-from contracts.mission import Mission, MissionEvent, MissionStatus, StartMission
+from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.problem import Problem, Readiness
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest, RobotState
 
@@ -25,6 +26,11 @@ PORTS: Final = {"coordinator": 1, "inference": 2, "memory": 3, "robot_bridge": 4
 STOP_TRIES: Final = 3
 STARTING_S: Final = 60.0
 """Reading a command may ask a language model."""
+
+
+STARTED: Final[TypeAdapter[Mission | Heard]] = TypeAdapter(Mission | Heard)
+OBEYED_S: Final = 2.5
+"""So long the coordinator may take to say that an order was obeyed."""
 
 
 class ServiceError(Exception):
@@ -76,11 +82,18 @@ class Services:
     ) -> None:
         self._http.close()
 
-    def start(self, command: str) -> Mission:
+    def start(self, command: str, *, timeout_s: float = STARTING_S) -> Mission | Heard:
+        """A mission, or the answer to an order ('stop') or to a wish taken back."""
         body = StartMission(command=command).model_dump_json()
         headers = {"Idempotency-Key": uuid.uuid4().hex, "content-type": "application/json"}
-        answer = self._call("coordinator", "POST", "/missions", content=body, headers=headers, timeout=STARTING_S)
-        return self._parsed("coordinator", answer, Mission)
+        answer = self._call("coordinator", "POST", "/missions", content=body, headers=headers, timeout=timeout_s)
+        return self._parsed("coordinator", answer, STARTED)
+
+    def ask(self, question: str) -> Answer:
+        body = Question(question=question).model_dump_json()
+        headers = {"content-type": "application/json"}
+        answer = self._call("coordinator", "POST", "/ask", content=body, headers=headers, timeout=STARTING_S)
+        return self._parsed("coordinator", answer, TypeAdapter(Answer))
 
     def mission(self, mission_id: str) -> Mission:
         return self._get("coordinator", f"/missions/{mission_id}", Mission)
@@ -130,10 +143,10 @@ class Services:
         body = EmergencyStopRequest(reason=reason, by="terminal").model_dump_json()
         headers = {"content-type": "application/json"}
         answer = self._call("robot_bridge", "POST", path, content=body, headers=headers)
-        return self._parsed("robot_bridge", answer, EmergencyStopReply)
+        return self._parsed("robot_bridge", answer, TypeAdapter(EmergencyStopReply))
 
     def _get(self, service: str, path: str, reply: type[T], **query: Any) -> T:
-        return self._parsed(service, self._call(service, "GET", path, params=query), reply)
+        return self._parsed(service, self._call(service, "GET", path, params=query), TypeAdapter(reply))
 
     def _call(self, service: str, method: str, path: str, **more: Any) -> httpx.Response:
         try:
@@ -150,9 +163,9 @@ class Services:
             raise RefusedError(f"{service}: HTTP {answer.status_code}") from None
         raise RefusedError(f"{service}: {problem.detail or problem.title}")
 
-    def _parsed(self, service: str, answer: httpx.Response, reply: type[T]) -> T:
+    def _parsed(self, service: str, answer: httpx.Response, reply: TypeAdapter[T]) -> T:
         try:
-            return TypeAdapter(reply).validate_json(answer.content)
+            return reply.validate_json(answer.content)
         except ValidationError as error:
             raise RefusedError(f"{service} answered with something else than its contract") from error
 

@@ -21,6 +21,10 @@ class About(StrEnum):
     """What did you do? Did you find the cup?"""
     BATTERY = "battery"
     """How full is the battery?"""
+    COUNT = "count"
+    """How many bottles have you seen?"""
+    CHANGES = "changes"
+    """What changed?"""
     UNKNOWN = "unknown"
     """None of these: the answer says what can be asked."""
 

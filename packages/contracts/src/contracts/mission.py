@@ -68,8 +68,7 @@ class StartMission(Message):
 
 
 class Heard(Message):
-    """What `POST /missions` answers (200) where the words start no mission: an order that was obeyed, a wish taken back.
-    """
+    """What `POST /missions` answers (200) where the words start no mission: an order obeyed, a wish taken back."""
 
     mood: Mood
     text: str = Field(max_length=500, description="what was done about it, for a person")
@@ -77,7 +76,7 @@ class Heard(Message):
     still: bool = Field(default=False, description="robot_bridge says that nothing moves the robot any more")
 
 
-class Refusal(StrEnum):
+class CommandRefusal(StrEnum):
     """Why a command starts nothing (`code` of the 422 or 409); beside these, the `Mood` it was said in."""
 
     NAMES_NOTHING = "names_nothing"

@@ -15,6 +15,7 @@ class Target(Message):
 
     label: Label
     description: str = Field(min_length=1, max_length=120, description="2-4 words, e.g. 'red bottle'")
+    not_colours: tuple[str, ...] = Field(default=(), max_length=11, description="colours it must not have")
 
 
 class Detection(Message):

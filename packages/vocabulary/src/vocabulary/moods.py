@@ -142,7 +142,7 @@ def _weighed(clauses: Sequence[Clause], text: str) -> Reading:
     if sure and Mood.DENIED in moods:
         return Reading(Mood.FIND, ", ".join(clause.text for clause in asking), about, found, sure=True)
     if sure or not set(moods) - {Mood.FIND, Mood.UNKNOWN}:
-        return Reading(Mood.FIND, _DOUBLED.sub("", text).strip(), "", found, sure=bool(sure))
+        return Reading(Mood.FIND, _DOUBLED.sub("", text).strip() or text, "", found, sure=bool(sure))
     for mood in (Mood.DENIED, Mood.COUNT, Mood.QUESTION, Mood.THANKS, Mood.STATEMENT):
         if mood in moods:
             return Reading(mood, "", text, found)

@@ -12,22 +12,30 @@ from contracts.asking import About, Answer, Record
 from contracts.language import ReasonRequest
 from contracts.memory import RememberedObject, View
 from contracts.mission import Mission, MissionKind
+from contracts.reading import Mood
 from coordinator.core.report import ago
+from coordinator.orders import ASKS_FOR_NOTHING
 from coordinator.ports import Eyes, Memory, MissionLog
 from coordinator.questions import ROOMS, Asked, understand
 from coordinator.runner import Runner
 from coordinator.settings import Settings
+from coordinator.tallies import THERE, changes, tally
 from mesh.clock import Clock
 from mesh.errors import MeshError
+from vocabulary.groups import Group
+from vocabulary.moods import read
 
 log = structlog.get_logger()
 
 RECORDS_MAX = 12
 OBJECTS_ASKED = 200
 ROOM_M = 3.0
+DAY_S = 86400.0
+NO_QUESTION = frozenset((Mood.DENIED, Mood.STATEMENT, Mood.THANKS, Mood.CONDITION, Mood.LATER))
 FACT_CHARACTERS = 300
 HELP = (
-    "I can say where I last saw a thing, what is in a room, what I am doing, what I did, and how full the battery is."
+    "I can say where I last saw a thing, how many there are, what changed, what is in a room, what I am doing, what I "
+    "did, and how full the battery is."
 )
 
 
@@ -42,6 +50,9 @@ class Asking:
         self._clock = clock
 
     async def ask(self, question: str) -> Answer:
+        mood = read(question).mood
+        if mood in NO_QUESTION:
+            return Answer(answer=f"{ASKS_FOR_NOTHING[mood]}.", about=About.UNKNOWN, phrased_by="template")
         asked, notes = understand(question), ""
         try:
             async with asyncio.timeout(self._settings.call_timeout_s):
@@ -53,7 +64,8 @@ class Asking:
         text = lead if not records else f"{lead} {' '.join(f'{record.text}.' for record in records)}"
         answer = Answer(answer=text[:2000], about=asked.about, label=asked.label, records=tuple(records),
                         phrased_by="template", notes=notes)  # fmt: skip
-        return await self._phrased(question, answer) if records else answer
+        plain = asked.about in {About.COUNT, About.CHANGES}  # numbers of our own, which a model may not turn
+        return await self._phrased(question, answer) if records and not plain else answer
 
     async def _phrased(self, question: str, answer: Answer) -> Answer:
         """The same facts in a model's words, where one is there and keeps to them."""
@@ -75,8 +87,14 @@ class Asking:
                 return await self._last_seen(asked)
             case About.LAST_SEEN:
                 return (), "That is nothing my eyes can tell from other things. " + HELP
+            case About.CONTENTS if asked.group is not None:
+                return await self._of_group(asked, asked.group)
             case About.CONTENTS:
                 return await self._contents(asked)
+            case About.COUNT:
+                return await self._count(asked)
+            case About.CHANGES:
+                return await self._changes(asked)
             case About.DOING:
                 return self._doing(), "Now:"
             case About.HISTORY:
@@ -114,6 +132,49 @@ class Asking:
             return (), f"I do not know where the {asked.room} is: I have seen none of {', '.join(ROOMS[asked.room])}."
         named = ", ".join(sorted({one.label for one in marks}))
         return [self._of_object(one) for one in near[:RECORDS_MAX]], f"Within {ROOM_M:.0f} m of the {named}:"
+
+    async def _of_group(self, asked: Asked, group: Group) -> tuple[Sequence[Record], str]:
+        things = [one for one in await self._there(asked) if one.label in group.labels]
+        if not things:
+            return (), f"I remember nothing of that kind ({group.name}: {', '.join(group.labels)})."
+        return [self._of_object(one) for one in things[:RECORDS_MAX]], f"I remember ({group.name}):"
+
+    async def _count(self, asked: Asked) -> tuple[Sequence[Record], str]:
+        labels = (asked.label,) if asked.label is not None else asked.group.labels if asked.group is not None else ()
+        if not labels:
+            return (), "That is nothing my eyes can tell from other things. " + HELP
+        what = f"{asked.colour} {labels[0]}" if asked.colour and asked.label else asked.label or ", ".join(labels)
+        every = [one for one in await self._objects(asked.label) if one.label in labels]
+        if not every:
+            counts = [one for one in await self._memory.labels() if one.label in labels]
+            seen = "; ".join(f"{one.label}: seen from {one.views} places" for one in counts)
+            return (), f"I cannot count them ({what}). {seen}." if seen else f"I remember none ({what})."
+        near = await self._near_room(every, asked.room)
+        there = [one for one in near if one.state in THERE and _colour_fits(one.colour, asked.colour)]
+        newest = sorted(there, key=lambda one: -one.last_seen_s)
+        return [self._of_object(one) for one in newest[:RECORDS_MAX]], tally(near, what, asked.colour)
+
+    async def _changes(self, asked: Asked) -> tuple[Sequence[Record], str]:
+        since_s = self._clock.now_s() - asked.days * DAY_S
+        things = [one for one in await self._objects(asked.label) if _colour_fits(one.colour, asked.colour)]
+        found = changes(things, since_s)
+        days = asked.days
+        span = "In the last " + ("hour" if days < 1.0 else "day" if days == 1.0 else f"{days:.0f} days")
+        records = [
+            (record := self._of_object(one)).model_copy(update={"text": f"{what}: {record.text}"[:300]})
+            for what, one in found[:RECORDS_MAX]
+        ]
+        return records, f"{span} I noticed {len(found)} changes:" if found else f"{span} I noticed no change."
+
+    async def _there(self, asked: Asked) -> list[RememberedObject]:
+        things = await self._near_room(await self._objects(None), asked.room)
+        return [one for one in things if one.state in THERE and _colour_fits(one.colour, asked.colour)]
+
+    async def _near_room(self, things: list[RememberedObject], room: str | None) -> list[RememberedObject]:
+        if room is None:
+            return things
+        marks = [one for one in await self._objects(None) if one.label in ROOMS[room]]
+        return [one for one in things if any(_apart_m(one, mark) <= ROOM_M for mark in marks)]
 
     async def _objects(self, label: str | None) -> list[RememberedObject]:
         """What is thought to be there still, likeliest first; none from a memory that knows views only."""

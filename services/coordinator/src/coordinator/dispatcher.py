@@ -35,6 +35,10 @@ class Dispatcher:
         self._power = PowerRules(settings.battery_low_percent, settings.battery_period_s, settings.dock_again_s)
         self._watch = Watch()
         self._turn = asyncio.Lock()
+        self._beginning: Pending | None = None
+        """Taken from the queue, while memory is asked for hints."""
+        self.orders_to_end = 0
+        """How often a person said that everything is to end: what was asked for before, and has not begun, does not."""
 
     async def run(self) -> None:
         while True:
@@ -56,11 +60,46 @@ class Dispatcher:
         return why_too_low(self._runner.robot_state, self._power)
 
     def cancel(self, mission_id: str) -> bool:
-        """True when it waited in the queue, and does no more."""
+        """True when it waited in the queue or was about to begin, and does no more."""
+        if self._beginning is not None and self._beginning.id == mission_id:
+            self._beginning = None
+            return True
         waiting = self._queue.remove(mission_id)
         if waiting is not None:
             self._close(waiting, Outcome.CANCELED, "cancelled by a person before it began")
         return waiting is not None
+
+    def end_all(self, why: str) -> tuple[str, ...]:
+        """Ends what runs, begins or waits; the ids of it. Returns at once."""
+        self.orders_to_end += 1
+        ended = [self._cancel_waiting(waiting, why) for waiting in self._queue.clear()]
+        return (*self._end_begun(), *ended)
+
+    def end_those_for(self, label: str | None, why: str) -> tuple[str, ...]:
+        """The same for what looks for `label`; for everything where none is named."""
+        if label is None:
+            return self.end_all(why)
+        sought = [one for one in self._queue.records() if one.target is not None and one.target.label == label]
+        removed = [waiting for one in sought if (waiting := self._queue.remove(one.id)) is not None]
+        ended = [self._cancel_waiting(waiting, why) for waiting in removed]
+        beginning, target = self._beginning, self._runner.mission.target
+        begins = beginning is not None and beginning.task is not None and beginning.task.target.label == label
+        runs = self._runner.mission.running and target is not None and target.label == label
+        return (*(self._end_begun() if begins or runs else ()), *ended)
+
+    def _end_begun(self) -> tuple[str, ...]:
+        ended: list[str] = []
+        if self._beginning is not None:
+            ended.append(self._beginning.id)
+            self._beginning = None
+        if self._runner.mission.running:
+            ended.append(self._runner.mission.id)
+            self._runner.feed(ev.CancelAsked())
+        return tuple(ended)
+
+    def _cancel_waiting(self, waiting: Pending, why: str) -> str:
+        self._close(waiting, Outcome.CANCELED, why)
+        return waiting.id
 
     async def _next(self) -> None:
         low = self.why_no_power()
@@ -82,7 +121,11 @@ class Dispatcher:
         self._runner.begin(ev.DockingStarted(mission_id, why, order))
 
     async def _begin(self, waiting: Pending, task: CheckedTask) -> None:
+        self._beginning = waiting
         recalled, note = await self._recall(task)
+        if not self._still_begins(waiting):
+            self._close(waiting, Outcome.CANCELED, "ended by a person before it began")
+            return
         if self._runner.mission.state is not MissionState.IDLE:  # stopped meanwhile
             self._close(waiting, Outcome.ABORTED, "an emergency stop before it began")
             return
@@ -100,6 +143,10 @@ class Dispatcher:
             )
         )
 
+    def _still_begins(self, waiting: Pending) -> bool:
+        begins, self._beginning = self._beginning is waiting, None
+        return begins
+
     async def _recall(self, task: CheckedTask) -> tuple[Sequence[RecalledView], str]:
         if self._settings.memory_views_max == 0:
             return (), ""
@@ -113,7 +160,8 @@ class Dispatcher:
         try:
             async with asyncio.timeout(self._settings.recall_timeout_s):
                 reply = await self._memory.recall(request)
-                return reply.views, IN_ANOTHER_MAP if reply.in_other_maps else ""
+                views = tuple(one for one in reply.views if one.view.colour not in task.target.not_colours)
+                return views, IN_ANOTHER_MAP if reply.in_other_maps else ""
         except (MeshError, TimeoutError) as error:
             log.warning("nothing was recalled", error=str(error))
             return (), "nothing could be recalled"

@@ -8,13 +8,15 @@ from collections.abc import Sequence
 
 import structlog
 
-from contracts.mission import CoveragePlan, Mission, MissionState
+from contracts.mission import CommandRefusal, CoveragePlan, Heard, Mission, MissionState
 from contracts.problem import Dependency
+from contracts.reading import Mood, Restriction, RestrictionKind
 from contracts.vision import ParsedTarget, ParsedTask, ParseTaskRequest
 from coordinator.core import events as ev
 from coordinator.core.mission import Order
 from coordinator.dispatcher import Dispatcher
 from coordinator.explored import Explored
+from coordinator.orders import Orders
 from coordinator.parse_validation import CheckedTask, check_parse
 from coordinator.pending import Pending, Queue
 from coordinator.ports import Eyes, KnownRequest, Memory, MissionLog, Robot
@@ -24,9 +26,14 @@ from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import ConflictError, MeshError, NotFoundError, UnavailableError, UnprocessableError
+from vocabulary.languages import is_foreign
+from vocabulary.moods import Reading, read
+from vocabulary.orders import order_in
+from vocabulary.restrictions import restrictions_in
 
 log = structlog.get_logger()
 
+OBJECTS_ASKED = 200
 DOCK_COMMAND = re.compile(
     r"(please )?(go|drive|return|get)?( back)?( to)?( your| the)? ?(dock|charger|home|charge)( now)?[.!]?"
 )
@@ -48,17 +55,35 @@ class Missions:
         self._queue = queue
         self._dispatcher = dispatcher
         self._starting = asyncio.Lock()
+        self.orders = Orders(runner=runner, dispatcher=dispatcher, robot=robot)
 
-    async def start(self, command: str, key: str | None = None) -> Mission:
-        """Reads the command, checks what was read, and puts a mission for each thing it names into the queue; the first
-        begins at once where nothing runs. With `key`, the same request again answers with the same mission.
+    async def start(self, command: str, key: str | None = None) -> Mission | Heard:
+        """Obeys an order ('stop') at once, and takes back what is denied. Else reads the command, checks what was read,
+        and puts a mission for each thing it names into the queue; the first begins at once where nothing runs. With
+        `key`, the same request again answers with the same mission.
 
         Raises `ConflictError` while stopped or low on power, `UnprocessableError` when the command names nothing known
-        or the key was used for another command, `TooManyError` when the queue is full, `UnavailableError` without a
-        robot or a parser.
+        or asks for nothing (its `code` says why) or the key was used for another command, `TooManyError` when the queue
+        is full, `UnavailableError` without a robot or a parser.
         """
         if not command.strip():
             raise UnprocessableError("the command is empty")
+        order = order_in(command)
+        asked = command if order is None else order.rest
+        reading = read(asked)
+        if order is not None:
+            heard = await self.orders.obey(order.mood)
+            if reading.mood is not Mood.FIND or not reading.sure:
+                return heard
+        to_dock = DOCK_COMMAND.fullmatch(asked.strip().lower()) is not None
+        if is_foreign(asked) and not to_dock:
+            return self.orders.take_back(Reading(Mood.UNKNOWN, ""))
+        if reading.mood is not Mood.FIND and not to_dock:
+            return self.orders.take_back(reading)
+        return await self._start(command, None if to_dock else reading, key)
+
+    async def _start(self, command: str, reading: Reading | None, key: str | None) -> Mission:
+        ended_before = self._dispatcher.orders_to_end
         async with self._starting:
             digest = hashlib.sha256(command.encode()).hexdigest()
             known = await self.log.request(key) if key is not None else None
@@ -66,25 +91,25 @@ class Missions:
                 if known.digest != digest:
                     raise UnprocessableError("this Idempotency-Key was used for another command")
                 return await self.get(known.mission_ids[0])
-            made = await self._enqueue(command)
+            made = await self._enqueue(command, reading, ended_before)
             if key is not None:
                 self.log.keep_request(key, KnownRequest(digest, tuple(one.id for one in made)))
         await self._dispatcher.advance()
         await self._save()
         return await self.get(made[0].id)
 
-    async def _enqueue(self, command: str) -> tuple[Pending, ...]:
-        self._refuse_now()
-        if DOCK_COMMAND.fullmatch(command.strip().lower()):
-            read: list[tuple[CheckedTask | None, str, str]] = [(None, "", "")]
-        else:
-            read = [*await self._read(command)]
+    async def _enqueue(self, command: str, reading: Reading | None, ended_before: int) -> tuple[Pending, ...]:
+        """`reading` is none for the way to the dock."""
+        self._refuse_now(ended_before)
+        tasks: list[tuple[CheckedTask | None, str, str]] = [(None, "", "")]
+        if reading is not None:
+            tasks = [*await self._read(reading)]
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
-            Pending(uuid.uuid4().hex, command, task, parser, notes, Order(request_id, part, len(read), asked_s))
-            for part, (task, parser, notes) in enumerate(read, start=1)
+            Pending(uuid.uuid4().hex, command, task, parser, notes, Order(request_id, part, len(tasks), asked_s))
+            for part, (task, parser, notes) in enumerate(tasks, start=1)
         )
-        self._refuse_now()
+        self._refuse_now(ended_before)
         self._queue.add(made)
         self._tell_queued({one.id for one in made})
         return made
@@ -99,7 +124,11 @@ class Missions:
             else:
                 self.log.put(record)
 
-    def _refuse_now(self) -> None:
+    def _refuse_now(self, ended_before: int) -> None:
+        if self._dispatcher.orders_to_end != ended_before:
+            raise ConflictError(
+                "a person said stop while it was being read", code=CommandRefusal.STOPPED_MEANWHILE.value
+            )
         if self.runner.mission.state is MissionState.EMERGENCY_STOP:
             raise ConflictError("the emergency stop is latched: reset it first")
         if self.runner.robot_state_age_s > self._settings.robot_state_age_s_max:
@@ -108,24 +137,43 @@ class Missions:
         if low:
             raise ConflictError(f"{low}: it has to charge first")
 
-    async def _read(self, command: str) -> Sequence[tuple[CheckedTask, str, str]]:
-        """(checked task, parser, notes) for each thing the command names, in the order said."""
+    async def _read(self, reading: Reading) -> Sequence[tuple[CheckedTask, str, str]]:
+        """(checked task, parser, notes) for each thing the command asks for, in the order said."""
         labels, note = await self._labels()
-        parsed = await self._eyes.parse_task(ParseTaskRequest(command=command, labels_in_memory=labels))
+        asked, restrictions = reading.asked, restrictions_in(reading.asked)
+        parsed = await self._eyes.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
         found: list[tuple[CheckedTask, str, str]] = []
         unknown: list[str] = []
-        for said, part in _parts(command, parsed):
-            task = check_parse(said, part, labels)
+        for said, part in _parts(asked, parsed):
+            task = check_parse(said, part, labels) if said in asked else None
             if task is None:
                 unknown.append(said)
             else:
                 found.append((task, part.parser, "; ".join(one for one in (task.notes, note) if one)))
         if not found:
-            raise UnprocessableError(f"'{command[:100]}' names nothing I know: {parsed.notes or 'no such class'}")
-        if unknown:
-            task, parser, notes = found[0]
-            found[0] = (task, parser, "; ".join([*filter(None, [notes]), f"left out, not known: {', '.join(unknown)}"]))
+            raise await self._not_understood(asked, restrictions, parsed.notes)
+        task, parser, notes = found[0]
+        told = [notes, not_held_to(restrictions), f"left out, not known: {', '.join(unknown)}" if unknown else ""]
+        found[0] = (task, parser, "; ".join(filter(None, told)))
         return found
+
+    async def _not_understood(self, asked: str, restrictions: Sequence[Restriction], notes: str) -> UnprocessableError:
+        """The refusal: a question back where only the colour of a thing was said."""
+        colour = next((one.value for one in restrictions if one.kind is RestrictionKind.ANY), "")
+        if not colour:
+            text = f"'{asked[:100]}' names nothing I know: {notes or 'no such class'}"
+            return UnprocessableError(text, code=CommandRefusal.NAMES_NOTHING.value)
+        known = await self._things_of(colour)
+        hint = f"I remember: {', '.join(known)}" if known else f"say what it is, for example: the {colour} bottle"
+        return UnprocessableError(f"Which {colour} thing? {hint}", code=CommandRefusal.WHICH_THING.value)
+
+    async def _things_of(self, colour: str) -> list[str]:
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                things = await self._memory.objects(None, OBJECTS_ASKED)
+        except (MeshError, TimeoutError):
+            return []
+        return list(dict.fromkeys(f"{colour} {one.label}" for one in things if one.colour == colour))[:6]
 
     async def _labels(self) -> tuple[tuple[str, ...], str]:
         try:
@@ -215,6 +263,12 @@ class Missions:
             Dependency.of("session", ok=self._robot.session_held, detail="with robot_bridge"),
             Dependency.of("robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
         )
+
+
+def not_held_to(restrictions: Sequence[Restriction]) -> str:
+    """What was said of the thing and is no condition of the search, for a person; '' where there is nothing."""
+    loose = [one.said for one in restrictions if one.kind not in {RestrictionKind.NOT_COLOUR, RestrictionKind.ANY}]
+    return f"understood, but not held to: {', '.join(loose)}" if loose else ""
 
 
 def _parts(command: str, parsed: ParsedTask) -> list[tuple[str, ParsedTask]]:

@@ -6,6 +6,7 @@ from itertools import pairwise, takewhile
 
 from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
 from contracts.vision import ParsedTask, Target
+from vocabulary.restrictions import not_colours, restrictions_in
 
 NONE = "none"
 
@@ -43,8 +44,10 @@ def check_parse(command: str, parsed: ParsedTask, labels_in_memory: tuple[str, .
     description = check_description(command, parsed.description, label)
     if words(description) != words(parsed.description):
         notes.append(f"described as '{description}'")
-    target = Target(label=label, description=description)
-    return CheckedTask(target, memory_object, colour_of(target), "; ".join(notes))
+    colour = colour_of(Target(label=label, description=description))
+    excluded = tuple(one for one in not_colours(restrictions_in(command)) if one != colour)
+    target = Target(label=label, description=description, not_colours=excluded)
+    return CheckedTask(target, memory_object, colour, "; ".join(notes))
 
 
 def match_class(claimed: str) -> str:

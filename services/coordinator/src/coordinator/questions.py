@@ -5,7 +5,10 @@ from dataclasses import dataclass
 
 from contracts.asking import About
 from contracts.coco import COCO_LABELS, COLOURS
+from contracts.reading import Mood
 from coordinator.parse_validation import words
+from vocabulary.groups import Group, group_in
+from vocabulary.moods import read
 
 ROOMS: dict[str, tuple[str, ...]] = {
     "kitchen": ("oven", "refrigerator", "sink", "microwave", "toaster"),
@@ -34,19 +37,39 @@ SPOKEN: tuple[tuple[About, str], ...] = (
 """First match wins."""
 
 
+CHANGED = re.compile(
+    r"\b(changed?|changes|moved|different|whats new|what s new|what is new|anything new|disappeared)\b"
+)
+SPANS: tuple[tuple[str, float], ...] = (("week", 7.0), ("month", 30.0), ("yesterday", 2.0), ("hour", 1.0 / 24.0))
+
+
 @dataclass(frozen=True, slots=True)
 class Asked:
     about: About
     label: str | None = None
     colour: str | None = None
     room: str | None = None
+    group: Group | None = None
+    """'anything to drink?': several kinds of things."""
+    days: float = 1.0
+    """Of changes: how far back."""
 
 
 def understand(question: str) -> Asked:
     text = " ".join(words(question))
     label, room = label_in(text), next((room for room in ROOMS if room in text), None)
     colour = next((word for word in text.split() if word in COLOURS and word != label), None)
-    return Asked(_about(text, label, room), label, colour, room)
+    group = group_in(text) if label is None else None
+    about = _about(text, label, room)
+    mood = read(question).mood
+    if mood is Mood.COUNT:
+        about = About.COUNT
+    elif about is not About.BATTERY and CHANGED.search(text):
+        about = About.CHANGES
+    elif group is not None and about in {About.UNKNOWN, About.LAST_SEEN, About.HISTORY, About.CONTENTS}:
+        about = About.CONTENTS
+    days = next((days for said, days in SPANS if said in text), 1.0)
+    return Asked(about, label, colour, room, group, days)
 
 
 def _about(text: str, label: str | None, room: str | None) -> About:

@@ -2,16 +2,17 @@
 
 import asyncio
 import contextlib
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Header, Path, Query, WebSocket, WebSocketDisconnect
 from starlette.requests import HTTPConnection
 from starlette.responses import PlainTextResponse, Response
 
-from contracts.asking import Answer, Question
-from contracts.mission import CoveragePlan, Mission, MissionEvent, MissionStatus, StartMission
+from contracts.asking import About, Answer, Question
+from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
 from coordinator.asking import Asking
 from coordinator.missions import Missions
+from vocabulary.orders import order_in
 
 router = APIRouter()
 
@@ -33,16 +34,21 @@ MissionId = Annotated[str, Path(min_length=1, max_length=64)]
 After = Annotated[int, Query(ge=-1, le=2**53, description="only events with a higher id")]
 
 
+HEARD: dict[int | str, dict[str, Any]] = {200: {"model": Heard, "description": "an order that was obeyed"}}
 Key = Annotated[str | None, Header(alias="Idempotency-Key", min_length=1, max_length=100)]
 
 
-@router.post("/missions", status_code=201, tags=["missions"])
-async def start(body: StartMission, missions: MissionsDep, key: Key = None) -> Mission:
-    """The first mission of the command: it begins at once, or waits while another runs; further things the command
-    names follow as missions of their own with the same `request_id`. 409 while the robot is stopped or low on power,
-    422 when the command names nothing known, 429 when the queue is full.
+@router.post("/missions", status_code=201, tags=["missions"], responses=HEARD)
+async def start(body: StartMission, missions: MissionsDep, response: Response, key: Key = None) -> Mission | Heard:
+    """An order ('stop', 'wait', 'never mind the cup') is obeyed at once, before anything is parsed: 200. Else the first
+    mission of the command: it begins at once, or waits while another runs; further things the command names follow as
+    missions of their own with the same `request_id`. 409 while the robot is stopped or low on power, 422 when the
+    command names nothing known or asks for nothing (`code` says which), 429 when the queue is full.
     """
-    return await missions.start(body.command, key)
+    told = await missions.start(body.command, key)
+    if isinstance(told, Heard):
+        response.status_code = 200
+    return told
 
 
 @router.get("/missions", tags=["missions"])
@@ -104,8 +110,14 @@ async def resume(mission_id: MissionId, missions: MissionsDep) -> Mission:
 
 
 @router.post("/ask", tags=["asking"])
-async def ask(body: Question, asking: AskingDep) -> Answer:
-    """An answer from what memory, the missions and the robot know, with the records it rests on. It moves nothing."""
+async def ask(body: Question, asking: AskingDep, missions: MissionsDep) -> Answer:
+    """An answer from what memory, the missions and the robot know, with the records it rests on. It moves nothing; an
+    order ('stop') is obeyed here too.
+    """
+    order = order_in(body.question)
+    if order is not None:
+        heard = await missions.orders.obey(order.mood)
+        return Answer(answer=heard.text, about=About.DOING, phrased_by="template")
     return await asking.ask(body.question)
 
 

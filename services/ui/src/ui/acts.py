@@ -1,5 +1,6 @@
 """What the operator does: commands passed on, each answered in words for a person."""
 
+import asyncio
 import math
 import uuid
 from collections.abc import Awaitable, Callable
@@ -10,15 +11,20 @@ import structlog
 
 from contracts.asking import Answer
 from contracts.geometry import Pose2D
+from contracts.mission import Heard
 from contracts.motion import BaseReply, RotateReply, RotateRequest
+from contracts.reading import Mood
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest, Goal, GoalRequest, GoalStatus
 from mesh.errors import ConflictError, MeshError, UpstreamError
 from ui.desk import Desk
 from ui.texts import t
+from vocabulary.orders import order_in
 
 log = structlog.get_logger()
 
 COMMAND_MAX: Final = 500
+OBEYED_S: Final = 1.5
+"""So long the coordinator may take to say that a typed stop was obeyed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +69,14 @@ class Acts:
         if len(words) > COMMAND_MAX:
             return Told(False, t("That is {n} characters; {max} is the limit.", n=len(words), max=COMMAND_MAX))
 
+        order = order_in(words)
+        if order is not None and order.mood is not Mood.RESUME:
+            return await self._obey(words, order.mood)
+
         async def do() -> str:
             mission = await self._desk.missions.start(words, key=uuid.uuid4().hex)
+            if isinstance(mission, Heard):
+                return mission.text
             what = mission.target.description if mission.target is not None else mission.command
             if mission.queue_position is not None:
                 return t("Queued: {what}", what=what)
@@ -72,10 +84,29 @@ class Acts:
 
         return await told(do())
 
+    async def _obey(self, words: str, mood: Mood) -> Told:
+        """A typed stop. Where the coordinator does not confirm it soon, it becomes the emergency stop."""
+        if mood is not Mood.EMERGENCY:
+            try:
+                async with asyncio.timeout(OBEYED_S):
+                    heard = await self._desk.missions.start(words, key=uuid.uuid4().hex)
+                if not isinstance(heard, Heard) or heard.still or mood is Mood.PAUSE:
+                    return Told(True, heard.text if isinstance(heard, Heard) else t("Looking for: {what}", what=words))
+            except (MeshError, TimeoutError) as error:
+                log.warning("a typed stop was not confirmed: the emergency stop instead", error=str(error))
+
+        async def do() -> str:
+            await self.emergency_stop(reason=f"typed: {words[:100]}", by="page")
+            return t("Emergency stop.")
+
+        return await told(do())
+
     async def ask(self, text: str) -> Answer | Told:
         words = text.strip()
         if not words or len(words) > COMMAND_MAX:
             return Told(False, t("Ask something, for example: where did you last see my keys?"))
+        if order_in(words) is not None:
+            return await self.command(words)
         try:
             return await self._desk.missions.ask(words)
         except MeshError as error:

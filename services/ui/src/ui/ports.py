@@ -10,7 +10,7 @@ from typing import Protocol
 from contracts.asking import Answer
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, RememberedObject, View
-from contracts.mission import Mission, MissionEvent, MissionStatus
+from contracts.mission import Heard, Mission, MissionEvent, MissionStatus
 from contracts.motion import BaseReply, EndedMotion, RotateReply, RotateRequest
 from contracts.problem import Dependency
 from contracts.robot import (
@@ -73,8 +73,8 @@ class Eyes(Protocol):
 class Missions(Protocol):
     """coordinator."""
 
-    async def start(self, command: str, *, key: str) -> Mission:
-        """The same `key` again answers with the same mission."""
+    async def start(self, command: str, *, key: str) -> Mission | Heard:
+        """The same `key` again answers with the same mission; what starts none ('stop') was heard and obeyed."""
         ...
 
     async def ask(self, question: str) -> Answer: ...

@@ -3,7 +3,9 @@
 from typing import Final
 
 from contracts.coco import COCO_LABELS
+from contracts.reading import Mood
 from ui.situation import Remembered
+from vocabulary.moods import read
 
 NEVER_OFFERED: Final = frozenset({"person"})
 OFFERED_MAX: Final = 120
@@ -19,4 +21,5 @@ def suggestions(remembered: Remembered) -> tuple[str, ...]:
 
 
 def is_question(text: str) -> bool:
-    return text.rstrip().endswith("?")
+    """Asked rather than ordered: by its mark, or by its words ('how many bottles have you seen')."""
+    return text.rstrip().endswith("?") or read(text).mood in {Mood.QUESTION, Mood.COUNT}

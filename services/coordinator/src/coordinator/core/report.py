@@ -1,9 +1,11 @@
 """What an ending rests on, put together from what the mission knows (the three honest endings)."""
 
+from collections.abc import Sequence
+
 from contracts.geometry import Pose2D
 from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import LastSeen, Outcome, Report, SeenInstead
-from contracts.vision import Detections
+from contracts.vision import Detections, Target
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection
 
 CANDIDATES_MAX = 20
@@ -67,12 +69,12 @@ def maybes(mission: Mission) -> list[str]:
 
 
 def with_seen(
-    others: tuple[SeenInstead, ...], label: str, colour: str | None, seen: Detections
+    others: tuple[SeenInstead, ...], target: Target, colour: str | None, seen: Detections
 ) -> tuple[SeenInstead, ...]:
     """The tally with one more frame in it: everything but the target (its colour too, where one was asked for)."""
     tally = {(one.label, one.colour): one for one in others}
     for kind in {(d.label, d.colour) for d in seen.detections}:
-        if kind[0] == "person" or (kind[0] == label and (colour is None or kind[1] in {None, colour})):
+        if kind[0] == "person" or (kind[0] == target.label and _may_be(kind[1], colour, target.not_colours)):
             continue
         confidence = max(d.confidence for d in seen.detections if (d.label, d.colour) == kind)
         old = tally.get(kind)
@@ -86,6 +88,10 @@ def with_seen(
         )
     kept = sorted(tally.values(), key=lambda one: (-one.times, one.label, one.colour or ""))
     return tuple(kept[:OTHERS_MAX])
+
+
+def _may_be(seen: str | None, colour: str | None, excluded: Sequence[str]) -> bool:
+    return seen is None or (seen not in excluded and colour in {None, seen})
 
 
 def looked_in_words(mission: Mission) -> str:

@@ -48,7 +48,9 @@ def _stopped(draft: Draft, epoch: int, reason: str) -> None:
 
 
 def _reset(draft: Draft, epoch: int) -> None:
-    draft.set(robot=replace(draft.mission.robot, stopped=False, epoch=epoch))
+    known = draft.mission.robot
+    told_s = draft.now_s if epoch > known.epoch else known.epoch_s
+    draft.set(robot=replace(known, stopped=False, epoch=epoch, epoch_s=told_s))
     if draft.mission.state is MissionState.EMERGENCY_STOP:
         draft.go(MissionState.IDLE, "the emergency stop was reset: idle, nothing resumes by itself")
         draft.be(Nothing())

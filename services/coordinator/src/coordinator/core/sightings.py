@@ -19,15 +19,18 @@ def sightings(mission: Mission, seen: Detections) -> tuple[Sighting, ...]:
     """Every box of the target's class whose colour agrees or is unknown: agreeing first, then by confidence."""
     if mission.target is None:
         return ()
-    label, colour = mission.target.label, mission.colour
-    boxes = [d for d in seen.detections if d.label == label and _colour_may_agree(d, colour)]
+    label, colour, excluded = mission.target.label, mission.colour, mission.target.not_colours
+    boxes = [d for d in seen.detections if d.label == label and _colour_may_agree(d, colour, excluded)]
     boxes.sort(key=lambda d: (colour is None or d.colour == colour, d.confidence), reverse=True)
     yaw = seen.pose.yaw if seen.pose is not None else mission.robot.yaw
     return tuple(_sighting(mission, seen, d, yaw) for d in boxes)
 
 
-def _colour_may_agree(detection: Detection, colour: str | None) -> bool:
-    return colour is None or detection.colour is None or _plain(detection.colour) == colour
+def _colour_may_agree(detection: Detection, colour: str | None, excluded: Sequence[str]) -> bool:
+    if detection.colour is None:
+        return True
+    seen = _plain(detection.colour)
+    return seen not in excluded and (colour is None or seen == colour)
 
 
 def _plain(colour: str) -> str:
@@ -56,7 +59,7 @@ def tally_others(draft: Draft, seen: Detections) -> None:
     """What else this frame shows, for the ending that has to say what was seen instead."""
     target = draft.mission.target
     if target is not None:
-        draft.set_search(others=with_seen(draft.search.others, target.label, draft.mission.colour, seen))
+        draft.set_search(others=with_seen(draft.search.others, target, draft.mission.colour, seen))
 
 
 def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:

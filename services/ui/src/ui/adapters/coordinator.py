@@ -2,10 +2,15 @@
 
 from collections.abc import Sequence
 
+from pydantic import TypeAdapter, ValidationError
+
 from contracts.asking import Answer, Question
-from contracts.mission import Mission, MissionEvent, MissionStatus, StartMission
+from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.problem import Dependency
+from mesh.errors import UpstreamError
 from mesh.http import ServiceClient
+
+STARTED: TypeAdapter[Mission | Heard] = TypeAdapter(Mission | Heard)
 
 
 class CoordinatorMissions:
@@ -18,14 +23,18 @@ class CoordinatorMissions:
     async def aclose(self) -> None:
         await self._client.aclose()
 
-    async def start(self, command: str, *, key: str) -> Mission:
-        return await self._client.post(
+    async def start(self, command: str, *, key: str) -> Mission | Heard:
+        answer = await self._client.call(
+            "POST",
             "/missions",
-            StartMission(command=command),
-            Mission,
+            body=StartMission(command=command),
             timeout_s=self._command_timeout_s,
             headers={"Idempotency-Key": key},
         )
+        try:
+            return STARTED.validate_json(answer.content)
+        except ValidationError as error:
+            raise UpstreamError("coordinator", answer.status_code, "its answer is not the contract's") from error
 
     async def ask(self, question: str) -> Answer:
         return await self._client.post("/ask", Question(question=question), Answer, timeout_s=self._command_timeout_s)

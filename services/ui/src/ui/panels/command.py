@@ -39,7 +39,7 @@ class Command:
                     f'type=button hidden data-atom=mic aria-label="{t("Hold to speak")}"'
                 )
                 self._find = nicegui_ui.button(t("Find")).props("unelevated no-caps").classes("send")
-                self._find.on("click", self._command, js_handler=WHAT_IS_SAID)
+                self._find.on("click", self._entered, js_handler=WHAT_IS_SAID)
                 self._ask = nicegui_ui.button(t("Ask"), color=None).props("outline no-caps").classes("act ask")
                 self._ask.on("click", self._question, js_handler=WHAT_IS_SAID)
             with box("row between"):

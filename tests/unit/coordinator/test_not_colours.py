@@ -1,0 +1,46 @@
+"""'Not the blue one': a thing whose colour was excluded is no candidate, and is told as seen instead."""
+
+import pytest
+
+from contracts.vision import Detection, Detections, ParsedTask, Target
+from coordinator.core.mission import Mission
+from coordinator.core.report import with_seen
+from coordinator.core.rules import Rules
+from coordinator.core.sightings import sightings
+from coordinator.parse_validation import check_parse
+
+WANTED = Target(label="bottle", description="bottle", not_colours=("blue", "grey"))
+
+
+def frame(*colours: str | None) -> Detections:
+    boxes = [
+        Detection(label="bottle", confidence=0.8, bbox_xyxy=(10.0, 10.0, 60.0, 90.0), colour=one) for one in colours
+    ]
+    return Detections(stamp_s=1.0, image_width_px=320, image_height_px=240, detections=tuple(boxes))
+
+
+@pytest.mark.parametrize(("colour", "taken"), [("blue", 0), ("gray", 0), ("grey", 0), ("red", 1), (None, 1)])
+def test_only_a_thing_of_another_or_no_known_colour_is_a_candidate(colour: str | None, taken: int) -> None:
+    mission = Mission(rules=Rules(), target=WANTED)
+    assert len(sightings(mission, frame(colour))) == taken
+
+
+def test_what_was_excluded_is_told_as_seen_instead() -> None:
+    others = with_seen((), WANTED, None, frame("blue", "red", None))
+    assert [(one.label, one.colour) for one in others] == [("bottle", "blue")]
+
+
+@pytest.mark.parametrize(
+    ("command", "excluded"),
+    [
+        ("find the bottle, not the blue one", ("blue",)), ("a bottle which is neither red nor gray", ("red", "grey")),
+        ("any bottle except the green ones", ("green",)), ("find the blue bottle", ()),
+        ("find the red bottle, not the blue one", ("blue",)), ("not the red bottle, the red one", ()),
+    ],
+)  # fmt: skip
+def test_a_colour_is_excluded_by_the_persons_words_whoever_read_them(command: str, excluded: tuple[str, ...]) -> None:
+    colour = "red " if "red" in command and "neither" not in command else ""
+    parsed = ParsedTask(yolo_class="bottle", description=f"{colour}bottle", parser="ollama:test")
+    task = check_parse(command, parsed, ())
+    assert task is not None
+    assert task.target.not_colours == excluded
