@@ -31,6 +31,7 @@ from sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from sim.home import Home
+from support.base_behaviour import BaseBehaviour
 from support.simulated_robot import Mission, SimProcess, done, wait_for
 
 pytestmark = pytest.mark.timeout(120)
@@ -209,6 +210,10 @@ def test_the_base_rejects_undocking_off_its_dock_and_docking_where_it_does_not_s
     assert not status.dock_visible
     assert not mission.send_goal(ActionClient(mission.node, Undock, "undock"), Undock.Goal()).accepted
     assert not mission.send_goal(ActionClient(mission.node, Dock, "dock"), Dock.Goal()).accepted
+
+
+class TestSimulatedBase(BaseBehaviour):
+    """Behind create3_republisher, as the toy's."""
 
 
 def test_hazards_are_told_on_change_only_and_kept_for_late_listeners(mission: Mission) -> None:
