@@ -207,7 +207,7 @@ def test_the_plain_approach_centres_again_after_a_drift() -> None:
 
 
 def test_the_plain_approach_ends_at_an_obstacle() -> None:
-    script = approaching(approach_rule="seeds").wait(3.3)
+    script = approaching(approach_rule="seeds").feed(ev.LeaseAnswered(MotionEnd.BLOCKED)).wait(3.3)
     assert script.mission.outcome is Outcome.FOUND
     assert "obstacle" in script.mission.reason
 

@@ -51,7 +51,7 @@ class Bench:
         self.bridge, self.clock = Bridge(), FakeClock()
         self.motions = Motions(
             cast("Robot", self.bridge), self.clock, lambda work: tasks.start("call", work, forever=False),
-            goal_poll_s=1.0,
+            goal_poll_s=1.0, on_lease=lambda held: None,
         )  # fmt: skip
 
     def go(self, pose: Pose2D) -> None:

@@ -74,8 +74,11 @@ boxes = st.lists(st.tuples(st.floats(10, 310), st.sampled_from(["red", "blue", N
 fitting = st.tuples(
     st.just("fit"), st.sampled_from([True, True, True, False]), st.sampled_from([0.4, 0.9, 1.3, 2.0, 2.8]), metres
 )
+ending = st.tuples(st.just("end"), st.sampled_from(MotionEnd))
+"""The motion under way ends so."""
 noise = st.one_of(
-    st.tuples(st.just("robot"), poses | st.none(), st.booleans(), st.floats(0.0, 0.3)),
+    st.tuples(st.just("robot"), poses | st.none(), st.booleans(), st.floats(0.0, 0.3), st.booleans()),
+    st.tuples(st.just("lease"), st.sampled_from(MotionEnd)),
     st.tuples(st.just("see"), boxes),
     st.tuples(st.just("undocked"), calls),
     st.tuples(st.just("docked"), calls),
@@ -100,7 +103,7 @@ anything = st.one_of(
     noise,
 )
 
-steps = st.one_of(fitting, fitting, fitting, anything)
+steps = st.one_of(fitting, fitting, ending, anything)
 """Mostly what the core waits for; the rest is anything at all."""
 prefixes = st.tuples(st.integers(0, 40), st.sampled_from([0.4, 1.3, 2.0, 2.8])).map(
     lambda drawn: [("fit", True, drawn[1], 0.0)] * drawn[0]
@@ -125,6 +128,8 @@ class Player:
     def __init__(self, rules: Rules) -> None:
         self.mission, self.now_s, self.epoch = Mission(rules=rules), 100.0, 0
         self.log: list[tuple[ev.Event, float]] = []
+        self.ended: MotionEnd | None = None
+        """How the last motion of this approach ended, or would."""
 
     def event(self, what: tuple[Any, ...]) -> ev.Event:
         kind, *rest = what
@@ -146,8 +151,18 @@ class Player:
         self.now_s += seconds
         return ev.Tick()
 
-    def on_robot(self, pose: Pose2D | None, docked: bool, speed_m_s: float) -> ev.Event:
-        return ev.RobotUpdated(self.now_s, pose, pose, docked, speed_m_s, False, self.epoch)
+    def on_robot(self, pose: Pose2D | None, docked: bool, speed_m_s: float, lifted: bool = False) -> ev.Event:
+        return ev.RobotUpdated(self.now_s, pose, pose, docked, speed_m_s, False, self.epoch, lifted=lifted)
+
+    def on_lease(self, held: MotionEnd) -> ev.Event:
+        return ev.LeaseAnswered(held)
+
+    def on_end(self, end: MotionEnd) -> ev.Event:
+        """The motion under way ends so; what else is waited for goes well."""
+        activity = self.mission.activity
+        if isinstance(activity, Turning | Driving):
+            return ev.MotionEnded(activity.call, end, driven_m=0.1, text=end.sentence)
+        return self.on_fit(True, 1.3, 0.0)
 
     def on_latch(self, seen: bool) -> ev.Event:
         """A stop, told as such or only by the epoch that rose with it."""
@@ -207,6 +222,15 @@ class Player:
         self.log.append((event, self.now_s))
         before = self.mission
         self.mission, actions = step(before, event, self.now_s)
+        if before.state is not MissionState.APPROACHING:
+            self.ended = None
+        match event:
+            case ev.MotionEnded(call=call, end=end) if call == before.activity.call:
+                self.ended = end
+            case ev.LeaseAnswered(held=held):
+                self.ended = held
+            case _:
+                pass
         return before, actions
 
 
@@ -247,10 +271,21 @@ def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
         assert not (moving and may_not)
         assert player.mission.state in RESTING or player.mission.running
         check_ending(player.mission)
+        check_find(before, player)
     again = start
     for event, now_s in player.log:
         again, _ = step(again, event, now_s)
     assert again == player.mission
+
+
+def check_find(before: Mission, player: Player) -> None:
+    """Out of an approach only what was measured within reach is found, or what something stands before."""
+    report = player.mission.report
+    if not before.running or before.state is not MissionState.APPROACHING or report is None or report.found is None:
+        return
+    distance_m, reach_m = report.found.distance_m, player.mission.rules.reach_m + 0.05
+    arrived = player.ended is None or player.ended.completed or player.ended.says_something_is_ahead
+    assert arrived or (distance_m is not None and distance_m <= reach_m), player.ended
 
 
 def check_ending(mission: Mission) -> None:

@@ -1,8 +1,11 @@
 """A mission as data: written down, read back, decided again in the same way."""
 
+import json
+
 import pytest
 
 from contracts.mission import MissionState
+from contracts.motion import MotionEnd
 from contracts.vision import Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
@@ -85,7 +88,7 @@ def test_what_changed_nothing_may_be_left_out() -> None:
         [],
         ["{"],
         ['{"form": 99}'],
-        [found().lines[0].replace('"form":1', '"form":2')],
+        [found().lines[0].replace('"form":2', '"form":3')],
         [found().lines[0], '{"now_s": 1}'],
         [found().lines[0], '{"now_s": 1, "event": {"is": "Explode"}, "actions": [], "state": "IDLE"}'],
         [found().lines[0], '{"now_s": 1, "event": {"is": "Tick"}, "actions": [], "state": "ASLEEP"}'],
@@ -98,3 +101,27 @@ def test_what_is_no_recording_is_refused_by_name(lines: list[str]) -> None:
 
 def test_every_action_and_event_can_be_written_down() -> None:
     assert {do.StopMotion, do.Say, ev.Tick, ev.MissionStarted} <= set(recording.KINDS)
+
+
+@pytest.mark.parametrize(
+    ("completed", "reason", "end"),
+    [
+        (True, "", MotionEnd.COMPLETED),
+        (False, "obstacle ahead", MotionEnd.BLOCKED),
+        (False, "slowed: 0.10 m free ahead; acceleration limit; obstacle ahead", MotionEnd.BLOCKED),
+        (False, "hazard: CLIFF", MotionEnd.HAZARD),
+        (False, "a wheel hangs in the air", MotionEnd.LIFTED),
+        (False, "timeout", MotionEnd.TIMED_OUT),
+        (False, "teleop has the wheels", MotionEnd.HELD_BACK),
+        (False, "", MotionEnd.HELD_BACK),
+    ],
+)
+def test_a_recording_of_the_first_form_still_opens_with_its_ends_as_types(
+    completed: bool, reason: str, end: MotionEnd
+) -> None:
+    event = {"is": "MotionEnded", "call": 7, "completed": completed, "moved": 0.4, "reason": reason}
+    line = json.dumps({"now_s": 101.0, "event": event, "actions": [], "state": "APPROACHING"})
+    header = found().lines[0].replace('"form":2', '"form":1').replace(',"lifted_s":null', "")
+    read = recording.read([header, line])
+    assert read.steps[0].event == ev.MotionEnded(7, end, turned_rad=0.4, driven_m=0.4, text=reason)
+    assert len(list(recording.replay(read))) == 1

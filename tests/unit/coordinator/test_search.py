@@ -200,7 +200,7 @@ def test_a_robot_that_never_turns_ends_the_mission_with_the_cause() -> None:
         if script.mission.running:
             script.turned(MotionEnd.PREEMPTED).wait(10.2)
     assert script.mission.outcome is Outcome.ABORTED
-    assert "would not turn" in script.mission.reason
+    assert "would not move" in script.mission.reason
 
 
 def test_a_dock_status_that_lags_does_not_undock_twice() -> None:

@@ -5,7 +5,8 @@ import re
 import pytest
 
 from contracts.mission import MissionState
-from coordinator.core.states import ALLOWED, RESTING, SENTENCES, TRANSITIONS, diagram, page
+from coordinator.core.states import ALLOWED, RESTING, SENTENCES, TRANSITIONS, diagram
+from coordinator.write_states import page
 from support.source import ROOT
 
 S = MissionState

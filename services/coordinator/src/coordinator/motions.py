@@ -6,8 +6,10 @@ from typing import Any
 
 import structlog
 
+from contracts.causes import SafetyCause
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import Goal, GoalStatus
+from contracts.motion import MotionEnd
+from contracts.robot import Goal, GoalStatus, VelocityReply
 from coordinator.ports import Robot
 from mesh.clock import Clock
 from mesh.errors import MeshError
@@ -29,11 +31,12 @@ class Motions:
     """
 
     def __init__(self, robot: Robot, clock: Clock, spawn: Callable[[Coroutine[Any, Any, Any]], "asyncio.Task[Any]"],
-                 *, goal_poll_s: float) -> None:  # fmt: skip
+                 *, goal_poll_s: float, on_lease: Callable[[MotionEnd], None]) -> None:  # fmt: skip
         self._robot = robot
         self._clock = clock
         self._spawn = spawn
         self._goal_poll_s = goal_poll_s
+        self._on_lease = on_lease
         self._open: set[asyncio.Task[None]] = set()
         self._running: asyncio.Task[None] | None = None
         self._lease: asyncio.Task[None] | None = None
@@ -155,6 +158,15 @@ class Motions:
 
     async def _send_lease(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
         try:
-            await self._robot.velocity(twist, duration_s=duration_s, epoch=epoch)
+            reply = await self._robot.velocity(twist, duration_s=duration_s, epoch=epoch)
         except MeshError as error:
             log.warning("a velocity was not taken", error=error.detail)
+            self._on_lease(MotionEnd.HELD_BACK)
+        else:
+            self._on_lease(held_by(reply))
+
+
+def held_by(reply: VelocityReply) -> MotionEnd:
+    """How a motion of such leases ends should it not move: by the gravest of what holds it back."""
+    ends = (cause.ends_as for cause in reply.causes if isinstance(cause, SafetyCause))
+    return next((end for end in ends if end is not None), MotionEnd.HELD_BACK)

@@ -9,7 +9,7 @@ import structlog
 from contracts import mission as wire
 from contracts.causes import Refusal
 from contracts.mission import MissionState, MissionStatus
-from contracts.motion import BaseReply
+from contracts.motion import BaseReply, Hazard
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
     ROBOT_EMERGENCY_STOP,
@@ -60,7 +60,10 @@ class Runner:
         self._queue = queue
         self._clock = clock
         self._tasks = tasks
-        self._motions = Motions(robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s)
+        self._motions = Motions(
+            robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s,
+            on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
+        )  # fmt: skip
         self._explored = Explored(robot, settings)
         self._query: asyncio.Task[None] | None = None
         self._announcer = Announcer(
@@ -131,6 +134,7 @@ class Runner:
                 epoch=stop.epoch,
                 stop_reason=stop.reason,
                 map_id=state.map_id,
+                lifted=Hazard.WHEEL_DROP in state.hazards,
             )
         )
 

@@ -3,7 +3,11 @@
 import argparse
 from pathlib import Path
 
-from coordinator.core.states import page
+from coordinator.core import reactions, states
+
+
+def page() -> str:
+    return states.page() + reactions.section()
 
 
 def main() -> None:

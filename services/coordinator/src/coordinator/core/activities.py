@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from contracts.geometry import Pose2D
+from contracts.motion import MotionEnd
 
 FOREVER_S = float("inf")
 
@@ -27,11 +28,12 @@ class Entering:
 
 @dataclass(frozen=True, slots=True)
 class Paused:
-    """By a person; `since_s` is what the mission's deadline is put off by."""
+    """Until a person resumes it; `since_s` is what the mission's deadline is put off by."""
 
     since_s: float
     until_s: float
     call: int = 0
+    why: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +144,8 @@ class Steering:
     next_depth_s: float
     moving_s: float
     call: int = 0
+    held: MotionEnd = MotionEnd.HELD_BACK
+    """How it ends should it not move: by what the bridge answered last."""
 
 
 Activity = (

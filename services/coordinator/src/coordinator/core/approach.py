@@ -5,9 +5,9 @@ more where looking is possible, and drives the rest straight on odometry ("Geome
 import math
 
 from contracts.mission import MissionState
-from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus, LocalizeReply
 from coordinator.core.activities import ChoosingPath, Driving, Going, Looking, Measuring, Stage, Turning
+from coordinator.core.centering import set_aside
 from coordinator.core.depth_check import take_measurement
 from coordinator.core.draft import Draft
 from coordinator.core.endings import found
@@ -15,6 +15,7 @@ from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized,
 from coordinator.core.hindrance import furniture_before, hindrance
 from coordinator.core.mission import Approach
 from coordinator.core.place import ring_groups, surface_distance_m, too_near_for_a_goal, whereabouts
+from coordinator.core.reactions import Reaction, react
 from coordinator.core.sightings import follow, tracked
 from coordinator.core.trust import plausible
 
@@ -53,8 +54,9 @@ def handle(draft: Draft, event: Event) -> None:
             _face(draft)
         case Going(), GoalEnded():
             _goal_ended(draft, event)
-        case Turning(), MotionEnded():
-            _turned(draft, stage)
+        case Turning(), MotionEnded() as ended:
+            if _goes_on(draft, ended):
+                _turned(draft, stage)
         case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
             sighting = tracked(draft.mission, draft.candidate, seen)
             if sighting is not None:
@@ -70,18 +72,22 @@ def handle(draft: Draft, event: Event) -> None:
             pass
 
 
-def _driven(draft: Draft, event: MotionEnded) -> None:
-    """An obstacle ends the approach; a drive that was cut off by something else is taken up again."""
-    end = event.end
-    if not end.completed:
-        text = f"the drive ended after {event.driven_m:.2f} m: {event.text}"
-        draft.say("motion", text, moved_m=round(event.driven_m, 3))
-        if end is not MotionEnd.TIMED_OUT and not end.says_something_is_ahead:
-            draft.fail("robot_bridge", event.text, stopped=end is MotionEnd.STOPPED)
-            return
-        draft.set_approach(blocked=end.says_something_is_ahead)
-    draft.set_approach(stage=Stage.CONFIRM)
-    draft.look(draft.rules.look_again_s / 2)
+def _driven(draft: Draft, ended: MotionEnded) -> None:
+    """Something in the way may end the approach; what cut the drive off for another reason never does."""
+    if not ended.end.completed:
+        text = f"the drive ended after {ended.driven_m:.2f} m: {ended.text or ended.end.sentence}"
+        draft.say("motion", text, moved_m=round(ended.driven_m, 3), end=ended.end.value)
+    if _goes_on(draft, ended):
+        draft.set_approach(stage=Stage.CONFIRM, ended=ended.end)
+        draft.look(draft.rules.look_again_s / 2)
+
+
+def _goes_on(draft: Draft, ended: MotionEnded) -> bool:
+    """False when the approach is paused, waits, or is over by this end."""
+    reaction = react(draft, ended)
+    if reaction is Reaction.SET_ASIDE:
+        set_aside(draft, ended.text or ended.end.sentence)
+    return reaction in {Reaction.GO_ON, Reaction.AS_NEAR_AS_IT_GETS}
 
 
 def on_look_timeout(draft: Draft) -> None:
@@ -94,7 +100,11 @@ def on_overtime(draft: Draft) -> None:
     if _seen_from_afar_only(draft):
         _look_afresh(draft)
         return
-    found(draft, surface_distance_m(draft), "as near as could be reached in time")
+    distance_m = surface_distance_m(draft)
+    if _within_reach(draft, distance_m) or draft.approach.got_there:
+        found(draft, distance_m, "as near as could be reached in time")
+    else:
+        set_aside(draft, "not reached in time")
 
 
 def on_failure(draft: Draft) -> None:
@@ -216,13 +226,23 @@ def _finish(draft: Draft) -> None:
         _look_afresh(draft)
         return
     distance, approach = surface_distance_m(draft), draft.approach
-    if distance is None or distance <= draft.rules.reach_m + 0.05:
+    if _within_reach(draft, distance):
         found(draft, distance, "within reach")
+        return
+    if distance is None:
+        set_aside(draft, "nobody knows how far off it is")
         return
     may_try = approach.alternatives < draft.rules.alternatives_max
     if distance > draft.rules.blocked_alternative_m and may_try and _other_side(draft):
         return
+    if approach.ended is not None and not approach.got_there:
+        set_aside(draft, f"{distance:.2f} m were left: {approach.ended.sentence}")
+        return
     found(draft, distance, f"as near as the map allows: {hindrance(approach.blocked, approach.furniture)}")
+
+
+def _within_reach(draft: Draft, distance_m: float | None) -> bool:
+    return distance_m is not None and distance_m <= draft.rules.reach_m + 0.05
 
 
 def _other_side(draft: Draft) -> bool:
@@ -236,7 +256,7 @@ def _other_side(draft: Draft) -> bool:
     if not groups:
         return False
     alternatives = draft.approach.alternatives + 1
-    draft.set_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, blocked=False, drives=0)
+    draft.set_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, ended=None, drives=0)
     draft.say("navigation", "stopped too far off: trying another side of it")
     draft.choose_path(groups, costs)
     return True

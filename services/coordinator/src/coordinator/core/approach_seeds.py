@@ -4,14 +4,17 @@ from dataclasses import replace
 
 from contracts.geometry import Twist2D
 from contracts.mission import MissionState
+from contracts.motion import MotionEnd
 from contracts.robot import LocalizeReply
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import Steering
+from coordinator.core.centering import set_aside
 from coordinator.core.depth_check import take_measurement
 from coordinator.core.draft import Draft
 from coordinator.core.endings import found
-from coordinator.core.events import DetectionsSeen, Event, Localized, Tick
+from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, Localized, MotionEnded, Tick
+from coordinator.core.reactions import Reaction, react
 from coordinator.core.sightings import follow, tracked
 from coordinator.core.trust import plausible
 
@@ -35,6 +38,8 @@ def handle(draft: Draft, event: Event) -> None:
         case Steering() as steering, Localized(reply=reply):
             draft.be(replace(steering, call=0))
             _measured(draft, plausible(reply, draft.rules))
+        case Steering() as steering, LeaseAnswered(held=held):
+            draft.be(replace(steering, held=held))
         case _:
             pass
 
@@ -60,7 +65,7 @@ def _tick(draft: Draft, steering: Steering) -> None:
         steering = replace(steering, moving_s=now)
     if now - steering.moving_s > BLOCKED_S:
         draft.stop_motion()
-        found(draft, draft.candidate.distance_m, "no nearer straight ahead: an obstacle is in the way")
+        _stands_still(draft, steering.held)
         return
     draft.act(do.SetVelocity(Twist2D(linear_x=rules.approach_speed_m_s), rules.lease_s))
     if steering.call == 0 and now >= steering.next_depth_s:
@@ -68,6 +73,14 @@ def _tick(draft: Draft, steering: Steering) -> None:
         draft.act(do.Localize(call, draft.candidate.sighting.box, rules.localize_timeout_s))
         steering = replace(steering, call=call, next_depth_s=now + rules.depth_period_s)
     draft.be(steering)
+
+
+def _stands_still(draft: Draft, end: MotionEnd) -> None:
+    reaction = react(draft, MotionEnded(0, end, text=end.sentence))
+    if reaction is Reaction.AS_NEAR_AS_IT_GETS:
+        found(draft, draft.candidate.distance_m, "no nearer straight ahead: an obstacle is in the way")
+    elif reaction is Reaction.SET_ASIDE:
+        set_aside(draft, end.sentence)
 
 
 def _seen(draft: Draft, seen: Detections) -> None:

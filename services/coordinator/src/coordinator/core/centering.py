@@ -11,6 +11,7 @@ from coordinator.core.draft import Draft
 from coordinator.core.events import DetectionsSeen, Event, MotionEnded
 from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Sighting
+from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import ApproachRule, CenteringRule, Rules
 from coordinator.core.search import new_scan
 from coordinator.core.sightings import bearing_error_rad, colour_in_its_place, follow, lose, reject, tracked
@@ -46,8 +47,9 @@ def handle(draft: Draft, event: Event) -> None:
     match draft.mission.activity, event:
         case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
             _seen(draft, seen)
-        case Turning(), MotionEnded():
-            _look(draft)
+        case Turning(), MotionEnded() as ended:
+            if react(draft, ended) is Reaction.GO_ON:
+                _look(draft)
         case _:
             pass
 
@@ -73,6 +75,12 @@ def back_to_search(draft: Draft, reason: str) -> None:
         new_scan(draft, f"{reason}; looking round")
     else:
         draft.go(MissionState.SCANNING, f"{reason}; back to scanning")
+
+
+def set_aside(draft: Draft, why: str) -> None:
+    """The candidate stays one that may be it, with the reason; the search goes on elsewhere."""
+    lose(draft, f"could not be driven up to ({why})")
+    back_to_search(draft, f"it could not be driven up to: {why}")
 
 
 def _seen(draft: Draft, seen: Detections) -> None:

@@ -15,6 +15,7 @@ from coordinator.core.activities import (
     Going,
     Looking,
     Measuring,
+    Paused,
     Turning,
     Waiting,
 )  # fmt: skip
@@ -104,6 +105,11 @@ class Draft:
         self.say("failure", f"{service}: {how}", service=service, failures=self.mission.failures)
         grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
         self.be(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
+
+    def pause(self, why: str) -> None:
+        self.stop_motion()
+        self.be(Paused(since_s=self.now_s, until_s=self.now_s + self.rules.pause_timeout_s, why=why))
+        self.say("pause", why)
 
     # calls, each with the activity that awaits its answer
 

@@ -44,6 +44,8 @@ class RobotUpdated:
     epoch: int
     stop_reason: str = ""
     map_id: str | None = None
+    lifted: bool = False
+    """A wheel hangs in the air."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +82,13 @@ class ResumeAsked:
 @dataclass(frozen=True, slots=True)
 class DetectionsSeen:
     detections: Detections
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseAnswered:
+    """What the bridge said to the newest `SetVelocity`: how it ends should the robot not move by it."""
+
+    held: MotionEnd
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,5 +188,5 @@ Answer = (
 
 Event = (
     MissionStarted | DockingStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelAsked | PauseAsked
-    | ResumeAsked | DetectionsSeen | CoverageLooked | Answer
+    | ResumeAsked | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
 )  # fmt: skip

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from contracts.geometry import Pose2D
 from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import LastSeen, MapTrouble, MissionKind, MissionState, Outcome, Report, SeenInstead
+from contracts.motion import MotionEnd
 from contracts.robot import BoxQuery, LocalizeReply
 from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Nothing, Paused, Stage
@@ -27,6 +28,8 @@ class Robot:
     localized_s: float = 0.0
     map_id: str | None = None
     """Which home it is in, as last said."""
+    lifted_s: float | None = None
+    """Since when a wheel hangs in the air; none while none does."""
 
     @property
     def yaw(self) -> float:
@@ -119,11 +122,20 @@ class Approach:
     drives: int = 0
     alternatives: int = 0
     tried_rad: tuple[float, ...] = ()
-    blocked: bool = False
-    """Something was in the way of the last drive."""
+    ended: MotionEnd | None = None
+    """How the last drive ended; none while there was none."""
     furniture: str = ""
     disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
+
+    @property
+    def blocked(self) -> bool:
+        return self.ended is not None and self.ended.says_something_is_ahead
+
+    @property
+    def got_there(self) -> bool:
+        """The last drive ended where it was to end, or before what stands in the way."""
+        return self.ended is not None and (self.ended.completed or self.ended.says_something_is_ahead)
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +187,8 @@ class Mission:
     activity: Activity = field(default_factory=Nothing)
     calls: int = 0
     failures: int = 0
+    cut_off: int = 0
+    """Rotations and drives in a row that ended for a reason of the robot's own."""
     entered_s: float = 0.0
     id: str = ""
     kind: MissionKind = MissionKind.FIND

@@ -82,9 +82,7 @@ def _fresh(draft: Draft, mission_id: str, order: Order) -> Mission:
 
 def _pause(draft: Draft) -> None:
     if draft.mission.running and not draft.mission.paused:
-        draft.stop_motion()
-        draft.be(Paused(since_s=draft.now_s, until_s=draft.now_s + draft.rules.pause_timeout_s))
-        draft.say("pause", f"paused by a person while {draft.mission.state.value}")
+        draft.pause(f"paused by a person while {draft.mission.state.value}")
 
 
 def _resume(draft: Draft) -> None:

@@ -14,11 +14,12 @@ from contracts.mission import MissionState
 from coordinator.core.actions import Action
 from coordinator.core.events import Event
 from coordinator.core.mission import Mission, Robot
+from coordinator.core.old_recordings import from_form_1
 from coordinator.core.rules import Rules
 from coordinator.core.step import step
 
-FORM = 1
-"""Of the recording: raised when what is written could no longer be read."""
+FORM = 2
+"""Of what is written; form 1 told ends in words, and is read still (`old_recordings`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +103,10 @@ def read(lines: Iterable[str]) -> Recording:
     rows = iter(lines)
     try:
         header = _HEADER.validate_json(next(rows))
-        if header.form != FORM:
-            raise MalformedRecordingError(f"form {header.form} of a recording; this program reads {FORM}")
-        return Recording(header, tuple(_step(_PLAIN.validate_json(row)) for row in rows if row.strip()))
+        if header.form not in {1, FORM}:
+            raise MalformedRecordingError(f"form {header.form} of a recording; this program reads 1 and {FORM}")
+        plain = (_PLAIN.validate_json(row) for row in rows if row.strip())
+        return Recording(header, tuple(_step(one if header.form == FORM else from_form_1(one)) for one in plain))
     except StopIteration:
         raise MalformedRecordingError("it is empty") from None
     except (KeyError, TypeError) as error:

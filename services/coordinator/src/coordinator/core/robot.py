@@ -10,6 +10,7 @@ from coordinator.core.draft import Draft
 from coordinator.core.endings import abort_for_the_map, close
 from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Robot
+from coordinator.core.reactions import lifted
 
 ODOMETRY_JUMP_M = 0.5
 ODOMETRY_STEP_M = 0.005
@@ -75,6 +76,7 @@ def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
             offset_s=event.stamp_s - draft.now_s,
             localized_s=draft.now_s if event.pose is not None else mission.robot.localized_s,
             map_id=event.map_id or mission.robot.map_id,
+            lifted_s=(mission.robot.lifted_s or draft.now_s) if event.lifted else None,
         )
     )
     _count_metres(draft)
@@ -85,6 +87,7 @@ def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
     if not event.stopped:
         _reset(draft, event.epoch)
     _check_the_map(draft)
+    _lifted(draft)
 
 
 def _check_the_map(draft: Draft) -> None:
@@ -96,6 +99,14 @@ def _check_the_map(draft: Draft) -> None:
         draft.set(map_id=mission.robot.map_id)
     elif mission.map_id != mission.robot.map_id:
         abort_for_the_map(draft, MapTrouble.ANOTHER_MAP)
+
+
+def _lifted(draft: Draft) -> None:
+    """In whatever state it is: a robot that was carried must not drive off by itself when it is put down."""
+    mission, since_s = draft.mission, draft.mission.robot.lifted_s
+    lasts = since_s is not None and draft.now_s - since_s >= mission.rules.lifted_s
+    if lasts and mission.running and not mission.paused:
+        lifted(draft)
 
 
 def _count_metres(draft: Draft) -> None:

@@ -51,6 +51,7 @@ class Rules(BaseModel):
     retry_wait_factor: float = Field(default=1.5, ge=1.0, le=4.0)
     retry_wait_s_max: float = Field(default=10.0, gt=0.0)
     failures_max: int = Field(default=6, ge=1, description="calls failing in a row before the mission is aborted")
+    lifted_s: float = Field(default=1.0, ge=0.0, description="a wheel in the air for so long pauses the mission")
     robot_silent_s: float = Field(default=15.0, gt=0.0)
     lost_pose_s: float = Field(default=45.0, gt=0.0, description="without a place in map before it gives up")
     dock_timeout_s: float = Field(default=240.0, gt=0.0, description="the way there included")

@@ -1,7 +1,6 @@
 """SCANNING: turn, stop, look, or one slow turn; a sighting ends it (requirements A5, A8)."""
 
 from contracts.mission import MissionState
-from contracts.motion import MotionEnd
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking, Waking
@@ -10,6 +9,7 @@ from coordinator.core.endings import abort
 from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
 from coordinator.core.geometry import wrap
 from coordinator.core.mission import Sighting
+from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import Rules, ScanRule
 from coordinator.core.search import awake, next_place, undock_first, undocked
 from coordinator.core.sightings import (
@@ -48,15 +48,10 @@ def handle(draft: Draft, event: Event) -> None:
             undocked(draft)
         case Waking(), DetectionsSeen():
             awake(draft)
-        case Turning(looking_s=float()), MotionEnded(end=MotionEnd.COMPLETED):
-            draft.set_search(sweeps=draft.search.sweeps + 1)
-            begin(draft)
         case Turning(looking_s=float() as since_s), DetectionsSeen(detections=seen) if seen.stamp_s >= since_s:
             _looked_in_passing(draft, seen)
-        case Turning(), MotionEnded(end=MotionEnd.COMPLETED):
-            draft.look(draft.rules.look_timeout_s)
-        case Turning(), MotionEnded() as ended:
-            _not_turned(draft, ended)
+        case Turning() as turning, MotionEnded() as ended:
+            _turned(draft, turning, ended)
         case Looking(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
             _looked(draft, seen)
         case CheckingPlace(), Localized(reply=reply):
@@ -71,13 +66,14 @@ def handle(draft: Draft, event: Event) -> None:
             pass
 
 
-def _not_turned(draft: Draft, ended: MotionEnded) -> None:
-    """Nothing is in the way of a turn on the spot: it was cut off, and is done again after a pause."""
-    if draft.mission.failures + 1 >= draft.rules.failures_max:
-        abort(draft, f"the robot would not turn: {ended.text}")
+def _turned(draft: Draft, turning: Turning, ended: MotionEnded) -> None:
+    if react(draft, ended) is not Reaction.GO_ON:
+        return
+    if turning.looking_s is None:
+        draft.look(draft.rules.look_timeout_s)
     else:
-        stopped = ended.end is MotionEnd.STOPPED
-        draft.fail("robot_bridge", f"the turn ended early ({ended.text})", stopped=stopped)
+        draft.set_search(sweeps=draft.search.sweeps + 1)
+        begin(draft)
 
 
 def on_look_timeout(draft: Draft) -> None:

@@ -166,11 +166,11 @@ def reject(draft: Draft, text: str, *, narrow: bool) -> None:
     draft.set(candidate=None, approach=None)
 
 
-def lose(draft: Draft) -> None:
-    """Remembers where the candidate was last seen from."""
+def lose(draft: Draft, why: str = "could not be seen again") -> None:
+    """Remembers where the candidate was last seen from, and `why` it is left."""
     candidate = draft.candidate
     where = "" if candidate.map_xy is None else f" at x {candidate.map_xy[0]:.1f} m, y {candidate.map_xy[1]:.1f} m"
-    text = f"what was seen{where} and could not be seen again"
+    text = f"what was seen{where} and {why}"
     judged = candidate.confirmed or bool(candidate.votes)
     record = candidate_record(draft.mission, candidate, text, narrow=candidate.confirmed, now_s=draft.now_s)
     loss = Loss(

@@ -67,11 +67,13 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
     _S.APPROACHING: {
         _S.DONE: "within reach, or as near as the map allows",
         _S.CENTERING: "it drifted from the middle, or its place is not known",
+        _S.SCANNING: "it cannot be driven up to",
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },
     _S.DRIVING_1M: {
         _S.CENTERING: "the step is over, or it drifted from the middle",
+        _S.SCANNING: "it cannot be driven up to",
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },
@@ -107,8 +109,8 @@ def page() -> str:
     states = "\n".join(f"| {state.value} | {sentence} |" for state, sentence in SENTENCES.items())
     return (
         "# The states of a mission\n\n"
-        "Written by `python -m coordinator.write_states docs/mission-states.md` from `core/states.py`; "
-        "a test compares the two.\n\n"
+        "Written by `python -m coordinator.write_states docs/mission-states.md` from `core/states.py` and "
+        "`core/reactions.py`; a test compares them.\n\n"
         f"| state | meaning |\n|---|---|\n{states}\n\n"
         f"```mermaid\n{diagram()}\n```\n\n"
         "An emergency stop leads from every state to EMERGENCY_STOP. While paused, a mission keeps its state and "

@@ -73,6 +73,8 @@ def _apply(draft: Draft, event: ev.Event) -> None:
                 draft.set_search(share=share)
         case ev.Tick():
             _tick(draft)
+        case ev.LeaseAnswered():
+            _handle(draft, event)
         case ev.DetectionsSeen(detections=seen):
             if is_of_now(draft.mission, seen.stamp_s, draft.now_s):
                 _handle(draft, event)
@@ -167,7 +169,7 @@ def _tick(draft: Draft) -> None:
         return
     if isinstance(mission.activity, Paused):
         if now >= mission.activity.until_s:
-            abort(draft, f"it stayed paused for {mission.rules.pause_timeout_s:.0f} s")
+            abort(draft, f"it stayed paused for {mission.rules.pause_timeout_s:.0f} s ({mission.activity.why})")
         return
     if now >= mission.deadline_s:
         _out_of_time(draft)

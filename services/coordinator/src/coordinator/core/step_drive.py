@@ -5,9 +5,11 @@ from contracts.mission import MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Driving, Going, Steering
+from coordinator.core.centering import set_aside
 from coordinator.core.draft import Draft
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, MotionEnded, PathChosen, Tick
 from coordinator.core.place import ring_groups, surface_distance_m, too_near_for_a_goal
+from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import ApproachRule
 from coordinator.core.sightings import follow, tracked
 
@@ -40,9 +42,8 @@ def handle(draft: Draft, event: Event) -> None:
                 _straight(draft)
             else:
                 draft.go(MissionState.CENTERING, f"the step ended ({status.value}): looking from here")
-        case Driving(), MotionEnded(end=end, driven_m=moved, text=text):
-            how = "one step nearer" if end.completed else f"the step ended after {moved:.2f} m: {text}"
-            draft.go(MissionState.CENTERING, how, moved_m=round(moved, 3))
+        case Driving(), MotionEnded() as ended:
+            _driven(draft, ended)
         case Steering(), Tick():
             speed = draft.rules.approach_speed_m_s
             draft.act(do.SetVelocity(Twist2D(linear_x=speed), draft.rules.lease_s))
@@ -54,6 +55,18 @@ def handle(draft: Draft, event: Event) -> None:
             if abs(sighting.error_px) > draft.rules.drift_px:
                 draft.stop_motion()
                 draft.go(MissionState.CENTERING, "it drifted from the middle: centring again")
+        case _:
+            pass
+
+
+def _driven(draft: Draft, ended: MotionEnded) -> None:
+    early = f"the step ended after {ended.driven_m:.2f} m: {ended.text or ended.end.sentence}"
+    match react(draft, ended):
+        case Reaction.GO_ON:
+            how = "one step nearer" if ended.end.completed else early
+            draft.go(MissionState.CENTERING, how, moved_m=round(ended.driven_m, 3))
+        case Reaction.SET_ASIDE:
+            set_aside(draft, early)
         case _:
             pass
 
