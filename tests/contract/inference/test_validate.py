@@ -156,3 +156,13 @@ async def test_no_fresh_frame_in_time_is_a_timeout_that_names_the_camera(house: 
         answer = await house.client.post("/validate", json=request("red bottle", RED, after=10.0))
     assert answer.status_code == 504
     assert "robot_bridge" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(("excluded", "confirmed"), [("red", False), ("blue", True)])
+async def test_a_colour_a_person_excluded_is_voted_down(
+    house: House, opened: Opened, excluded: str, confirmed: bool
+) -> None:
+    target = {"label": "bottle", "description": "bottle", "not_colours": [excluded]}
+    told = await judged(house, opened, request("bottle", RED) | {"target": target})
+    assert told.confirmed is confirmed
+    assert ("which was excluded" in told.votes[1].reason) is not confirmed

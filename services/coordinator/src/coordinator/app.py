@@ -24,6 +24,7 @@ from mesh.app import make_app
 from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock
 from mesh.tasks import Tasks, end_this_process
+from vocabulary.moods import read
 
 
 class State(TypedDict):
@@ -43,6 +44,8 @@ def create_app(
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
     """The service; whatever is not given is the real thing that `settings` name. It starts IDLE: nothing resumes."""
+
+    read("find the cup")  # the tables are read now, not with the first stop
 
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:

@@ -95,12 +95,14 @@ class Validator:
         except NoEmbeddingError as error:
             return abstain("clip", error.detail, model=clip.name)
         best = max(range(len(texts)), key=lambda i: seen.scores[i]) if said is None else 0
+        looks = clip.colours[best - 1] if said is None and best else ""
         return clip_vote(
             ClipScores(
                 description=texts[best],
                 score=seen.scores[best],
                 contrast=dict(zip(contrast, seen.scores[1:], strict=False)),
                 frame_score=seen.frame_scores[best] if seen.frame_scores else None,
+                excluded=looks if looks in target.not_colours else "",
             ),
             threshold=clip.threshold,
             margin=clip.vote_margin,
@@ -121,7 +123,7 @@ class Validator:
         began_s = time.perf_counter()
         try:
             async with asyncio.timeout(self.vlm_deadline_s):
-                present = await self.vlm.present(jpeg, target.description)
+                present = await self.vlm.present(jpeg, _asked_for(target))
         except TimeoutError:
             return abstain("vlm", f"past its deadline of {self.vlm_deadline_s:g} s", model=self.vlm.name)
         except (UnavailableError, UpstreamError) as error:
@@ -148,6 +150,12 @@ def surroundings(image: RgbImage, bbox: BboxXyxy) -> RgbImage:
 def require_box(bbox: BboxXyxy) -> None:
     if area(bbox) <= 0.0:
         raise UnprocessableError(f"bbox_xyxy {bbox} is empty: x_min, y_min, x_max, y_max in pixels are expected")
+
+
+def _asked_for(target: Target) -> str:
+    """The description, and the colours it must not have."""
+    unlike = f" that is not {' or '.join(target.not_colours)}" if target.not_colours else ""
+    return f"{target.description}{unlike}"
 
 
 def _note(unknown: tuple[str, ...], bbox: BboxXyxy | None, meant: Detection | None, clip: ImageText) -> str:

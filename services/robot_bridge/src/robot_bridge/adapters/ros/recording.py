@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
-from irobot_create_msgs.msg import DockStatus, HazardDetectionVector
+from irobot_create_msgs.msg import DockStatus, HazardDetectionVector, WheelStatus
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import BatteryState, CameraInfo, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from robot_bridge.adapters.ros.subscriptions import image_type, quality
+from robot_bridge.adapters.ros.subscriptions import best_offered, image_type, quality
 from robot_bridge.mcap_file import Kind, Raw, Sink, ros_kind
 from robot_bridge.settings import Channel, RosSettings
 
@@ -47,7 +47,8 @@ class RosRecording:
         kind = ros_kind(name, definition(name))
         topic = self._node.resolve_topic_name(channel.name)
         heard = _throttled(topic, kind, sink, period_s=1.0 / rate_hz if rate_hz > 0.0 else 0.0)
-        return self._node.create_subscription(type_, channel.name, heard, quality(channel), raw=True)
+        offered = best_offered(self._node, channel) or quality(channel)  # what was told on change, before it began
+        return self._node.create_subscription(type_, channel.name, heard, offered, raw=True)
 
 
 def _throttled(topic: str, kind: Kind, sink: Sink, *, period_s: float) -> Callable[[bytes], None]:
@@ -76,6 +77,7 @@ def _topics(ros: RosSettings, images_hz: float) -> list[tuple[type[Any], Channel
         (BatteryState, ros.battery, 0.0),
         (DockStatus, ros.dock_status, 0.0),
         (HazardDetectionVector, ros.hazards, 0.0),
+        (WheelStatus, ros.wheel_status, 0.0),
         (stamped[ros.cmd_vel_type], ros.cmd_vel, 0.0),
         (stamped[ros.cmd_vel_nav_type], ros.cmd_vel_nav, 0.0),
         (CameraInfo, ros.rgb_info, 1.0),

@@ -28,6 +28,25 @@ def image_type(channel: Channel) -> type[Image] | type[CompressedImage]:
     return CompressedImage if compressed else Image
 
 
+def best_offered(node: Node, channel: Channel) -> QoSProfile | None:
+    """What the channel asks for, as good as all its publishers of now offer it: asking for more would silence one of
+    them. None without a publisher."""
+    topic = node.resolve_topic_name(channel.name)
+    publishers = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
+    if not publishers:
+        return None
+    best = quality(channel)
+    if channel.reliability == "best_available" and all(
+        each.reliability == ReliabilityPolicy.RELIABLE for each in publishers
+    ):
+        best.reliability = ReliabilityPolicy.RELIABLE
+    if channel.durability == "best_available" and all(
+        each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in publishers
+    ):
+        best.durability = DurabilityPolicy.TRANSIENT_LOCAL
+    return best
+
+
 class BestAvailable:
     """One subscription, made anew when its publishers offer more or less than before; in the node's own thread.
 
@@ -39,7 +58,6 @@ class BestAvailable:
         self._kind = kind
         self._channel = channel
         self._heard = heard
-        self._topic = node.resolve_topic_name(channel.name)
         self._quality = quality(channel)
         self._subscription = self._subscribe()
 
@@ -49,26 +67,12 @@ class BestAvailable:
 
     def poll(self) -> bool:
         """Called every second. Whether anybody publishes it."""
-        publishers = [info.qos_profile for info in self._node.get_publishers_info_by_topic(self._topic)]
-        offered = self._offered(publishers) if publishers else self._quality
-        if offered != self._quality:
+        offered = best_offered(self._node, self._channel)
+        if offered is not None and offered != self._quality:
             self._node.destroy_subscription(self._subscription)
             self._quality = offered
             self._subscription = self._subscribe()
-        return bool(publishers)
-
-    def _offered(self, publishers: list[QoSProfile]) -> QoSProfile:
-        """Asking for what one of them does not offer would silence that one."""
-        best = quality(self._channel)
-        if self._channel.reliability == "best_available" and all(
-            each.reliability == ReliabilityPolicy.RELIABLE for each in publishers
-        ):
-            best.reliability = ReliabilityPolicy.RELIABLE
-        if self._channel.durability == "best_available" and all(
-            each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in publishers
-        ):
-            best.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        return best
+        return offered is not None
 
     def _subscribe(self) -> Any:
         return self._node.create_subscription(self._kind, self._channel.name, self._heard, self._quality)
