@@ -22,6 +22,7 @@ WANTED = {
     "/battery_state": "sensor_msgs/msg/BatteryState",
     "/dock_status": "irobot_create_msgs/msg/DockStatus",
     "/hazard_detection": "irobot_create_msgs/msg/HazardDetectionVector",
+    "/wheel_status": "irobot_create_msgs/msg/WheelStatus",
     "/cmd_vel": "geometry_msgs/msg/TwistStamped",
     "/oakd/rgb/preview/image_raw": "sensor_msgs/msg/Image",
     "/oakd/rgb/preview/camera_info": "sensor_msgs/msg/CameraInfo",
