@@ -13,7 +13,7 @@ STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down check format test test-fast test-e2e train models clean replay
+.PHONY: help setup demo up down doctor check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory
 .PHONY: test-ui screens bench-ui
 
@@ -59,6 +59,9 @@ bench-campaign: setup ## hundreds of simulated missions with faults injected, ju
 
 bench-scan: setup ## stop-look-turn against a slow turn, both measured: out/bench/scan.json
 	$(PY) -m bench.scan
+
+doctor: setup ## look at the live ROS graph: what fits, what does not, what to set (LISTEN=8 seconds; moves nothing)
+	@$(PY) -m robot_bridge.doctor --seconds $(or $(LISTEN),8)
 
 replay: setup ## decide a recorded mission again, step by step: MISSION=<file, or id in the database>
 	@$(PY) -m coordinator.replay $(MISSION)

@@ -1,0 +1,15 @@
+"""The doctor before the simulated robot, as a process of its own: it has nothing to say."""
+
+import json
+import subprocess
+import sys
+
+from support.redis_server import free_port
+from support.simulated_robot import SimProcess
+
+
+def test_the_doctor_finds_nothing_on_the_healthy_simulator(ros_environment: dict[str, str], sim: SimProcess) -> None:
+    nobody = ros_environment | {"ROBOT_BRIDGE_PORT": str(free_port())}
+    command = [sys.executable, "-m", "robot_bridge.doctor", "--json"]
+    done = subprocess.run(command, env=nobody, capture_output=True, text=True, timeout=120, check=False)
+    assert (json.loads(done.stdout), done.returncode) == ([], 0)
