@@ -60,6 +60,8 @@ class ClipScores:
     """Other colour -> cosine; empty when the description names no colour."""
     frame_score: float | None = None
     """Of the whole frame with the description: told, never voted on."""
+    excluded: str = ""
+    """The colour it looks like, where a person said that it must not have it."""
 
 
 def clip_vote(
@@ -70,13 +72,14 @@ def clip_vote(
     reaches = scores.score >= threshold
     lead = None if rival is None else scores.score - scores.contrast[rival]
     leads = lead is None or (lead > 0.0 and lead >= margin)
-    compared = f"'{scores.description}' {scores.score:.2f}, {threshold:.2f} needed"
+    excluded = f"it looks {scores.excluded}, which was excluded; " if scores.excluded else ""
+    compared = f"{excluded}'{scores.description}' {scores.score:.2f}, {threshold:.2f} needed"
     if rival is not None:
         compared += f"; {'next' if leads else 'but'} {rival} {scores.contrast[rival]:.2f}"
         compared += f", a lead of {margin:.2f} needed" if margin and not leads else ""
     return Vote(
         voter="clip",
-        verdict=Verdict.YES if reaches and leads else Verdict.NO,
+        verdict=Verdict.YES if reaches and leads and not excluded else Verdict.NO,
         score=scores.score,
         threshold=threshold,
         rival=rival or "",
