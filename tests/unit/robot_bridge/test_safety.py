@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import Hazard
+from robot_bridge.blindness import ALL_ROUND
 from robot_bridge.obstacles import obstacles
 from robot_bridge.safety import SafetyLimits, Surroundings, free_travel_m, restrain, seen_from_here, slowdown
 from robot_bridge.senses import Scan
+from robot_bridge.words import restraint_in_words
 
 LIMITS = SafetyLimits()
 RADIUS_M = LIMITS.footprint_radius_m + LIMITS.side_margin_m
@@ -33,6 +35,11 @@ def around(*xy: tuple[float, float], **changes: object) -> Surroundings:
 def limited(twist: Twist2D, around: Surroundings, limits: SafetyLimits = LIMITS) -> tuple[Twist2D, SafetyCause | None]:
     left, restraint = restrain(twist, around, limits)
     return left, restraint.cause if restraint is not None else None
+
+
+def blind(middle_deg: float, width_rad: float) -> NDArray[np.float64]:
+    """One arc in which the laser knows nothing."""
+    return np.array([[math.radians(middle_deg) - width_rad / 2, width_rad]])
 
 
 def door(width_m: float, distance_m: float = 0.5) -> NDArray[np.float64]:
@@ -132,13 +139,79 @@ def test_an_old_scan_forbids_translation_and_a_very_old_one_turning_too() -> Non
 
 
 def test_a_blind_laser_and_silent_odometry_forbid_translation() -> None:
-    assert limited(FORWARD, around(known_ahead=0.29))[1] is SafetyCause.BLIND
-    assert restrain(FORWARD, around(known_ahead=0.3, known_behind=0.0), LIMITS)[0] == FORWARD
     back = Twist2D(linear_x=-0.2)
-    assert limited(back, around(known_behind=0.29))[1] is SafetyCause.BLIND
-    assert restrain(back, around(known_ahead=0.0), LIMITS)[0] == back
+    ahead, behind = blind(0.0, 3.0), blind(180.0, 3.0)
+    assert limited(FORWARD, around(blind=ahead))[1] is SafetyCause.BLIND
+    assert restrain(FORWARD, around(blind=behind), LIMITS)[0] == FORWARD
+    assert limited(back, around(blind=behind))[1] is SafetyCause.BLIND
+    assert restrain(back, around(blind=ahead), LIMITS)[0] == back
+    assert restrain(TURN, around(blind=ALL_ROUND), LIMITS)[0] == TURN
     assert limited(FORWARD, around(odometry_age_s=None))[1] is SafetyCause.NO_ODOMETRY
     assert limited(FORWARD, around(odometry_age_s=0.6))[1] is SafetyCause.NO_ODOMETRY
+
+
+@pytest.mark.parametrize(("dropped", "left_m_s"), [(1, 0.3), (3, 0.3), (4, 0.156), (6, 0.0), (12, 0.0)])
+def test_unknown_beams_ahead_slow_and_stop_it_as_soon_as_they_may_hide_the_leg_of_a_chair(
+    dropped: int, left_m_s: float
+) -> None:
+    """Beams of 1 degree: one that drops out hides a leg 1.7 m away, six hide one at the footprint."""
+    left, cause = limited(FORWARD, around(blind=blind(0.0, dropped * math.radians(1.0))))
+    assert left.linear_x == pytest.approx(left_m_s, abs=0.01)
+    assert (cause is SafetyCause.BLIND) == (left_m_s == 0.0)
+
+
+def test_unknown_beams_count_in_the_way_and_nowhere_else() -> None:
+    assert restrain(FORWARD, around(blind=blind(100.0, 0.2)), LIMITS)[0] == FORWARD
+    aside = around(blind=blind(60.0, 0.1))
+    left, right = Twist2D(linear_x=0.2, angular_z=0.5), Twist2D(linear_x=0.2, angular_z=-0.5)
+    assert restrain(FORWARD, aside, LIMITS)[0] == FORWARD
+    assert limited(left, aside)[1] is SafetyCause.SLOWED
+    assert restrain(right, aside, LIMITS)[0] == right
+
+
+def test_what_is_seen_in_the_way_is_told_before_what_is_not() -> None:
+    assert limited(FORWARD, around((0.25, 0.0), blind=ALL_ROUND))[1] is SafetyCause.OBSTACLE
+
+
+@given(
+    st.sampled_from([1.0, -1.0]),
+    st.floats(-0.5, 0.5),
+    st.floats(-60.0, 60.0),
+    st.floats(0.3, math.tau),
+    st.floats(-0.4, 0.4),
+    st.floats(0.22, 0.3),
+)
+def test_a_leg_that_the_laser_does_not_see_holds_the_robot_back_as_a_seen_one_does(
+    way: float, z: float, off_deg: float, width_rad: float, part: float, distance_m: float
+) -> None:
+    """A leg of 6 cm anywhere in an unknown arc that is wide enough for it."""
+    middle_deg = off_deg + (0.0 if way > 0.0 else 180.0)
+    at = math.radians(middle_deg) + part * (width_rad - 0.06 / distance_m)
+    twist = Twist2D(linear_x=0.2 * way, angular_z=z)
+    leg = points((distance_m * math.cos(at), distance_m * math.sin(at)))
+    seen_m = free_travel_m(leg, twist, RADIUS_M - 0.03)
+    _, restraint = restrain(twist, around(blind=blind(middle_deg, width_rad)), LIMITS)
+    held_m = restraint.free_m if restraint is not None else math.inf
+    assert held_m <= max(seen_m, 0.0) or seen_m > LIMITS.slow_distance_m - 0.06
+
+
+def test_a_scan_that_is_not_understood_forbids_translation_and_says_why() -> None:
+    left, restraint = restrain(FORWARD, around(scan_age_s=0.6, scan_trouble="its range_max is 0 m"), LIMITS)
+    assert left == Twist2D()
+    assert restraint is not None
+    assert restraint_in_words(restraint) == "the laser scan is not understood: its range_max is 0 m"
+    never = restrain(TURN, around(scan_age_s=None, scan_trouble="its range_max is 0 m"), LIMITS)[1]
+    assert never is not None
+    assert never.cause is SafetyCause.NOT_UNDERSTOOD
+
+
+def test_what_is_seen_inside_the_footprint_is_named() -> None:
+    restraint = restrain(FORWARD, around((0.1, 0.1)), LIMITS)[1]
+    assert restraint is not None
+    assert restraint_in_words(restraint) == "obstacle ahead: something inside the footprint is seen at 45 degrees"
+    beside = restrain(FORWARD, around((0.25, 0.0)), LIMITS)[1]
+    assert beside is not None
+    assert restraint_in_words(beside) == "obstacle ahead"
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import contextlib
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,6 +19,7 @@ from contracts.motion import Hazard
 from contracts.robot import EmergencyStop, Priority
 from mesh.errors import ConflictError
 from robot_bridge.arbiter import Limits, Refusal, Request
+from robot_bridge.blindness import NO_ARCS, Arcs
 from robot_bridge.closed_loop import Running
 from robot_bridge.emergency_stop import LatchFile
 from robot_bridge.limits import motion_gains
@@ -51,6 +53,17 @@ def wall_scan(distance_m: float) -> Scan:
     return Scan(0.0, np.concatenate([np.stack([x, y], 1), np.stack([-x, y], 1)]))
 
 
+def unseen(blind: Arcs) -> NDArray[np.float64]:
+    """Where a leg of 6 cm could stand, all of it within an unknown arc."""
+    bearing = np.linspace(-math.pi, math.pi, 181)
+    at_m = SAFETY.footprint_radius_m + 0.05
+    inside = np.zeros(bearing.size, np.bool_)
+    for begin, width in blind:
+        off = (bearing - begin) % math.tau
+        inside |= (off > 0.03 / at_m) & (off < width - 0.03 / at_m)
+    return at_m * np.stack([np.cos(bearing[inside]), np.sin(bearing[inside])], axis=1)
+
+
 def touches(twist: Twist2D, points_m: NDArray[np.float64]) -> bool:
     """Does the footprint meet a point on the next `stop_distance_m` of the twist's arc? Tried out place by place."""
     driven_m = np.linspace(0.0, SAFETY.stop_distance_m, 41)
@@ -75,6 +88,7 @@ class WheelsMachine(RuleBasedStateMachine):
         self.refused = 0
         self.hazard_seen_s: dict[Hazard, float] = {}
         self.free_m = math.inf
+        self.blind = NO_ARCS
         self.live(EmergencyStop(latched=False, epoch=0))
         self.odometry()
         self.scan(3.0)
@@ -126,6 +140,7 @@ class WheelsMachine(RuleBasedStateMachine):
             assert age_s is not None
             assert age_s <= SAFETY.scan_age_s_max
             assert not touches(twist, wall_scan(self.free_m).points_m), "something stands within the stop distance"
+            assert not touches(twist, unseen(self.blind)), "something may stand there unseen"
         if self.sent:
             before_s, before = self.sent[-1]
             elapsed_s = min(now_s - before_s, LIMITS.tick_s_max) + 1e-9
@@ -250,8 +265,18 @@ class WheelsMachine(RuleBasedStateMachine):
 
     @rule(distance_m=st.floats(0.0, 3.0))
     def scan(self, distance_m: float) -> None:
-        self.free_m = distance_m
+        self.free_m, self.blind = distance_m, NO_ARCS
         self.senses.scan.put(wall_scan(distance_m), self.clock.now)
+
+    @rule(middle_rad=st.floats(-math.pi, math.pi), width_rad=st.floats(0.0, math.tau))
+    def half_blind_scan(self, middle_rad: float, width_rad: float) -> None:
+        """Nothing is near, and in one arc nothing is known."""
+        self.free_m, self.blind = 3.0, np.array([[middle_rad - width_rad / 2, width_rad]])
+        self.senses.scan.put(replace(wall_scan(3.0), blind=self.blind), self.clock.now)
+
+    @rule()
+    def scan_of_no_sense(self) -> None:
+        self.senses.reception.refuse("scan", "its range_max is 0 m", self.clock.now)
 
     @rule(hazard=st.sampled_from([frozenset(), frozenset({Hazard.WHEEL_DROP}), frozenset({Hazard.BUMP})]))
     def hazard(self, hazard: frozenset[Hazard]) -> None:

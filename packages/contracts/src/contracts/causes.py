@@ -18,8 +18,10 @@ class SafetyCause(StrEnum):
     """No laser scan, or a very old one: nothing moves."""
     OLD_SCAN = "old_scan"
     """The laser scan is too old to translate by."""
+    NOT_UNDERSTOOD = "scan_not_understood"
+    """What the laser sends cannot be understood: nothing is known of the way."""
     BLIND = "blind"
-    """Too few beams of the laser say anything about the way."""
+    """Something could stand within the stop distance on the way, where no beam of the laser says anything."""
     NO_ODOMETRY = "no_odometry"
     """No odometry, or too old a one, to translate by."""
     HAZARD = "hazard"
@@ -154,6 +156,7 @@ _ENDS_AS: dict[SafetyCause, MotionEnd] = {
     SafetyCause.WHEEL_DROP: MotionEnd.LIFTED,
     SafetyCause.NO_SCAN: MotionEnd.NO_SCAN,
     SafetyCause.OLD_SCAN: MotionEnd.NO_SCAN,
+    SafetyCause.NOT_UNDERSTOOD: MotionEnd.NO_SCAN,
     SafetyCause.BLIND: MotionEnd.BLIND,
     SafetyCause.NO_ODOMETRY: MotionEnd.NO_ODOMETRY,
     SafetyCause.HAZARD: MotionEnd.HAZARD,

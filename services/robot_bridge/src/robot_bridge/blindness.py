@@ -13,6 +13,7 @@ PLACES_APART_M = 0.05
 Arcs = NDArray[np.float64]
 """(n, 2): where each arc begins, counter-clockwise from base_link's x axis, and how wide it is, rad."""
 NO_ARCS: Arcs = np.empty((0, 2))
+ALL_ROUND: Arcs = np.array([[0.0, math.tau]])
 BEHIND_A_BEAM_M = 1e-3
 
 

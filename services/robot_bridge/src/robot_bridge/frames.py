@@ -113,7 +113,8 @@ class FrameTree:
         self._base_frame = base_frame
 
     def fix(self, parent: str, child: str, child_in_parent: Matrix) -> None:
-        """Any order; a later transform of the same child replaces the earlier."""
+        """Any order; a later transform of the same child replaces the earlier. Raises `ValueError` for a frame in itself
+        and for one without a name; so does `move`."""
         with self._lock:
             if (track := self._track(parent, child)) is not None:
                 track.fix(child_in_parent)
@@ -142,6 +143,10 @@ class FrameTree:
 
     def _track(self, parent: str, child: str) -> Track | None:
         parent, child = parent.lstrip("/"), child.lstrip("/")
+        if not (parent and child):
+            raise ValueError("a frame has no name")
+        if parent == child:
+            raise ValueError(f"the frame {child} is given in itself")
         known = self._tracks.get(child)
         if known is not None and known[0] == parent:
             return known[1]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import Hazard
+from robot_bridge.blindness import NO_ARCS, Arcs, hiding_places
 
 NO_FORWARD = frozenset({Hazard.BUMP, Hazard.CLIFF, Hazard.STALL})
 NO_REVERSE = frozenset({Hazard.BACKUP_LIMIT, Hazard.STALL})
@@ -28,7 +29,6 @@ class SafetyLimits:
     scan_age_s_max: float = 0.5
     scan_age_to_turn_s_max: float = 2.0
     odometry_age_s_max: float = 0.5
-    known_fraction_min: float = 0.3
     foreign_velocity_s: float = 1.0
     """So long after somebody else has driven the base it is left alone."""
 
@@ -37,15 +37,17 @@ class SafetyLimits:
 class Surroundings:
     """What the filter may know; ages are none where nothing ever came.
 
-    `points_m` is (n, 2) in the base_link of the scan's time, `measured` the velocity since. `known_ahead` and
-    `known_behind` are the parts of the laser's beams there that said anything.
+    `points_m` is (n, 2) in the base_link of the scan's time, `measured` the velocity since.
     """
 
     points_m: NDArray[np.float64]
     scan_age_s: float | None
     odometry_age_s: float | None
-    known_ahead: float = 1.0
-    known_behind: float = 1.0
+    blind: Arcs = field(default_factory=lambda: NO_ARCS)
+    """Where the laser, which sits at `laser_m`, knows nothing."""
+    laser_m: tuple[float, float] = (0.0, 0.0)
+    scan_trouble: str = ""
+    """Why the newest scan was not understood; '' where it was."""
     measured: Twist2D = field(default_factory=Twist2D)
     hazards: frozenset[Hazard] = frozenset()
     base_stopped: bool = False
@@ -65,6 +67,10 @@ class Restraint:
     scan_age_s: float = 0.0
     hazards: frozenset[Hazard] = frozenset()
     """Those that forbid this motion."""
+    scan_trouble: str = ""
+    """Why the scan is not understood."""
+    inside_rad: float | None = None
+    """The bearing of what the laser sees inside the footprint, where that is what is in the way."""
 
 
 def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tuple[Twist2D, Restraint | None]:
@@ -75,15 +81,14 @@ def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tupl
         return Twist2D(), _restraint(cause, twist, around)
     if twist.linear_x == 0.0:
         return twist, None
-    points_m = seen_from_here(around.points_m, around.measured, around.scan_age_s or 0.0)
-    free_m = free_travel_m(points_m, twist, limits.footprint_radius_m + limits.side_margin_m)
-    if (cause := _no_translation_because(twist.linear_x, free_m, around, limits)) is not None:
-        return Twist2D(angular_z=twist.angular_z), _restraint(cause, twist, around, free_m)
-    factor = slowdown(free_m, limits)
+    way = _way(twist, around, limits)
+    if (cause := _no_translation_because(twist.linear_x, way, around, limits)) is not None:
+        return Twist2D(angular_z=twist.angular_z), _restraint(cause, twist, around, way)
+    factor = slowdown(way.clear_m, limits)
     if factor >= 1.0:
         return twist, None
     slowed = Twist2D(linear_x=twist.linear_x * factor, angular_z=twist.angular_z * factor)
-    return slowed, _restraint(SafetyCause.SLOWED, twist, around, free_m)
+    return slowed, _restraint(SafetyCause.SLOWED, twist, around, way)
 
 
 def seen_from_here(points_m: NDArray[np.float64], measured: Twist2D, age_s: float) -> NDArray[np.float64]:
@@ -136,6 +141,42 @@ def free_travel_m(points_m: NDArray[np.float64], twist: Twist2D, radius_m: float
     return float(arc_rad.min()) * turn_radius_m
 
 
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """How far the robot goes until it touches what is seen, and until it may touch what is not."""
+
+    free_m: float = math.inf
+    known_m: float = math.inf
+    inside_rad: float | None = None
+
+    @property
+    def clear_m(self) -> float:
+        return min(self.free_m, self.known_m)
+
+
+def _way(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> _Way:
+    radius_m, age_s = limits.footprint_radius_m + limits.side_margin_m, around.scan_age_s or 0.0
+    driven_m = abs(around.measured.linear_x) * age_s
+    unseen = hiding_places(around.blind, around.laser_m, radius_m, radius_m + limits.slow_distance_m + driven_m)
+    free_m, known_m = (
+        free_travel_m(seen_from_here(points_m, around.measured, age_s), twist, radius_m)
+        for points_m in (around.points_m, unseen)
+    )
+    return _Way(free_m, known_m, _inside(around.points_m, limits.footprint_radius_m) if free_m == 0.0 else None)
+
+
+def _inside(points_m: NDArray[np.float64], footprint_m: float) -> float | None:
+    """The bearing of what was seen nearest to the middle of the robot, inside of its footprint; none where nothing was.
+
+    When the scan was taken: what the robot has driven up to since is no part of it.
+    """
+    apart_m = np.hypot(points_m[:, 0], points_m[:, 1])
+    if not (apart_m < footprint_m).any():
+        return None
+    x, y = points_m[int(np.argmin(apart_m))]
+    return math.atan2(y, x)
+
+
 def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> SafetyCause | None:
     if around.base_stopped:
         return SafetyCause.BASE_STOPPED
@@ -144,31 +185,35 @@ def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> SafetyCaus
     if Hazard.WHEEL_DROP in around.hazards:
         return SafetyCause.WHEEL_DROP
     if around.scan_age_s is None or around.scan_age_s > limits.scan_age_to_turn_s_max:
-        return SafetyCause.NO_SCAN
+        return SafetyCause.NOT_UNDERSTOOD if around.scan_trouble else SafetyCause.NO_SCAN
     return None
 
 
 def _no_translation_because(
-    linear_x: float, free_m: float, around: Surroundings, limits: SafetyLimits
+    linear_x: float, way: _Way, around: Surroundings, limits: SafetyLimits
 ) -> SafetyCause | None:
-    known = around.known_ahead if linear_x > 0.0 else around.known_behind
+    old = (around.scan_age_s or 0.0) > limits.scan_age_s_max
     applies = {
-        SafetyCause.OLD_SCAN: (around.scan_age_s or 0.0) > limits.scan_age_s_max,
-        SafetyCause.BLIND: known < limits.known_fraction_min,
+        SafetyCause.NOT_UNDERSTOOD: old and bool(around.scan_trouble),
+        SafetyCause.OLD_SCAN: old,
+        SafetyCause.BLIND: way.known_m <= limits.stop_distance_m < way.free_m,
         SafetyCause.NO_ODOMETRY: around.odometry_age_s is None or around.odometry_age_s > limits.odometry_age_s_max,
         SafetyCause.HAZARD: bool(_forbidding(linear_x, around)),
-        SafetyCause.OBSTACLE: free_m <= limits.stop_distance_m,
+        SafetyCause.OBSTACLE: way.free_m <= limits.stop_distance_m,
     }
     return next((cause for cause, yes in applies.items() if yes), None)
 
 
-def _restraint(cause: SafetyCause, twist: Twist2D, around: Surroundings, free_m: float = math.inf) -> Restraint:
+def _restraint(cause: SafetyCause, twist: Twist2D, around: Surroundings, way: _Way | None = None) -> Restraint:
+    way = way or _Way()
     return Restraint(
         cause=cause,
         forward=twist.linear_x >= 0.0,
-        free_m=free_m,
+        free_m=way.clear_m,
         scan_age_s=around.scan_age_s or 0.0,
         hazards=_forbidding(twist.linear_x, around) if cause is SafetyCause.HAZARD else frozenset(),
+        scan_trouble=around.scan_trouble,
+        inside_rad=way.inside_rad,
     )
 
 

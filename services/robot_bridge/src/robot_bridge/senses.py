@@ -22,15 +22,11 @@ from robot_bridge.stamps import Clocks
 class Scan:
     """A laser scan as points in base_link.
 
-    `points_m` is (n, 2): the beams that hit something. `known_ahead` and `known_behind` tell which part of the beams
-    within 60 degrees of straight ahead and straight back said anything at all, "nothing there" included: a blind laser
-    must not look like free space.
+    `points_m` is (n, 2): the beams that hit something.
     """
 
     stamp_s: float
     points_m: NDArray[np.float64]
-    known_ahead: float = 1.0
-    known_behind: float = 1.0
     open_rad: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     """(m,) bearings, in base_link, of the beams that met nothing in reach."""
     blind: Arcs = field(default_factory=lambda: NO_ARCS)

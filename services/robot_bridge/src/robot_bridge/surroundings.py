@@ -2,6 +2,7 @@
 
 from contracts.geometry import Twist2D
 from contracts.robot import BaseStopState
+from robot_bridge.blindness import ALL_ROUND
 from robot_bridge.safety import SafetyLimits, Surroundings
 from robot_bridge.senses import NO_POINTS, Odometry, Senses
 
@@ -9,12 +10,14 @@ from robot_bridge.senses import NO_POINTS, Odometry, Senses
 def surroundings(senses: Senses, now_s: float, *, hazard_hold_s: float) -> Surroundings:
     """Ages are told, never judged, here."""
     scan, odometry = senses.scan.value, senses.odometry.value
+    trouble = senses.reception.refused("scan")
     return Surroundings(
         points_m=scan.points_m if scan is not None else NO_POINTS,
         scan_age_s=senses.scan.age_s(now_s),
         odometry_age_s=senses.odometry.age_s(now_s),
-        known_ahead=scan.known_ahead if scan is not None else 0.0,
-        known_behind=scan.known_behind if scan is not None else 0.0,
+        blind=scan.blind if scan is not None else ALL_ROUND,
+        laser_m=scan.laser_m if scan is not None else (0.0, 0.0),
+        scan_trouble=trouble.reason if trouble is not None else "",
         measured=odometry.twist if odometry is not None else Twist2D(),
         hazards=senses.hazards.active(now_s, hazard_hold_s),
         base_stopped=senses.base_stop.value is BaseStopState.HELD,

@@ -1,5 +1,6 @@
 """The English for what the bridge tells in types: the one place where it is written."""
 
+import math
 from collections.abc import Iterable
 
 from contracts.causes import LimitCause, Refusal, SafetyCause
@@ -15,13 +16,20 @@ def restraint_in_words(restraint: Restraint) -> str:
         SafetyCause.WHEEL_DROP: "a wheel hangs in the air",
         SafetyCause.NO_SCAN: "no laser scan",
         SafetyCause.OLD_SCAN: f"the laser scan is {restraint.scan_age_s:.1f} s old",
+        SafetyCause.NOT_UNDERSTOOD: f"the laser scan is not understood: {restraint.scan_trouble}",
         SafetyCause.BLIND: f"the laser is blind {where}",
         SafetyCause.NO_ODOMETRY: "no odometry",
         SafetyCause.HAZARD: f"hazard: {', '.join(sorted(restraint.hazards))}",
-        SafetyCause.OBSTACLE: f"obstacle {where}",
+        SafetyCause.OBSTACLE: f"obstacle {where}{_inside(restraint.inside_rad)}",
         SafetyCause.SLOWED: f"slowed: {restraint.free_m:.2f} m free {where}",
     }
     return said[restraint.cause]
+
+
+def _inside(bearing_rad: float | None) -> str:
+    if bearing_rad is None:
+        return ""
+    return f": something inside the footprint is seen at {math.degrees(bearing_rad):.0f} degrees"
 
 
 def causes_in_words(causes: Iterable[Restraint | LimitCause]) -> str:

@@ -87,6 +87,7 @@ class Sensing:
         self._senses.unpublished.put(unpublished, self._clock.now_s())
 
     def _subscribe(self, kind: type[M], channel: Channel, heard: Callable[[M], None]) -> None:
+        MALFORMED.labels(channel.name)  # there from the first, at 0
         if "best_available" in {channel.reliability, channel.durability}:
             self._changing.append(BestAvailable(self._node, kind, channel, heard))
         else:

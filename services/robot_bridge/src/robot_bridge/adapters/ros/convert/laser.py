@@ -21,7 +21,7 @@ RANGE_MAX_M_MIN, RANGE_M_MAX = 1.0, 500.0
 BEYOND = 1.25
 """Up to so many times range_max a range is a driver's way to say that nothing is there; more is no metre."""
 TURN_S_MAX = 5.0
-BLIND_COSINE = 0.5
+POST_RAD_MAX = 0.2
 LEVEL_COSINE = math.cos(math.radians(20.0))
 
 Mask = NDArray[np.bool_]
@@ -40,7 +40,7 @@ def scan(message: LaserScan, laser_in_base: Matrix, stamp_s: float, rules: Laser
     nothing |= (ranges == 0.0) & rules.zero_means_nothing
     angles = message.angle_min + message.angle_increment * np.arange(ranges.size)
     bearings = _in_base(angles, laser_in_base)
-    own = _own_parts(bearings, ranges, rules)
+    own = _own_parts(bearings, ranges, rules) | _posts(bearings, ranges, message, laser_in_base, rules)
     hit, nothing = hit & ~own, nothing & ~own
     unknown = ~(hit | nothing | own)
     x, y = laser_in_base[:2, :2] @ np.stack([np.cos(angles[hit]), np.sin(angles[hit])]) * ranges[hit]
@@ -48,7 +48,6 @@ def scan(message: LaserScan, laser_in_base: Matrix, stamp_s: float, rules: Laser
     return Scan(
         stamp_s,
         points,
-        *_known(~unknown, bearings),
         open_rad=bearings[nothing],
         blind=_blind(unknown, message, laser_in_base),
         laser_m=(float(laser_in_base[0, 3]), float(laser_in_base[1, 3])),
@@ -96,6 +95,26 @@ def _own_parts(bearings: NDArray[np.float64], ranges: NDArray[np.float64], rules
     return own
 
 
+def _posts(
+    bearings: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    message: LaserScan,
+    laser_in_base: Matrix,
+    rules: LaserRules,
+) -> Mask:
+    """Narrow things nearer than range_min and inside the footprint, which only the robot's own posts can be. What
+    covers more of the view than a post may be anything."""
+    x = laser_in_base[0, 3] + ranges * np.cos(bearings)
+    y = laser_in_base[1, 3] + ranges * np.sin(bearings)
+    near = (ranges > 0.0) & (ranges < message.range_min) & (np.hypot(x, y) < rules.footprint_radius_m)
+    if not near.any():
+        return near
+    for begin, width in _blind(near, message, laser_in_base):
+        if width > POST_RAD_MAX:
+            near &= (bearings - begin) % math.tau > width
+    return near
+
+
 def _blind(unknown: Mask, message: LaserScan, laser_in_base: Matrix) -> Arcs:
     """The arcs of unknown beams, as base_link counts angles: a laser that hangs upside down counts them the other way
     round."""
@@ -103,13 +122,6 @@ def _blind(unknown: Mask, message: LaserScan, laser_in_base: Matrix) -> Arcs:
     heading = float(_in_base(np.zeros(1), laser_in_base)[0])
     side = -1.0 if upside_down else 1.0
     return arcs_of(unknown, heading + side * message.angle_min, side * message.angle_increment)
-
-
-def _known(known: Mask, bearings: NDArray[np.float64]) -> tuple[float, float]:
-    """Of the beams within 60 degrees of base_link's x axis, and of its opposite: the part that said anything."""
-    forward = np.cos(bearings)
-    parts = [known[there] for there in (forward >= BLIND_COSINE, forward <= -BLIND_COSINE)]
-    return tuple(float(part.mean()) if part.size else 0.0 for part in parts)  # type: ignore[return-value]
 
 
 def _note(
