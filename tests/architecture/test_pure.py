@@ -30,6 +30,7 @@ PURE = {
     "memory": ("belief", "exchange", "frames", "kinds", "ledger", "looks", "picture", "recall", "things", "views"),
     "robot_bridge": (
         "arbiter",
+        "blindness",
         "base_stop",
         "celebration",
         "depth",
@@ -39,8 +40,10 @@ PURE = {
         "motion",
         "navigation",
         "obstacles",
+        "reception",
         "ring",
         "safety",
+        "stamps",
         "transforms",
     ),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),

@@ -3,9 +3,12 @@
 import asyncio
 import contextlib
 
+import pytest
+
 from robot_bridge.camera import Camera
 from robot_bridge.mailbox import Mailbox
 from robot_bridge.senses import ColourImage
+from robot_bridge.stamps import Clocks
 from support.toy_robot import ToyRobot
 from support.waiting import until
 
@@ -56,3 +59,34 @@ async def test_a_viewer_who_comes_late_or_is_slow_sees_the_newest_frame_and_none
             frames.put(frame(stamp_s), stamp_s)
         assert b"X-Stamp-S: 5.000000" in await anext(stream)
     assert camera.encoded == 2
+
+
+async def test_the_stream_goes_on_whatever_the_stamps_do() -> None:
+    """What came later is newer."""
+    frames: Mailbox[ColourImage] = Mailbox()
+    frames.bind(asyncio.get_running_loop())
+    camera = Camera(frames, jpeg_quality=85)
+    async with contextlib.aclosing(camera.stream()) as stream:
+        for number, stamp_s in enumerate((100.0, 99.9, 5.0, 5.0, 1e9)):
+            frames.put(frame(stamp_s), float(number))
+            assert f"X-Stamp-S: {stamp_s:.6f}".encode() in await anext(stream)
+
+
+@pytest.mark.parametrize(
+    "off_s", [None, 0.0, 3600.0, -3600.0, 1.6e9], ids=["no stamps", "right", "behind", "ahead", "since boot"]
+)
+async def test_each_picture_is_newer_than_the_last_whatever_clock_stamped_it(off_s: float | None) -> None:
+    """As `GET /camera/frame?after=` and the page's puller ask: after the last one's stamp."""
+    clocks = Clocks()
+    frames: Mailbox[ColourImage] = Mailbox()
+    frames.bind(asyncio.get_running_loop())
+    camera = Camera(frames, jpeg_quality=85)
+    last_s: float | None = None
+    for number in range(6):
+        now_s = 1_700_000_000.0 + number * 0.1
+        moment = clocks.moment("rgb", 0.0 if off_s is None else now_s - off_s, now_s)
+        assert moment is not None
+        frames.put(frame(moment.stamp_s), now_s)
+        picture = await camera.picture(after_s=last_s, wait_s=0.0)
+        assert picture is not None
+        last_s = picture.stamp_s

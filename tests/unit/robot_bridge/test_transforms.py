@@ -114,6 +114,26 @@ def test_a_clock_set_back_starts_a_new_history() -> None:
     assert buffer.at(5.0).x == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("back_s", [0.2, 3.0, 19.0, 3600.0])
+def test_a_clock_set_back_by_little_or_by_much_stops_no_pose(back_s: float) -> None:
+    buffer = PoseBuffer()
+    buffer.add_map_to_odom(0.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=0.0)
+    for tick in range(100):
+        buffer.add_odometry(5000.0 + tick * 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
+    for tick in range(3):
+        buffer.add_odometry(5005.0 - back_s + tick * 0.05, Pose2D(x=1.0, y=0.0, yaw=0.0))
+    assert buffer.newest().x == pytest.approx(1.0)
+
+
+def test_one_sample_that_comes_late_changes_nothing() -> None:
+    buffer = PoseBuffer()
+    buffer.add_map_to_odom(0.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=0.0)
+    for stamp_s, x in ((1.0, 0.1), (1.1, 0.2), (1.05, 9.0), (1.15, 0.3), (1.12, 9.0), (1.2, 0.4)):
+        buffer.add_odometry(stamp_s, Pose2D(x=x, y=0.0, yaw=0.0))
+    assert buffer.newest().x == pytest.approx(0.4)
+    assert buffer.at(1.1).x == pytest.approx(0.2)
+
+
 def test_old_samples_are_forgotten() -> None:
     buffer = PoseBuffer()
     buffer.add_map_to_odom(0.0, Pose2D(x=0.0, y=0.0, yaw=0.0), received_s=0.0)

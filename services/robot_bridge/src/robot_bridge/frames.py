@@ -113,8 +113,10 @@ class FrameTree:
         self._base_frame = base_frame
 
     def fix(self, parent: str, child: str, child_in_parent: Matrix) -> None:
-        """Any order; a later transform of the same child replaces the earlier. Raises `ValueError` for a frame in itself
-        and for one without a name; so does `move`."""
+        """Any order; a later transform of the same child replaces the earlier.
+
+        Raises `ValueError` for a frame in itself and for one without a name; so does `move`.
+        """
         with self._lock:
             if (track := self._track(parent, child)) is not None:
                 track.fix(child_in_parent)

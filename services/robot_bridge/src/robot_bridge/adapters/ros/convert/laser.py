@@ -104,9 +104,11 @@ def _posts(
 ) -> Mask:
     """Narrow things nearer than range_min and inside the footprint, which only the robot's own posts can be. What
     covers more of the view than a post may be anything."""
-    x = laser_in_base[0, 3] + ranges * np.cos(bearings)
-    y = laser_in_base[1, 3] + ranges * np.sin(bearings)
-    near = (ranges > 0.0) & (ranges < message.range_min) & (np.hypot(x, y) < rules.footprint_radius_m)
+    near = (ranges > 0.0) & (ranges < message.range_min)
+    distance_m = np.where(near, ranges, 0.0)
+    x = laser_in_base[0, 3] + distance_m * np.cos(bearings)
+    y = laser_in_base[1, 3] + distance_m * np.sin(bearings)
+    near &= np.hypot(x, y) < rules.footprint_radius_m
     if not near.any():
         return near
     for begin, width in _blind(near, message, laser_in_base):
