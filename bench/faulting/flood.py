@@ -26,6 +26,8 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "GET /scan": None,
         "GET /map": None,
         "GET /map.png": None,
+        "GET /maps": None,
+        "POST /map/same-home": {"id": "none"},
         "GET /camera/frame": None,
         "GET /emergency-stop": None,
         "GET /emergency-stop/history": None,
@@ -51,6 +53,7 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "GET /recordings/none/file": None,
         "DELETE /recordings/none": None,
         "GET /nowhere": None,
+        "POST /halt": None,
         "POST /emergency-stop": None,
         "POST /emergency-stop/reset": None,
     }
