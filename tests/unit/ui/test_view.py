@@ -4,7 +4,7 @@ import pytest
 
 from contracts.mission import MissionState, Outcome
 from contracts.problem import Dependency, DependencyState
-from contracts.robot import EmergencyStop, EmergencyStopReply, NavigationState
+from contracts.robot import EmergencyStop, EmergencyStopReply, NavigationState, SensorState, SensorStatus
 from support.ui_world import mission, robot_state, status
 from ui.situation import Situation
 from ui.view import PHASES, Tone, View, ago, duration, view
@@ -85,6 +85,21 @@ def test_a_stale_sensor_is_told_by_name() -> None:
     tones = {chip.label: chip.tone for chip in seen(situation).sensors}
     assert tones["depth"] is Tone.BAD
     assert tones["scan"] is Tone.GOOD
+
+
+def test_a_sensor_that_is_not_understood_is_told_with_its_reason_and_one_with_a_note_is_a_warning() -> None:
+    sensors = {
+        "scan": SensorStatus(state=SensorState.NOT_UNDERSTOOD, detail="its range_max is 0 m"),
+        "rgb": SensorStatus(state=SensorState.FRESH, age_s=0.1, detail="it carries no time"),
+        "map": SensorStatus(state=SensorState.NEVER),
+    }
+    situation = Situation()
+    situation.take_robot(robot_state().model_copy(update={"sensors": sensors}), NOW_S)
+    chips = {chip.label: chip for chip in seen(situation).sensors}
+    assert (chips["scan"].value, chips["scan"].tone) == ("not understood", Tone.BAD)
+    assert chips["scan"].title == "scan: not understood, its range_max is 0 m"
+    assert (chips["rgb"].tone, chips["rgb"].title) == (Tone.WARN, "rgb: fresh, it carries no time")
+    assert (chips["map"].value, chips["map"].tone) == ("never", Tone.BAD)
 
 
 def test_the_dock_buttons_follow_the_robot() -> None:
