@@ -3,8 +3,12 @@
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
 
 from support.redis_server import running_redis
+
+settings.register_profile("atom")  # a busy machine is no failure: time is measured in bench/
+settings.load_profile("atom")
 
 
 @pytest.fixture(scope="session")

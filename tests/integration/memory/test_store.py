@@ -229,7 +229,7 @@ steps = st.lists(
 
 
 @given(steps=steps)
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 async def test_sqlite_and_the_dict_agree_after_any_story(
     steps: list[Step], tmp_path_factory: pytest.TempPathFactory
 ) -> None:

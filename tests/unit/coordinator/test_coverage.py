@@ -54,7 +54,7 @@ def test_the_clearance_is_eight_cells_of_five_centimetres() -> None:
     assert clearance_cells(0.05) == 8
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(blocky)
 def test_every_lawnmower_point_has_its_clearance(blocks: np.ndarray) -> None:
     grid = grid_of(np.kron(blocks, np.ones((12, 12), dtype=bool)))
@@ -65,7 +65,7 @@ def test_every_lawnmower_point_has_its_clearance(blocks: np.ndarray) -> None:
         assert grid.free[row - 8 : row + 9, column - 8 : column + 9].sum() == 17 * 17
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(blocky)
 def test_every_region_of_more_than_256_safe_cells_has_a_point(blocks: np.ndarray) -> None:
     grid = grid_of(np.kron(blocks, np.ones((12, 12), dtype=bool)))

@@ -246,7 +246,7 @@ def check_path(before: MissionState, actions: tuple[do.Action, ...], after: Miss
     assert here is after
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.tuples(prefixes, st.lists(steps, max_size=50)).map(lambda parts: [*parts[0], *parts[1]]),
     st.sampled_from(ApproachRule),
@@ -302,7 +302,7 @@ def check_ending(mission: Mission) -> None:
     assert mission.outcome is not Outcome.DOCKED or mission.kind is MissionKind.DOCK
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.tuples(prefixes, st.lists(steps, max_size=40)).map(lambda parts: [*parts[0], *parts[1]]),
     st.sampled_from(ApproachRule),
@@ -323,7 +323,7 @@ def test_written_down_and_read_back_it_decides_the_same_again(
     assert again[-1].after == player.mission
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(prefixes, st.lists(steps, max_size=10), st.sampled_from(ApproachRule))
 def test_left_alone_every_mission_ends_within_its_deadlines(
     prefix: list[tuple[Any, ...]], rest: list[tuple[Any, ...]], approach: ApproachRule
@@ -340,7 +340,7 @@ def test_left_alone_every_mission_ends_within_its_deadlines(
     check_ending(player.mission)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(prefixes, st.lists(noise, min_size=1, max_size=12), st.sampled_from(ApproachRule), st.booleans())
 def test_whatever_keeps_coming_every_mission_ends_within_its_deadlines(
     prefix: list[tuple[Any, ...]], stream: list[tuple[Any, ...]], approach: ApproachRule, docking: bool

@@ -78,7 +78,7 @@ def test_a_map_of_nothing_is_the_same_as_no_other() -> None:
     assert same_place(nothing, nothing).verdict is Verdict.OTHER
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.sampled_from(HOMES), st.floats(-math.pi, math.pi), st.sampled_from([0.03, 0.05, 0.08]))
 def test_how_a_map_is_written_down_makes_no_difference(home: OccupancyGrid, yaw: float, resolution_m: float) -> None:
     assert same_place(sketch_of(home), sketch_of(rewritten(home, yaw, resolution_m))).agreement > 0.9

@@ -181,5 +181,5 @@ class ArbiterMachine(RuleBasedStateMachine):
         return slowed, None if self.factor == 1.0 else Restraint(SafetyCause.SLOWED)
 
 
-ArbiterMachine.TestCase.settings = settings(max_examples=80, stateful_step_count=40, deadline=None)
+ArbiterMachine.TestCase.settings = settings(max_examples=80, stateful_step_count=40)
 TestArbiter = ArbiterMachine.TestCase

@@ -42,7 +42,7 @@ def run(
     raise AssertionError("it never ended")
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(-7.4, 7.4), st.floats(0.3, 1.9), st.floats(-3.1, 3.1))
 def test_any_turn_ends_within_3_degrees_more_than_once_round_too(angle: float, speed: float, heading: float) -> None:
     reply, turned = run(Rotation(angle, speed_rad_s=speed, timeout_s=60.0, tuning=tuning()), heading=heading)
@@ -50,7 +50,7 @@ def test_any_turn_ends_within_3_degrees_more_than_once_round_too(angle: float, s
     assert math.isclose(turned, angle, abs_tol=math.radians(3.0))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(0.05, 2.0), st.floats(0.05, 0.306), st.floats(-3.1, 3.1))
 def test_any_drive_ends_within_2_cm(distance_m: float, speed: float, heading: float) -> None:
     drive = Drive(distance_m, speed_m_s=speed, timeout_s=60.0, allow_reverse=False, tuning=tuning())

@@ -307,5 +307,5 @@ class WheelsMachine(RuleBasedStateMachine):
         assert sum(self.wheels.refused.values()) == self.refused
 
 
-WheelsMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
+WheelsMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40)
 TestWheels = WheelsMachine.TestCase

@@ -185,7 +185,7 @@ def planning_code(data: np.ndarray, start: tuple[float, float], goal: tuple[floa
     goal_y=st.floats(0.4, 3.6),
     goal_yaw=st.floats(-3.1, 3.1),
 )
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=15, derandomize=True)
 def test_the_robot_arrives_within_tolerance_without_touching_a_wall(
     x: float, y: float, yaw: float, goal_x: float, goal_y: float, goal_yaw: float
 ) -> None:
