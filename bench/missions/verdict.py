@@ -1,18 +1,22 @@
 """Whether a mission's ending was honest, judged against ground truth and against the faults that were injected."""
 
-import re
 from dataclasses import dataclass
 
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run
 from bench.missions.scenario import Present
-from contracts.mission import Outcome
+from contracts.mission import EndCause, Mission, Outcome, Report
 from contracts.vision import Verdict as Said
 from sim.scoring import Score
 
 SHARE_OF_EVERYTHING = 75
 DISTANCE_ERROR_M = 0.30
-SERVICE_FAULTS = ("down", "lost", "slow", "bus", "Nav2", "paths", "cut off")
+SERVICE_FAULTS = frozenset({
+    "bus delay", "bus drop", "bus duplicate", "slow replies", "lost replies", "bridge down", "inference down",
+    "memory down", "Nav2 rejects", "Nav2 aborts 104", "Nav2 aborts 2xx", "Nav2 says done too soon", "paths refused",
+    "turns cut off",
+})  # fmt: skip
+"""Faults that may keep a mission from going on, by their names in `faults.KINDS`."""
 
 
 @dataclass(frozen=True)
@@ -43,24 +47,24 @@ def judge(run: Run, place: SimulatedPlace) -> Verdict:  # noqa: PLR0911 - one fo
         case Outcome.FOUND:
             return _found(run, place)
         case Outcome.NOT_FOUND | Outcome.UNSURE:
-            return Verdict(ending, _unfound(mission.reason))
+            return Verdict(ending, _unfound(mission.report))
         case Outcome.CANCELED:
             return Verdict(ending, "" if one.faults.cancel_s is not None else "nobody cancelled it")
         case Outcome.ABORTED:
-            return Verdict(ending, _aborted(run, mission.reason))
+            return Verdict(ending, _aborted(run, mission.report))
         case Outcome.INTERRUPTED:
             return Verdict(ending, "" if one.faults.coordinator_dies_s is not None else "nothing interrupted it")
         case _:
             return Verdict(ending, "not an ending of a search")
 
 
-def _unfound(reason: str) -> str:
+def _unfound(report: Report | None) -> str:
     """It must say how much was looked at, and may speak of everything only where that was most of it."""
-    share = re.search(r"(\d+) % of the free space", reason)
-    if share is None:
+    if report is None or report.looked_share is None:
         return "it does not say how much was looked at"
-    if "every place was looked at" in reason and int(share[1]) < SHARE_OF_EVERYTHING:
-        return f"it speaks of every place after {share[1]} %"
+    share = round(report.looked_share * 100)
+    if report.ended_by is EndCause.ALL_LOOKED and share < SHARE_OF_EVERYTHING:
+        return f"it speaks of every place after {share} %"
     return ""
 
 
@@ -71,7 +75,7 @@ def _found(run: Run, place: SimulatedPlace) -> Verdict:
     score = place.judge(run.pose, one.kind, one.asked_colour)
     wrong = _wrong_thing(one.present, score)
     if wrong or score is None:
-        told = any(vote.verdict is Said.NO for vote in mission.votes) or "by the votes alone" in mission.reason
+        told = any(vote.verdict is Said.NO for vote in mission.votes) or _by_the_votes_alone(mission)
         deceived = one.faults.errors.liar in {"clip", "vlm"} and told
         return Verdict("found", "" if deceived else wrong, deceived=deceived)
     told, true = mission.measured_distance_m, score.horizontal_distance_m
@@ -79,6 +83,11 @@ def _found(run: Run, place: SimulatedPlace) -> Verdict:
     if told is not None and abs(told - true) > DISTANCE_ERROR_M + 0.1 * true:
         wrong = f"told {told:.2f} m, it is {true:.2f} m"
     return Verdict("found", wrong, correct=score.correct, true_distance_m=true)
+
+
+def _by_the_votes_alone(mission: Mission) -> bool:
+    report = mission.report
+    return report is not None and report.found is not None and report.found.colour_unseen
 
 
 def _wrong_thing(present: Present, score: Score | None) -> str:
@@ -90,15 +99,16 @@ def _wrong_thing(present: Present, score: Score | None) -> str:
     return ""
 
 
-def _aborted(run: Run, reason: str) -> str:
+def _aborted(run: Run, report: Report | None) -> str:
     """The cause that was told must be one that was there."""
     faults = run.scenario.faults
-    if "emergency stop" in reason:
-        return "" if faults.stop_s is not None else "nobody stopped it"
-    if "paused" in reason:
-        return "" if faults.pause_s is not None else "nobody paused it"
-    if not reason:
+    if report is None or report.ended_by is None or not report.cause:
         return "no cause was told"
-    if not any(word in name for name in faults.names for word in SERVICE_FAULTS):
-        return f"aborted without such a fault: {reason}"
-    return ""
+    match report.ended_by:
+        case EndCause.STOPPED:
+            return "" if faults.stop_s is not None else "nobody stopped it"
+        case EndCause.STAYED_PAUSED:
+            return "" if faults.pause_s is not None else "nobody paused it"
+        case _:
+            known = not SERVICE_FAULTS.isdisjoint(faults.names)
+            return "" if known else f"aborted without such a fault: {report.cause}"

@@ -1,6 +1,8 @@
 """The history of missions: one suite over the log in memory and the one in SQLite, and what only a file can do."""
 
 import asyncio
+import contextlib
+import json
 import sqlite3
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
@@ -8,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from contracts.mission import Mission, MissionEvent, MissionState, Outcome
+from contracts.mission import EventKind, Mission, MissionEvent, MissionState, Outcome
 from coordinator.adapters.memory_log import MemoryLog
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.ports import KnownRequest, MissionLog
@@ -53,7 +55,7 @@ def mission(name: str, outcome: Outcome | None = None, **changes: object) -> Mis
 
 def event(number: int, name: str = "a") -> MissionEvent:
     return MissionEvent(
-        id=number, mission_id=name, stamp_s=1.0, state=MissionState.IDLE, kind="state", text=f"line {number}"
+        id=number, mission_id=name, stamp_s=1.0, state=MissionState.IDLE, kind=EventKind.STATE, text=f"line {number}"
     )
 
 
@@ -140,6 +142,32 @@ async def test_after_a_restart_what_ran_or_waited_is_interrupted_and_what_was_ov
         assert (last.id, last.data["outcome"]) == (2, "interrupted")
         assert log.next_event_id == 4
         assert await asyncio.wait_for(take(log, -1, 4), 30.0) == [0, 1, 2, 3]
+
+
+WRITTEN_BEFORE = (
+    "queued", "start", "state", "navigation", "motion", "sighting", "depth", "votes", "failure", "dock", "undock",
+    "pause", "resume", "stop", "found", "end",
+)  # fmt: skip
+"""Kinds of a timeline's lines when they were bare strings."""
+
+
+async def test_a_history_written_before_ends_were_types_still_opens(tmp_path: Path) -> None:
+    async with sqlite_log(tmp_path / "missions.db") as log:
+        await log.saved()
+    report = {"text": "aborted", "cause": "emergency stop: smoke", "found": None, "candidates": []}
+    record = {"id": "old", "command": "find it", "state": "IDLE", "outcome": "aborted", "reason": "aborted",
+              "started_s": 1.0, "ended_s": 2.0, "report": report}  # fmt: skip
+    with contextlib.closing(sqlite3.connect(tmp_path / "missions.db")) as file, file:
+        file.execute("INSERT INTO missions (id, over, record) VALUES ('old', 1, ?)", (json.dumps(record),))
+        for number, kind in enumerate(WRITTEN_BEFORE):
+            line = {"id": number, "mission_id": "old", "stamp_s": 1.0, "state": "IDLE", "kind": kind, "text": "so"}
+            file.execute("INSERT INTO events (id, mission_id, line) VALUES (?, 'old', ?)", (number, json.dumps(line)))
+    async with sqlite_log(tmp_path / "missions.db") as log:
+        old = await log.get("old")
+        assert old is not None
+        assert old.report is not None
+        assert (old.outcome, old.report.ended_by, old.report.cause) == (Outcome.ABORTED, None, "emergency stop: smoke")
+        assert [one.kind.value for one in await log.events("old", after=-1, limit=99)] == list(WRITTEN_BEFORE)
 
 
 async def test_a_second_restart_changes_nothing_more(tmp_path: Path) -> None:

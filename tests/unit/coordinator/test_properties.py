@@ -297,6 +297,7 @@ def check_ending(mission: Mission) -> None:
     assert report is not None
     assert report.text
     assert (report.cause != "") == (mission.outcome in {Outcome.ABORTED, Outcome.CANCELED})
+    assert (report.ended_by is None) == (mission.outcome in {Outcome.FOUND, Outcome.DOCKED})
     assert (report.found is not None) == (mission.outcome is Outcome.FOUND)
     assert mission.outcome is not Outcome.UNSURE or report.candidates
     assert mission.outcome is not Outcome.DOCKED or mission.kind is MissionKind.DOCK

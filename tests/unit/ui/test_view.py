@@ -124,7 +124,7 @@ def test_who_is_missing_is_named() -> None:
     assert seen(situation).away == "Redis not reachable"
     slow = Dependency.of("memory", ok=False, detail="not ready in time")
     situation.services = (ready, slow)
-    assert seen(situation).away == "inference, memory not available"
+    assert seen(situation).away == "inference, memory not ready"
 
 
 def test_a_service_that_warns_is_shown_as_one_that_works_and_says_of_what() -> None:

@@ -100,6 +100,7 @@ class Candidate(Message):
     votes: tuple[Vote, ...] = ()
     confirmed: bool = False
     narrow: bool = Field(default=False, description="refused by a hair, or judged by too few: it may be the target")
+    colour_unseen: bool = Field(default=False, description="no look at it named the colour asked for: votes alone did")
     picture: int | None = Field(default=None, ge=0, description="GET /missions/{id}/pictures/{picture}: a JPEG crop")
     stamp_s: float = Field(ge=0.0, description="when it was judged")
 
@@ -134,6 +135,43 @@ class MapTrouble(StrEnum):
     """The map was changed for that of another place while the mission ran."""
 
 
+class EndCause(StrEnum):
+    """What ended a mission that was no find: for a program; `Report.cause` and `text` say it to a person."""
+
+    ALL_LOOKED = "all_looked"
+    """Every place worth it was looked at."""
+    NO_PLACE_LEFT = "no_place_left"
+    """Of the places left none could be reached."""
+    TIME_UP = "time_up"
+    """Its own time was up."""
+    STOPPED = "stopped"
+    """An emergency stop."""
+    PERSON = "person"
+    """A person asked for it."""
+    STAYED_PAUSED = "stayed_paused"
+    """Nobody resumed it."""
+    CANNOT_MOVE = "cannot_move"
+    """Turns and drives kept being cut off."""
+    NAVIGATION = "navigation"
+    """Nav2 refused goal after goal, or reached none of many places."""
+    SERVICE = "service"
+    """A service kept failing, or did not answer."""
+    NO_PICTURES = "no_pictures"
+    """No picture came to look at."""
+    BRIDGE_SILENT = "bridge_silent"
+    """robot_bridge, or Redis, said nothing any more."""
+    LOST = "lost"
+    """The robot did not know its place in the map for long."""
+    MAP = "map"
+    """The map cannot be searched; `map_trouble` says why."""
+    BATTERY = "battery"
+    """The battery was too low to begin."""
+    NOT_DOCKED = "not_docked"
+    """It did not get onto its dock."""
+    RESTART = "restart"
+    """The coordinator ended while it was queued or ran."""
+
+
 class Report(Message):
     """What an ending rests on. `text` says all of it in one or two sentences."""
 
@@ -145,6 +183,7 @@ class Report(Message):
     places_unreachable: int = Field(default=0, ge=0)
     last_seen: LastSeen | None = None
     seen_instead: tuple[SeenInstead, ...] = Field(default=(), max_length=20, description="most often seen first")
+    ended_by: EndCause | None = Field(default=None, description="none for a find, and in records of before")
     cause: str = Field(default="", max_length=500, description="why it was aborted, interrupted or cancelled")
     map_trouble: MapTrouble | None = Field(default=None, description="where the map is why it was aborted")
 
@@ -203,6 +242,43 @@ class MissionTarget(Message):
     fast: bool = Field(default=False, description="look more often than at rest: the robot is centering or approaching")
 
 
+class EventKind(StrEnum):
+    """What a line of the timeline is about."""
+
+    QUEUED = "queued"
+    """It waits in the queue."""
+    START = "start"
+    """It begins."""
+    STATE = "state"
+    """The state changes; `data` has before and after."""
+    NAVIGATION = "navigation"
+    """A goal: where to, and how it ended."""
+    MOTION = "motion"
+    """A turn or a drive ended early; `data` has the end."""
+    SIGHTING = "sighting"
+    """Something like it was seen."""
+    DEPTH = "depth"
+    """It was measured."""
+    VOTES = "votes"
+    """It was judged; `data` has the votes and the picture's number."""
+    FAILURE = "failure"
+    """A call failed, or nothing came."""
+    DOCK = "dock"
+    """On the way to the dock."""
+    UNDOCK = "undock"
+    """Off the dock."""
+    PAUSE = "pause"
+    """It is paused: by a person, or because the robot was lifted."""
+    RESUME = "resume"
+    """A person lets it go on."""
+    STOP = "stop"
+    """Why the emergency stop was pressed, where that came later."""
+    FOUND = "found"
+    """It ended as a find."""
+    END = "end"
+    """It ended otherwise."""
+
+
 class MissionEvent(Message):
     """One line of the timeline."""
 
@@ -210,7 +286,7 @@ class MissionEvent(Message):
     mission_id: str = Field(description="empty where it belongs to none")
     stamp_s: StampS
     state: MissionState
-    kind: str = Field(max_length=40, description="state, navigation, sighting, votes, depth, ...")
+    kind: EventKind
     text: str = Field(max_length=1000, description="what was done and why, for a person")
     data: dict[str, Any] = Field(default_factory=dict)
 

@@ -50,7 +50,7 @@ class TooManyError(MeshError):
 
 
 class UnavailableError(MeshError):
-    """`service` names the dependency that is away."""
+    """`service` names the dependency that is away; `said` is the detail without that name."""
 
     status = 503
     title = "Dependency unavailable"
@@ -58,6 +58,7 @@ class UnavailableError(MeshError):
     def __init__(self, service: str, detail: str, *, code: str = "") -> None:
         super().__init__(f"{service}: {detail}", code=code)
         self.service = service
+        self.said = detail
 
 
 class ServiceTimeoutError(UnavailableError):
@@ -66,7 +67,7 @@ class ServiceTimeoutError(UnavailableError):
 
 
 class UpstreamError(MeshError):
-    """Another service said no; `upstream_status` is its HTTP status."""
+    """Another service said no; `upstream_status` is its HTTP status, `said` what it said."""
 
     status = 502
     title = "Dependency refused"
@@ -74,4 +75,5 @@ class UpstreamError(MeshError):
     def __init__(self, service: str, upstream_status: int, detail: str, *, code: str = "") -> None:
         super().__init__(f"{service}: {detail}", code=code)
         self.service = service
+        self.said = detail
         self.upstream_status = upstream_status

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import structlog
 
 from contracts.memory import RecalledView, RecallRequest
-from contracts.mission import LastSeen, MissionState, Outcome, Report
+from contracts.mission import EndCause, EventKind, LastSeen, MissionState, Outcome, Report
 from coordinator.autodock import PowerRules, Watch, due, why_too_low
 from coordinator.core import events as ev
 from coordinator.core.mission import Order, Place
@@ -52,7 +52,7 @@ class Dispatcher:
         async with self._turn:
             state = self._runner.mission.state
             if state is MissionState.EMERGENCY_STOP:
-                self._end_waiting("an emergency stop: nothing begins by itself afterwards")
+                self._end_waiting(EndCause.STOPPED, "an emergency stop: nothing begins by itself afterwards")
             elif state is MissionState.IDLE:
                 await self._next()
 
@@ -66,7 +66,7 @@ class Dispatcher:
             return True
         waiting = self._queue.remove(mission_id)
         if waiting is not None:
-            self._close(waiting, Outcome.CANCELED, "cancelled by a person before it began")
+            self._close(waiting, Outcome.CANCELED, EndCause.PERSON, "cancelled by a person before it began")
         return waiting is not None
 
     def end_all(self, why: str) -> tuple[str, ...]:
@@ -98,13 +98,13 @@ class Dispatcher:
         return tuple(ended)
 
     def _cancel_waiting(self, waiting: Pending, why: str) -> str:
-        self._close(waiting, Outcome.CANCELED, why)
+        self._close(waiting, Outcome.CANCELED, EndCause.PERSON, why)
         return waiting.id
 
     async def _next(self) -> None:
         low = self.why_no_power()
         if low:
-            self._end_waiting(f"it was not begun: {low}")
+            self._end_waiting(EndCause.BATTERY, f"it was not begun: {low}")
         self._watch, why = due(self._watch, self._runner.robot_state, self._clock.now_s(), self._power)
         if why:
             self._dock(uuid.uuid4().hex, why, Order(asked_s=self._clock.now_s()))
@@ -124,10 +124,10 @@ class Dispatcher:
         self._beginning = waiting
         recalled, note = await self._recall(task)
         if not self._still_begins(waiting):
-            self._close(waiting, Outcome.CANCELED, "ended by a person before it began")
+            self._close(waiting, Outcome.CANCELED, EndCause.PERSON, "ended by a person before it began")
             return
         if self._runner.mission.state is not MissionState.IDLE:  # stopped meanwhile
-            self._close(waiting, Outcome.ABORTED, "an emergency stop before it began")
+            self._close(waiting, Outcome.ABORTED, EndCause.STOPPED, "an emergency stop before it began")
             return
         self._runner.begin(
             ev.MissionStarted(
@@ -166,11 +166,11 @@ class Dispatcher:
             log.warning("nothing was recalled", error=str(error))
             return (), "nothing could be recalled"
 
-    def _end_waiting(self, why: str) -> None:
+    def _end_waiting(self, by: EndCause, why: str) -> None:
         for waiting in self._queue.clear():
-            self._close(waiting, Outcome.ABORTED, why)
+            self._close(waiting, Outcome.ABORTED, by, why)
 
-    def _close(self, waiting: Pending, outcome: Outcome, why: str) -> None:
+    def _close(self, waiting: Pending, outcome: Outcome, by: EndCause, why: str) -> None:
         text = f"{outcome.value}: {why}"
         record = waiting.record(0).model_copy(
             update={
@@ -178,10 +178,10 @@ class Dispatcher:
                 "outcome": outcome,
                 "reason": text,
                 "ended_s": max(0.0, self._clock.now_s()),
-                "report": Report(text=text, cause=why[:500]),
+                "report": Report(text=text, ended_by=by, cause=why[:500]),
             }
         )
-        self._runner.tell(record, "end", text, outcome=outcome.value)
+        self._runner.tell(record, EventKind.END, text, outcome=outcome.value)
 
 
 def _place(recalled: RecalledView) -> Place:

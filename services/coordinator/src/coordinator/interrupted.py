@@ -1,6 +1,6 @@
 """What becomes of a mission whose coordinator ended: reported as interrupted, never taken up again by itself."""
 
-from contracts.mission import Mission, MissionEvent, MissionState, Outcome, Report
+from contracts.mission import EndCause, EventKind, Mission, MissionEvent, MissionState, Outcome, Report
 
 
 def interrupted(mission: Mission, now_s: float) -> Mission:
@@ -14,7 +14,7 @@ def interrupted(mission: Mission, now_s: float) -> Mission:
             "outcome": Outcome.INTERRUPTED,
             "reason": text,
             "ended_s": max(now_s, mission.started_s),
-            "report": Report(text=text, cause=f"the coordinator ended while {doing}"),
+            "report": Report(text=text, ended_by=EndCause.RESTART, cause=f"the coordinator ended while {doing}"),
         }
     )
 
@@ -25,7 +25,7 @@ def line_of(mission: Mission, event_id: int, now_s: float) -> MissionEvent:
         mission_id=mission.id,
         stamp_s=max(0.0, now_s),
         state=MissionState.IDLE,
-        kind="end",
+        kind=EventKind.END,
         text=mission.reason,
         data={"outcome": Outcome.INTERRUPTED.value},
     )

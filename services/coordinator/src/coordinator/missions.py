@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import structlog
 
-from contracts.mission import CommandRefusal, CoveragePlan, Heard, Mission, MissionState
+from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
 from contracts.problem import Dependency
 from contracts.reading import Mood, Restriction, RestrictionKind
 from contracts.vision import ParsedTarget, ParsedTask, ParseTaskRequest
@@ -120,7 +120,7 @@ class Missions:
             what = record.target.description if record.target is not None else "the dock"
             part = f" (part {record.part} of {record.parts})" if record.parts > 1 else ""
             if busy or record.queue_position != 0:
-                self.runner.tell(record, "queued", f"'{record.command}': {what}{part} waits for its turn")
+                self.runner.tell(record, EventKind.QUEUED, f"'{record.command}': {what}{part} waits for its turn")
             else:
                 self.log.put(record)
 

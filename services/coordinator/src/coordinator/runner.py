@@ -8,7 +8,7 @@ import structlog
 
 from contracts import mission as wire
 from contracts.causes import Refusal
-from contracts.mission import MissionState, MissionStatus
+from contracts.mission import EventKind, MissionState, MissionStatus
 from contracts.motion import BaseReply, Hazard
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
@@ -188,7 +188,7 @@ class Runner:
         try:
             event = await work()
         except (UnavailableError, UpstreamError) as error:
-            event = ev.CallFailed(call, error.service, error.detail.removeprefix(f"{error.service}: "), _refusal(error))
+            event = ev.CallFailed(call, error.service, error.said, _refusal(error))
         except (MeshError, MapError) as error:
             event = ev.CallFailed(call, "robot_bridge", str(error))
         except TimeoutError:
@@ -273,7 +273,7 @@ class Runner:
         except (MeshError, MapError) as error:
             log.warning("no map yet", error=str(error))
 
-    def tell(self, mission: wire.Mission, kind: str, text: str, **data: Any) -> None:
+    def tell(self, mission: wire.Mission, kind: EventKind, text: str, **data: Any) -> None:
         """A line of the timeline of a mission that does not run: queued, or over before it began."""
         self._log.put(mission)
         self._announcer.say(mission.id, do.Say(self.mission.state, kind, text, data))

@@ -261,7 +261,7 @@ async def told(doing: Awaitable[str]) -> Told:
 
 def in_words(error: MeshError) -> str:
     """A refusal in the words of the service; one that is away is named."""
-    return error.detail.removeprefix(f"{error.service}: ") if isinstance(error, UpstreamError) else error.detail
+    return error.said if isinstance(error, UpstreamError) else error.detail
 
 
 def goal_end_in_words(goal: Goal) -> str:

@@ -225,7 +225,7 @@ SERVICE_TONES = {DependencyState.READY: Tone.GOOD, DependencyState.WARNING: Tone
 
 
 def _service(one: Dependency) -> Chip:
-    value = "" if one.state is DependencyState.READY else _short(one.detail)
+    value = "" if one.state is DependencyState.READY else _state_in_words(one)
     return Chip(
         name_of(one.name), value, SERVICE_TONES.get(one.state, Tone.BAD), f"{one.name}: {one.detail or t('ready')}"
     )
@@ -237,12 +237,19 @@ def _away(situation: Situation) -> str:
     missing = [service for service in lacking if service.state is DependencyState.UNREACHABLE] or lacking
     if not missing:
         return ""
-    details = {_short(service.detail) for service in missing}
+    details = {_state_in_words(service) for service in missing}
     return f"{', '.join(name_of(s.name) for s in missing)} {details.pop() if len(details) == 1 else t('not available')}"
 
 
-def _short(detail: str) -> str:
-    return detail.split(" (", maxsplit=1)[0][:60] or t("away")
+def _state_in_words(one: Dependency) -> str:
+    """What it is, from its type; its whole detail is told where there is room."""
+    match one.state:
+        case DependencyState.UNREACHABLE:
+            return t("not reachable")
+        case DependencyState.NOT_READY:
+            return t("not ready")
+        case DependencyState.READY | DependencyState.WARNING:
+            return one.detail[:60]
 
 
 def name_of(service: str) -> str:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.mission import MissionState
+from contracts.mission import EventKind, MissionState
 from contracts.robot import BoxQuery
 from contracts.vision import Detections, Target
 
@@ -121,7 +121,7 @@ class Say:
     """One line of the timeline, and the state it was said in."""
 
     state: MissionState
-    kind: str
+    kind: EventKind
     text: str
     data: dict[str, Any] = field(default_factory=dict[str, Any])
 

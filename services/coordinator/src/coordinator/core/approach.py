@@ -4,7 +4,7 @@ more where looking is possible, and drives the rest straight on odometry ("Geome
 
 import math
 
-from contracts.mission import MissionState
+from contracts.mission import EventKind, MissionState
 from contracts.robot import GoalStatus, LocalizeReply
 from coordinator.core.activities import ChoosingPath, Driving, Going, Looking, Measuring, Stage, Turning
 from coordinator.core.centering import set_aside
@@ -47,10 +47,10 @@ def handle(draft: Draft, event: Event) -> None:
             if too_near_for_a_goal(draft, poses[index]):
                 _face(draft)
                 return
-            draft.say("navigation", "to a place in front of it", goal=poses[index].model_dump())
+            draft.say(EventKind.NAVIGATION, "to a place in front of it", goal=poses[index].model_dump())
             draft.navigate(poses[index])
         case ChoosingPath(), PathChosen(error=error):
-            draft.say("navigation", f"no place round it can be reached ({error}): straight on")
+            draft.say(EventKind.NAVIGATION, f"no place round it can be reached ({error}): straight on")
             _face(draft)
         case Going(), GoalEnded():
             _goal_ended(draft, event)
@@ -76,7 +76,7 @@ def _driven(draft: Draft, ended: MotionEnded) -> None:
     """Something in the way may end the approach; what cut the drive off for another reason never does."""
     if not ended.end.completed:
         text = f"the drive ended after {ended.driven_m:.2f} m: {ended.text or ended.end.sentence}"
-        draft.say("motion", text, moved_m=round(ended.driven_m, 3), end=ended.end.value)
+        draft.say(EventKind.MOTION, text, moved_m=round(ended.driven_m, 3), end=ended.end.value)
     if _goes_on(draft, ended):
         draft.set_approach(stage=Stage.CONFIRM, ended=ended.end)
         draft.look(draft.rules.look_again_s / 2)
@@ -116,8 +116,8 @@ def _goal_ended(draft: Draft, event: GoalEnded) -> None:
     going = draft.mission.activity
     assert isinstance(going, Going)
     if event.status is GoalStatus.ABORTED and going.tries == 0:
-        draft.say("navigation", f"aborted with error {event.error_code}: clearing the costmaps, once more from here",
-                  error_code=event.error_code)  # fmt: skip
+        why = f"aborted with error {event.error_code}: clearing the costmaps, once more from here"
+        draft.say(EventKind.NAVIGATION, why, error_code=event.error_code)
         draft.navigate(going.goal, tries=1)
         return
     refused = event.status in {GoalStatus.CANCELED, GoalStatus.REJECTED} and draft.search.refusals == 0
@@ -126,7 +126,7 @@ def _goal_ended(draft: Draft, event: GoalEnded) -> None:
         draft.fail("navigation", f"{event.status.value} {event.error}".strip(), stopped=event.stopped)
         return
     if event.status is not GoalStatus.SUCCEEDED:
-        draft.say("navigation", f"{event.status.value} {event.error_code}: straight on from here",
+        draft.say(EventKind.NAVIGATION, f"{event.status.value} {event.error_code}: straight on from here",
                   error_code=event.error_code)  # fmt: skip
     _face(draft)
 
@@ -164,7 +164,7 @@ def _measured(draft: Draft, stage: Stage, reply: LocalizeReply) -> None:
     if reply.distance_m is None or new is None:
         _go_on(draft, stage)
     elif old is not None and math.dist(old, new) > JUMP_M and not _said_before(draft, new):
-        draft.say("depth", f"measured {math.dist(old, new):.1f} m beside its place: not counted yet")
+        draft.say(EventKind.DEPTH, f"measured {math.dist(old, new):.1f} m beside its place: not counted yet")
         draft.set_approach(disputed=(*draft.approach.disputed, new))
         if len(draft.approach.disputed) < DISPUTES_MAX:
             draft.look(draft.rules.look_again_s)
@@ -175,7 +175,7 @@ def _measured(draft: Draft, stage: Stage, reply: LocalizeReply) -> None:
             draft.set_candidate(map_xy=None, odom_xy=None)
         draft.set_approach(disputed=())
         take_measurement(draft, reply)
-        draft.say("depth", f"{reply.distance_m:.2f} m away", distance_m=round(reply.distance_m, 3), map_xy=new)
+        draft.say(EventKind.DEPTH, f"{reply.distance_m:.2f} m away", distance_m=round(reply.distance_m, 3), map_xy=new)
         _go_on(draft, stage)
 
 
@@ -257,6 +257,6 @@ def _other_side(draft: Draft) -> bool:
         return False
     alternatives = draft.approach.alternatives + 1
     draft.set_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, ended=None, drives=0)
-    draft.say("navigation", "stopped too far off: trying another side of it")
+    draft.say(EventKind.NAVIGATION, "stopped too far off: trying another side of it")
     draft.choose_path(groups, costs)
     return True

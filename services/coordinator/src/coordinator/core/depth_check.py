@@ -1,6 +1,6 @@
 """DEPTH_CHECK: standing still, measuring how far, and asking the three votes (requirements A9 to A11)."""
 
-from contracts.mission import MissionState
+from contracts.mission import EventKind, MissionState
 from contracts.robot import LocalizeReply
 from contracts.vision import Validation, Verdict, Vote
 from coordinator.core import actions as do
@@ -91,8 +91,8 @@ def _decide(draft: Draft) -> None:
         return
     take_measurement(draft, reply)
     distance = reply.distance_m or 0.0
-    draft.say("depth", f"{distance:.2f} m away", distance_m=round(distance, 3), samples=len(draft.candidate.samples),
-              agreed=support, map_xy=draft.candidate.map_xy)  # fmt: skip
+    told = {"distance_m": round(distance, 3), "samples": len(draft.candidate.samples), "agreed": support}
+    draft.say(EventKind.DEPTH, f"{distance:.2f} m away", **told, map_xy=draft.candidate.map_xy)
     if not draft.candidate.confirmed and is_refused(draft.mission, draft.candidate.map_xy, reply.distance_m):
         lose(draft)
         draft.set_search(headings=draft.search.headings[1:])  # else the next look would find it here again
@@ -111,7 +111,7 @@ def _unmeasured(draft: Draft) -> None:
     x0, y0, x1, y1 = box.bbox_xyxy
     share = (x1 - x0) * (y1 - y0) / (box.image_width_px * box.image_height_px)
     why = draft.candidate.samples[-1].reason if draft.candidate.samples else ""
-    draft.say("depth", f"no distance could be measured ({why or 'no depth in the box'})")
+    draft.say(EventKind.DEPTH, f"no distance could be measured ({why or 'no depth in the box'})")
     if share >= NEAR_BOX_SHARE:
         _ask(draft)
     else:
@@ -133,7 +133,7 @@ def _validated(draft: Draft, validation: Validation) -> None:
     keep_picture(draft)
     tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
     word = "confirmed" if confirmed else "refused"
-    draft.say("votes", f"{word}: {tally}", confirmed=confirmed, votes=votes_data(validation.votes),
+    draft.say(EventKind.VOTES, f"{word}: {tally}", confirmed=confirmed, votes=votes_data(validation.votes),
               picture=draft.candidate.picture)  # fmt: skip
     distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
     if confirmed:

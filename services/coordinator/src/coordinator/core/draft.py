@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState
+from contracts.mission import EventKind, MissionState
 from contracts.robot import BoxQuery
 from coordinator.core import actions as do
 from coordinator.core.activities import (
@@ -73,14 +73,14 @@ class Draft:
     def act(self, action: do.Action) -> None:
         self.actions.append(action)
 
-    def say(self, kind: str, text: str, **data: Any) -> None:
+    def say(self, kind: EventKind, text: str, **data: Any) -> None:
         self.set(progress=text)
         self.act(do.Say(self.mission.state, kind, text, data))
 
     def be(self, activity: Activity) -> None:
         self.set(activity=activity)
 
-    def go(self, state: MissionState, reason: str, *, kind: str = "state", **data: Any) -> None:
+    def go(self, state: MissionState, reason: str, *, kind: EventKind = EventKind.STATE, **data: Any) -> None:
         """Changes the state, with its reason in words; the new state's `begin` runs next."""
         if state not in ALLOWED[self.mission.state]:
             raise ForbiddenTransitionError(f"{self.mission.state} -> {state}: {reason}")
@@ -102,14 +102,14 @@ class Draft:
         """
         self.set(failures=self.mission.failures + 1)
         how = "cut off by the emergency stop" if stopped else f"{detail}; trying again"
-        self.say("failure", f"{service}: {how}", service=service, failures=self.mission.failures)
+        self.say(EventKind.FAILURE, f"{service}: {how}", service=service, failures=self.mission.failures)
         grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
         self.be(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
 
     def pause(self, why: str) -> None:
         self.stop_motion()
         self.be(Paused(since_s=self.now_s, until_s=self.now_s + self.rules.pause_timeout_s, why=why))
-        self.say("pause", why)
+        self.say(EventKind.PAUSE, why)
 
     # calls, each with the activity that awaits its answer
 

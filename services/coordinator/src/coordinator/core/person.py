@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import assert_never
 
-from contracts.mission import MissionKind, MissionState, Outcome
+from contracts.mission import EndCause, EventKind, MissionKind, MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Entering, Paused
 from coordinator.core.draft import Draft
@@ -22,7 +22,7 @@ def handle(
             _start_docking(draft, event)
         case ev.CancelAsked():
             if draft.mission.running:
-                end(draft, Outcome.CANCELED, "cancelled by a person", cause="a person asked for it")
+                end(draft, Outcome.CANCELED, "cancelled by a person", EndCause.PERSON, cause="a person asked for it")
         case ev.PauseAsked():
             _pause(draft)
         case ev.ResumeAsked():
@@ -44,7 +44,7 @@ def _start(draft: Draft, event: ev.MissionStarted) -> None:
         last_seen=event.last_seen,
         search=Search(views=event.views[: mission.rules.memory_views_max]),
     )
-    draft.say("start", f"'{event.command}': looking for the {event.target.description} ({event.target.label})"
+    draft.say(EventKind.START, f"'{event.command}': looking for the {event.target.description} ({event.target.label})"
               + (f"; {event.notes}" if event.notes else ""), parser=event.parser)  # fmt: skip
     if draft.search.views:
         places = len(draft.search.views)
@@ -59,7 +59,7 @@ def _start_docking(draft: Draft, event: ev.DockingStarted) -> None:
         return
     fresh = _fresh(draft, event.mission_id, event.order)
     draft.mission = replace(fresh, kind=MissionKind.DOCK, command="dock")
-    draft.say("start", f"to the dock: {event.why}")
+    draft.say(EventKind.START, f"to the dock: {event.why}")
     draft.go(MissionState.MEMORY_NAV, "the dock is a remembered place: driving there")
 
 
@@ -90,5 +90,5 @@ def _resume(draft: Draft) -> None:
     if not draft.mission.running or not isinstance(paused, Paused):
         return
     draft.set(deadline_s=draft.mission.deadline_s + draft.now_s - paused.since_s)
-    draft.say("resume", f"resumed by a person in {draft.mission.state.value}")
+    draft.say(EventKind.RESUME, f"resumed by a person in {draft.mission.state.value}")
     draft.be(Entering())

@@ -3,7 +3,7 @@
 from enum import StrEnum
 from typing import assert_never
 
-from contracts.mission import MissionState
+from contracts.mission import EndCause, MissionState
 from contracts.motion import MotionEnd
 from coordinator.core.draft import Draft
 from coordinator.core.endings import abort
@@ -97,7 +97,7 @@ def _repeat(draft: Draft, ended: MotionEnded) -> None:
     why = ended.text or ended.end.sentence
     draft.set(cut_off=draft.mission.cut_off + 1)
     if draft.mission.cut_off >= draft.rules.failures_max:
-        abort(draft, f"the robot would not move, {draft.mission.cut_off} times in a row: {why}")
+        abort(draft, EndCause.CANNOT_MOVE, f"the robot would not move, {draft.mission.cut_off} times in a row: {why}")
     else:
         draft.fail("robot_bridge", f"the motion ended early ({why})", stopped=ended.end is MotionEnd.STOPPED)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from contracts.geometry import Pose2D
 from contracts.mission import Candidate as CandidateRecord
-from contracts.mission import LastSeen, Outcome, Report, SeenInstead
+from contracts.mission import EndCause, LastSeen, Outcome, Report, SeenInstead
 from contracts.vision import Detections, Target
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection
 
@@ -37,7 +37,13 @@ def candidate_record(
 
 
 def report(
-    mission: Mission, outcome: Outcome, text: str, cause: str, *, found: CandidateRecord | None = None
+    mission: Mission,
+    outcome: Outcome,
+    text: str,
+    by: EndCause | None,
+    cause: str,
+    *,
+    found: CandidateRecord | None = None,
 ) -> Report:
     search = mission.search
     return Report(
@@ -49,6 +55,7 @@ def report(
         places_unreachable=len(search.unreachable),
         last_seen=mission.last_seen,
         seen_instead=search.others[:OTHERS_TOLD],
+        ended_by=by,
         cause=cause[:500],
         map_trouble=search.map_trouble,
     )

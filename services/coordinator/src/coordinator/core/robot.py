@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import assert_never
 
-from contracts.mission import MapTrouble, MissionState, Outcome
+from contracts.mission import EndCause, EventKind, MapTrouble, MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Nothing
 from coordinator.core.draft import Draft
@@ -36,14 +36,14 @@ def _stopped(draft: Draft, epoch: int, reason: str) -> None:
     if draft.mission.state is MissionState.EMERGENCY_STOP:
         if reason and draft.mission.stop_unexplained:
             draft.set(stop_unexplained=False)
-            close(draft, Outcome.ABORTED, why, why)
-            draft.say("stop", why)
+            close(draft, Outcome.ABORTED, why, EndCause.STOPPED, why)
+            draft.say(EventKind.STOP, why)
         return
     draft.stop_motion()
     if draft.mission.running:
-        close(draft, Outcome.ABORTED, why, why)
+        close(draft, Outcome.ABORTED, why, EndCause.STOPPED, why)
         draft.set(candidate=None, approach=None, stop_unexplained=not reason)
-        draft.say("end", f"aborted: {why}", outcome=Outcome.ABORTED.value)
+        draft.say(EventKind.END, f"aborted: {why}", outcome=Outcome.ABORTED.value)
     draft.go(MissionState.EMERGENCY_STOP, why)
     draft.be(Nothing())
 

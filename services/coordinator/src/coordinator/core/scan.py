@@ -1,6 +1,6 @@
 """SCANNING: turn, stop, look, or one slow turn; a sighting ends it (requirements A5, A8)."""
 
-from contracts.mission import MissionState
+from contracts.mission import EndCause, EventKind, MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking, Waking
@@ -57,7 +57,7 @@ def handle(draft: Draft, event: Event) -> None:
         case CheckingPlace(), Localized(reply=reply):
             place = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
             if place is None or is_refused(draft.mission, place, reply.distance_m):
-                draft.say("sighting", "the same thing that was refused before: going on")
+                draft.say(EventKind.SIGHTING, "the same thing that was refused before: going on")
                 draft.set(candidate=None)
                 _next_heading(draft)
             else:
@@ -80,9 +80,13 @@ def on_look_timeout(draft: Draft) -> None:
     """No picture came: the heading is given up; several in a row end the mission, for a blind robot finds nothing."""
     draft.set_search(blind_looks=draft.search.blind_looks + 1)
     if draft.search.blind_looks >= draft.rules.blind_looks_max:
-        abort(draft, f"no picture came in {draft.search.blind_looks} looks: inference or the camera is away")
+        abort(
+            draft,
+            EndCause.NO_PICTURES,
+            f"no picture came in {draft.search.blind_looks} looks: inference or the camera is away",
+        )
         return
-    draft.say("failure", "no picture came while looking", blind_looks=draft.search.blind_looks)
+    draft.say(EventKind.FAILURE, "no picture came while looking", blind_looks=draft.search.blind_looks)
     draft.look(draft.rules.look_timeout_s)
 
 
@@ -129,7 +133,7 @@ def _inspected(draft: Draft, seen: Detections) -> Sighting | None:
 def _sighted(draft: Draft, sighting: Sighting) -> None:
     new_candidate(draft, sighting)
     data = {"confidence": sighting.confidence, "colour": sighting.colour, "bearing_rad": round(sighting.bearing_rad, 3)}
-    draft.say("sighting", f"something like it at confidence {sighting.confidence:.2f}", **data)
+    draft.say(EventKind.SIGHTING, f"something like it at confidence {sighting.confidence:.2f}", **data)
     if not may_be_rejected(draft.mission, sighting):
         draft.go(MissionState.CENTERING, "seen: turning to it")
         return

@@ -3,7 +3,7 @@
 import math
 
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState
+from contracts.mission import EndCause, EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking, Waking
@@ -29,14 +29,15 @@ def undock_first(draft: Draft) -> bool:
     call, limit_s = draft.call(), draft.rules.undock_timeout_s
     draft.act(do.Undock(call, limit_s))
     draft.be(Undocking(call, draft.now_s + limit_s + draft.rules.call_margin_s))
-    draft.say("undock", "leaving the dock first")
+    draft.say(EventKind.UNDOCK, "leaving the dock first")
     return True
 
 
 def undocked(draft: Draft) -> None:
     draft.set_search(undocks=draft.search.undocks + 1)
     draft.say(
-        "undock", "off the dock; waiting for a picture, for a robot may turn its camera and lidar off on the dock"
+        EventKind.UNDOCK,
+        "off the dock; waiting for a picture, for a robot may turn its camera and lidar off on the dock",
     )
     draft.be(Waking(draft.now_s + draft.rules.wake_s_max))
 
@@ -86,7 +87,7 @@ def begin_memory_nav(draft: Draft) -> None:
     if _is_here(draft, place.pose):
         _arrive(draft)
         return
-    draft.say("navigation", f"to a remembered place: {place.reason}", goal=place.pose.model_dump())
+    draft.say(EventKind.NAVIGATION, f"to a remembered place: {place.reason}", goal=place.pose.model_dump())
     _choose(draft, place.pose)
 
 
@@ -144,7 +145,7 @@ def _maybe_seen(draft: Draft, event: DetectionsSeen) -> None:
     draft.stop_motion()
     new_candidate(draft, sighting)
     draft.set_search(headings=(), glimpsed=())
-    draft.say("sighting", "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
+    draft.say(EventKind.SIGHTING, "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
     draft.go(MissionState.CENTERING, "seen on the way: stopping to look")
 
 
@@ -166,7 +167,7 @@ def _goal_ended(draft: Draft, event: GoalEnded) -> None:
         case GoalStatus.SUCCEEDED:
             _arrive(draft)
         case GoalStatus.ABORTED if going.tries == 0:
-            draft.say("navigation", f"{what}: clearing the costmaps and trying once more from here",
+            draft.say(EventKind.NAVIGATION, f"{what}: clearing the costmaps and trying once more from here",
                       error_code=event.error_code)  # fmt: skip
             draft.navigate(going.goal, tries=1)
         case GoalStatus.REJECTED | GoalStatus.CANCELED:
@@ -180,7 +181,7 @@ def _refused(draft: Draft, what: str, *, stopped: bool) -> None:
     search = draft.search
     draft.set_search(place_failures=search.place_failures + 1, refusals=search.refusals + 1)
     if draft.search.refusals >= draft.rules.failures_max:
-        abort(draft, f"navigation refused {draft.search.refusals} goals in a row: {what}")
+        abort(draft, EndCause.NAVIGATION, f"navigation refused {draft.search.refusals} goals in a row: {what}")
     elif draft.search.place_failures > 1:
         _skip(draft, what)
     else:
@@ -201,7 +202,11 @@ def _skip(draft: Draft, why: str) -> None:
     missed = search.missed_in_row + 1
     draft.set_search(missed_in_row=missed)
     if missed >= draft.rules.places_missed_max:
-        abort(draft, f"navigation reached none of {missed} places in a row, the last one because: {why}")
+        abort(
+            draft,
+            EndCause.NAVIGATION,
+            f"navigation reached none of {missed} places in a row, the last one because: {why}",
+        )
         return
     if draft.mission.state is MissionState.MEMORY_NAV:
         lost, views = search.views[0].pose, search.views[1:]
@@ -230,10 +235,14 @@ def _to_next_point(draft: Draft) -> None:
     points = tuple(p for p in search.points if not near_any(p, done, near_m))
     draft.set_search(points=points)
     if not points:
-        left = "no other place could be reached" if search.unreachable else "every place was looked at"
-        give_up(draft, left)
+        if search.unreachable:
+            give_up(draft, EndCause.NO_PLACE_LEFT, "no other place could be reached")
+        else:
+            give_up(draft, EndCause.ALL_LOOKED, "every place was looked at")
         return
-    draft.say("navigation", f"to the next place of the search, {len(points)} to go", goal=points[0].model_dump())
+    draft.say(
+        EventKind.NAVIGATION, f"to the next place of the search, {len(points)} to go", goal=points[0].model_dump()
+    )
     if _is_here(draft, points[0]):
         _arrive(draft)
     else:

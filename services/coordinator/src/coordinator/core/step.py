@@ -4,7 +4,7 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import assert_never
 
-from contracts.mission import MissionKind, MissionState
+from contracts.mission import EndCause, EventKind, MissionKind, MissionState
 from coordinator.core import actions as do
 from coordinator.core import (
     approach,
@@ -169,14 +169,24 @@ def _tick(draft: Draft) -> None:
         return
     if isinstance(mission.activity, Paused):
         if now >= mission.activity.until_s:
-            abort(draft, f"it stayed paused for {mission.rules.pause_timeout_s:.0f} s ({mission.activity.why})")
+            abort(
+                draft,
+                EndCause.STAYED_PAUSED,
+                f"it stayed paused for {mission.rules.pause_timeout_s:.0f} s ({mission.activity.why})",
+            )
         return
     if now >= mission.deadline_s:
         _out_of_time(draft)
     elif now - max(mission.robot.received_s, mission.started_s) > mission.rules.robot_silent_s:
-        abort(draft, f"robot_bridge has said nothing for {mission.rules.robot_silent_s:.0f} s: it or Redis is away")
+        abort(
+            draft,
+            EndCause.BRIDGE_SILENT,
+            f"robot_bridge has said nothing for {mission.rules.robot_silent_s:.0f} s: it or Redis is away",
+        )
     elif now - max(mission.robot.localized_s, mission.started_s) > mission.rules.lost_pose_s:
-        abort(draft, f"the robot has not known its place in the map for {mission.rules.lost_pose_s:.0f} s")
+        abort(
+            draft, EndCause.LOST, f"the robot has not known its place in the map for {mission.rules.lost_pose_s:.0f} s"
+        )
     elif now >= mission.activity.until_s:
         _overdue(draft)
     elif mission.state is MissionState.APPROACHING and now >= draft.approach.until_s:
@@ -188,9 +198,9 @@ def _tick(draft: Draft) -> None:
 def _out_of_time(draft: Draft) -> None:
     why = f"the time is up ({draft.rules.mission_timeout_s:.0f} s)"
     if draft.mission.kind is MissionKind.DOCK:
-        abort(draft, why)
+        abort(draft, EndCause.TIME_UP, why)
     else:
-        give_up(draft, why)
+        give_up(draft, EndCause.TIME_UP, why)
 
 
 def _overdue(draft: Draft) -> None:
@@ -200,7 +210,8 @@ def _overdue(draft: Draft) -> None:
             draft.be(Entering())
         case Waking():
             draft.say(
-                "failure", f"no picture came for {draft.rules.wake_s_max:.0f} s after the dock: going on without one"
+                EventKind.FAILURE,
+                f"no picture came for {draft.rules.wake_s_max:.0f} s after the dock: going on without one",
             )
             search.awake(draft)
         case Looking():
@@ -238,7 +249,7 @@ def _call_failed(draft: Draft, service: str, detail: str, *, stopped: bool = Fal
     if isinstance(mission.activity, Validating) and depth_check.given_up_judging(draft, detail):
         return
     if mission.failures + 1 >= mission.rules.failures_max:
-        abort(draft, f"{service} failed {mission.failures + 1} times in a row: {detail}")
+        abort(draft, EndCause.SERVICE, f"{service} failed {mission.failures + 1} times in a row: {detail}")
         return
     if mission.kind is MissionKind.DOCK and docking.on_failure(draft, detail):
         return

@@ -1,7 +1,7 @@
 """DRIVING_1M: one step of about a metre towards a target that is too far to judge or to reach (requirement A10)."""
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.mission import MissionState
+from contracts.mission import EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Driving, Going, Steering
@@ -31,14 +31,14 @@ def handle(draft: Draft, event: Event) -> None:
         case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
             _step_to(draft, poses[index])
         case ChoosingPath(), PathChosen(error=error):
-            draft.say("navigation", f"no path to a nearer place ({error}): straight on")
+            draft.say(EventKind.NAVIGATION, f"no path to a nearer place ({error}): straight on")
             _straight(draft)
         case Going(goal=goal, tries=tries), GoalEnded(status=status, error_code=code):
             if status is GoalStatus.ABORTED and tries == 0:
-                draft.say("navigation", f"aborted with error {code}: once more from here", error_code=code)
+                draft.say(EventKind.NAVIGATION, f"aborted with error {code}: once more from here", error_code=code)
                 draft.navigate(goal, tries=1)
             elif status is GoalStatus.REJECTED:
-                draft.say("navigation", "the goal was rejected: straight on")
+                draft.say(EventKind.NAVIGATION, "the goal was rejected: straight on")
                 _straight(draft)
             else:
                 draft.go(MissionState.CENTERING, f"the step ended ({status.value}): looking from here")
@@ -80,7 +80,7 @@ def _step_to(draft: Draft, pose: Pose2D) -> None:
     if too_near_for_a_goal(draft, pose):
         _straight(draft)
         return
-    draft.say("navigation", "to a place nearer to it", goal=pose.model_dump())
+    draft.say(EventKind.NAVIGATION, "to a place nearer to it", goal=pose.model_dump())
     draft.navigate(pose)
 
 
