@@ -43,8 +43,6 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "POST /drive": {"distance_m": 0.5, **old},
         "POST /navigation/goals": {"pose": POSE, **old},
         "POST /navigation/path": {"goal": POSE},
-        "GET /maps": None,
-        "POST /map/same-home": {"id": "none"},
         "POST /halt": None,
         "POST /celebrate": None,
         "POST /dock?session_id=none": None,
@@ -56,7 +54,6 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "GET /recordings/none/file": None,
         "DELETE /recordings/none": None,
         "GET /nowhere": None,
-        "POST /halt": None,
         "POST /emergency-stop": None,
         "POST /emergency-stop/reset": None,
     }
