@@ -308,7 +308,8 @@ class SimulatedRobot:
             senses.depth.put(image, now_s)
         battery, dock = world.battery(), world.dock_status()
         senses.battery.put(Battery(percentage=battery.percentage, charging=battery.charging), now_s)
-        senses.dock.put(DockView(dock.is_docked, dock.dock_visible), now_s)
+        visible = dock.dock_visible and self.toy.dock_visible  # somebody may stand before it
+        senses.dock.put(DockView(dock.is_docked, visible), now_s)
         found = {Hazard(hazard.name) for hazard in world.hazards()} | {Hazard(name) for name in toy.hazards}
         senses.hazards.put(frozenset(found), now_s)
         senses.nav2_missing.put("bt_navigator not active" if toy.navigation == "is_inactive" else "", now_s)
