@@ -240,7 +240,7 @@ class BridgeBehaviour:
         await rig.velocity(duration_s=2.0)
         await rig.client.post("/emergency-stop")
         await rig.client.post("/emergency-stop/reset")
-        await until(lambda: rig.toy.base_stop is False)
+        await until(lambda: rig.toy.base_stop_asks[-1:] == [False])
         before = len(rig.toy.velocities)
         await until(lambda: len(rig.toy.velocities) > before + 5)
         assert set(rig.toy.velocities[before:]) == {(0.0, 0.0)}
