@@ -32,7 +32,7 @@ from contracts.robot import (
 )
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_STATE
 from contracts.vision import Detection
-from mesh.errors import UnavailableError, UpstreamError
+from mesh.errors import UpstreamError
 from sim.nav.codes import NavigationError
 from sim.world.robot import CAMERA_X_M, RGB_CAMERA
 from sim.world.sensors import compose
@@ -271,10 +271,6 @@ class SimulatedBridge:
             return BaseReply(end=BaseEnd.COMPLETED)
 
         return await self.wire.call(work, timeout_s=timeout_s)
-
-    async def frame(self) -> bytes:
-        """There are no pictures here, only what is in them."""
-        raise UnavailableError("robot_bridge", "no camera")
 
     async def celebrate(self) -> None:
         self.celebrations += 1

@@ -91,6 +91,10 @@ class SimulatedEyes:
 
         return await self.wire.call(work, timeout_s=timeout_s)
 
+    async def evidence(self, validation_id: str) -> bytes:
+        """There are no pictures here, only what is in them."""
+        raise UnavailableError("inference", "no camera")
+
     async def reason(self, request: ReasonRequest) -> ReasonReply:
         raise UnavailableError("inference", "no language model")
 

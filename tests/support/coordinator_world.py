@@ -398,10 +398,6 @@ class FakeRobot:
         self.world.docked = True
         return BaseReply(end=BaseEnd.COMPLETED)
 
-    async def frame(self) -> bytes:
-        await self._check("frame")
-        return PICTURE
-
     async def celebrate(self) -> None:
         self.celebrations += 1
 
@@ -421,6 +417,8 @@ class FakeEyes:
         self.fail_next = 0
         self.parse = ParsedTask(yolo_class="bottle", memory_object="bottle", description="red bottle", parser="rules")
         self.validations = 0
+        self.pictures: dict[str, bytes] = {}
+        """Of what was judged, by the validation's id."""
         self.narrow = False
         self.reads = True
         self.lies = False
@@ -452,13 +450,21 @@ class FakeEyes:
             ),
             Vote(voter="vlm", verdict=Verdict.ABSTAIN, reason="none is there"),
         )
+        name = f"validation-{self.validations}"
+        self.pictures[name] = PICTURE + name.encode()  # a JPEG may be followed by anything
         return Validation(
+            id=name,
             confirmed=right or self.lies,
             votes=votes,
             stamp_s=self.world.clock.now_s(),
             image_width_px=WIDTH_PX,
             image_height_px=HEIGHT_PX,
         )
+
+    async def evidence(self, validation_id: str) -> bytes:
+        if validation_id not in self.pictures:
+            raise UpstreamError("inference", 404, f"no picture of validation {validation_id} is kept")
+        return self.pictures[validation_id]
 
     async def reason(self, request: ReasonRequest) -> ReasonReply:
         self.reasoned.append(request)

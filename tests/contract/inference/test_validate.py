@@ -1,5 +1,6 @@
 """POST /validate: three votes on a fresh frame."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -166,3 +167,20 @@ async def test_a_colour_a_person_excluded_is_voted_down(
     told = await judged(house, opened, request("bottle", RED) | {"target": target})
     assert told.confirmed is confirmed
     assert ("which was excluded" in told.votes[1].reason) is not confirmed
+
+
+async def test_what_was_judged_can_be_looked_at_and_is_what_clip_was_shown(house: House, opened: Opened) -> None:
+    async with opened(house):
+        house.camera.show(10.0, SCENE)
+        await until(lambda: house.bus.published != [])
+        told = Validation.model_validate_json(
+            (await house.client.post("/validate", json=request("red bottle", RED))).content
+        )
+        house.camera.show(11.0, picture(("blue", RED)))
+        shown = await house.client.get(f"/validations/{told.id}.jpg")
+        assert shown.headers["content-type"] == "image/jpeg"
+        assert (await house.client.get("/validations/none.jpg")).status_code == 404
+    crop = cv2.imdecode(np.frombuffer(shown.content, np.uint8), cv2.IMREAD_COLOR)
+    blue, _, red = crop[crop.shape[0] // 2, crop.shape[1] // 2]
+    assert crop.shape[1] < SCENE.shape[1]
+    assert red > 150 > blue

@@ -171,7 +171,7 @@ _LIMITS: dict[LimitCause, str] = {
 }
 
 _GOAL_CAUSES: dict[GoalCause, str] = {
-    GoalCause.NAV2: "Nav2 gave it up",
+    GoalCause.NAV2: "Nav2 gave it up and said no reason",
     GoalCause.NAV2_SILENT: "Nav2 gave no reason; its tree may have waited too long for a server",
     GoalCause.FOREIGN_GOAL: "another client of Nav2 sent a goal",
     GoalCause.REJECTED: "Nav2 rejected the goal",

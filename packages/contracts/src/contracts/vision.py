@@ -81,6 +81,7 @@ class ValidateRequest(Message):
 
 
 class Validation(Message):
+    id: str = Field(default="", max_length=64, description="GET /validations/{id}.jpg: the crop that was judged")
     confirmed: bool
     votes: tuple[Vote, ...]
     by_single_vote: bool = Field(default=False, description="confirmed by the only model that could vote, as allowed")

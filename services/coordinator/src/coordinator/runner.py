@@ -24,7 +24,6 @@ from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.mission import Mission
 from coordinator.core.step import step
-from coordinator.crops import crop
 from coordinator.explored import Explored
 from coordinator.looks import Looks
 from coordinator.motions import Motions
@@ -260,12 +259,11 @@ class Runner:
     async def _keep_picture(self, action: do.KeepPicture, mission_id: str) -> None:
         try:
             async with asyncio.timeout(self._settings.call_timeout_s):
-                frame = await self._robot.frame()
-                cut = await asyncio.to_thread(crop, frame, action.box, self._settings.picture_side_px_max)
+                jpeg = await self._eyes.evidence(action.validation_id)
         except (MeshError, TimeoutError) as error:
             log.warning("no picture of what was judged", error=str(error))
         else:
-            self._log.keep_picture(mission_id, action.number, cut)
+            self._log.keep_picture(mission_id, action.number, jpeg)
 
     async def _prefetch_map(self, explored: Explored) -> None:
         try:

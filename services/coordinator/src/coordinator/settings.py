@@ -49,7 +49,6 @@ class Settings(Rules, BaseSettings):
     looks_to_memory: bool = True
     look_timeout_s_memory: float = Field(default=2.0, gt=0.0)
     reason_timeout_s: float = Field(default=15.0, gt=0.0)
-    picture_side_px_max: int = Field(default=320, ge=32, le=1280)
 
     @field_validator("database_url")
     @classmethod

@@ -229,7 +229,7 @@ class Models:
 
     def _score(self, clip: ImageText, image: RgbImage, bbox_xyxy: BboxXyxy | None, texts: Sequence[str]) -> Scores:
         began_s = time.perf_counter()
-        views = [image] if bbox_xyxy is None else [clip.crop(image, bbox_xyxy), image]
+        views = [judged_crop(clip, image, bbox_xyxy), *([] if bbox_xyxy is None else [image])]
         with MODEL_SECONDS.labels("clip").time():
             seen = embedded(lambda: clip.embed_image(views), len(views))
             found = cosines(seen, self._text(clip, texts))
@@ -243,7 +243,7 @@ class Models:
         said: list[list[float]] = self._text(clip, texts).tolist() if texts else []
         if image is None:
             return None, said
-        crops = [_cut(clip, image, bbox_xyxy)]
+        crops = [judged_crop(clip, image, bbox_xyxy)]
         return unit(embedded(lambda: clip.embed_image(crops), 1))[0].tolist(), said
 
     def _text(self, clip: ImageText, texts: Sequence[str]) -> Embeddings:
@@ -269,5 +269,6 @@ def _info(role: str, model: Detector | ImageText, detail: str = "") -> ModelInfo
     )
 
 
-def _cut(clip: ImageText, image: RgbImage, bbox_xyxy: BboxXyxy | None) -> RgbImage:
+def judged_crop(clip: ImageText, image: RgbImage, bbox_xyxy: BboxXyxy | None) -> RgbImage:
+    """What the model is shown of it: the whole image where no box was named."""
     return image if bbox_xyxy is None else clip.crop(image, bbox_xyxy)

@@ -3,7 +3,7 @@
 from collections.abc import AsyncGenerator
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from contracts.language import ReasonReply, ReasonRequest
@@ -91,6 +91,14 @@ async def embed(body: EmbedRequest, inference: InferenceDep) -> EmbedReply:
 async def validate(body: ValidateRequest, inference: InferenceDep) -> Validation:
     """Three votes: is this the thing? Two must agree."""
     return await inference.validator.validate(body)
+
+
+@router.get("/validations/{validation_id}.jpg", tags=["vision"], response_class=Response)
+async def evidence(
+    validation_id: Annotated[str, Path(min_length=1, max_length=64)], inference: InferenceDep
+) -> Response:
+    """The very crop that was judged (JPEG); the newest 64 are kept, 404 for others."""
+    return Response(inference.validator.evidence.jpeg(validation_id), media_type="image/jpeg")
 
 
 @router.post("/parse-task", tags=["language"])

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target, ValidateRequest, Validation, Verdict, Vote
@@ -10,7 +10,8 @@ from inference.annotate import to_jpeg
 from inference.boxes import area, meant_box
 from inference.colours import colours_said, phrase, with_colour
 from inference.embeddings import NoEmbeddingError
-from inference.models import Models
+from inference.evidence import Evidence
+from inference.models import Models, judged_crop
 from inference.ports import Camera, Frame, ImageText, RgbImage, VisionLanguageModel
 from inference.votes import VOTES_NEEDED, ClipScores, abstain, clip_vote, decide, detector_vote
 from mesh.errors import ServiceTimeoutError, UnavailableError, UnprocessableError, UpstreamError
@@ -27,6 +28,7 @@ class Validator:
     vlm: VisionLanguageModel | None
     frame_wait_s: float
     vlm_deadline_s: float
+    evidence: Evidence = field(default_factory=Evidence)
 
     async def validate(self, request: ValidateRequest) -> Validation:
         """Votes on the newest frame after `after_stamp_s`.
@@ -54,6 +56,7 @@ class Validator:
         votes = (first, second, third)
         decision = decide(votes, allow_single_vote=request.allow_single_vote)
         return Validation(
+            id=self.evidence.keep(self._judged(image, bbox)),
             confirmed=decision.confirmed,
             votes=votes,
             by_single_vote=decision.by_single_vote,
@@ -63,6 +66,13 @@ class Validator:
             bbox_xyxy=bbox,
             reason=decision.reason,
         )
+
+    def _judged(self, image: RgbImage, bbox: BboxXyxy | None) -> RgbImage:
+        """The crop that the image-text model was shown; without one, the box and what is round it."""
+        clip = self.models.clip_or_none()
+        if clip is not None:
+            return judged_crop(clip, image, bbox)
+        return image if bbox is None else surroundings(image, bbox)
 
     async def fresh_frame(self, after_s: float | None) -> Frame:
         frame = await self.camera.newest(after_s=after_s, wait_s=self.frame_wait_s)

@@ -24,6 +24,9 @@ class InferenceEyes:
     async def validate(self, request: ValidateRequest, *, timeout_s: float) -> Validation:
         return await self._client.post("/validate", request, Validation, timeout_s=timeout_s)
 
+    async def evidence(self, validation_id: str) -> bytes:
+        return (await self._client.call("GET", f"/validations/{validation_id}.jpg")).content
+
     async def reason(self, request: ReasonRequest) -> ReasonReply:
         try:
             return await self._client.post("/reason", request, ReasonReply, timeout_s=self._reason_timeout_s)

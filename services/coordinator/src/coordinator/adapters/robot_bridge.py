@@ -175,9 +175,6 @@ class BridgeRobot:
         path = f"/dock?session_id={self._session()}"
         return await self._client.post(path, None, BaseReply, timeout_s=timeout_s)
 
-    async def frame(self) -> bytes:
-        return (await self._client.call("GET", "/camera/frame")).content
-
     async def celebrate(self) -> None:
         """Asking again too soon is refused there, and no failure here."""
         try:

@@ -105,10 +105,11 @@ class RecordLook:
 
 @dataclass(frozen=True, slots=True)
 class KeepPicture:
-    """Of what stands in the box now, while the robot stands still: evidence, kept under its number."""
+    """The very crop that was judged: evidence, kept under its number."""
 
     number: int
-    box: BoxQuery
+    validation_id: str = ""
+    """Empty in recordings of before."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from coordinator.core import actions as do
 from coordinator.core.activities import Looking, Measuring, Validating
 from coordinator.core.centering import back_to_search
 from coordinator.core.draft import Draft
-from coordinator.core.endings import found, keep_picture, votes_data
+from coordinator.core.endings import found, votes_data
 from coordinator.core.events import DetectionsSeen, Event, Localized
 from coordinator.core.events import Validated as ValidatedEvent
 from coordinator.core.geometry import base_to_frame
@@ -130,7 +130,7 @@ def _validated(draft: Draft, validation: Validation) -> None:
     rules, candidate = draft.rules, draft.candidate
     confirmed = is_confirmed(validation, rules)
     draft.set_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=draft.now_s)
-    keep_picture(draft)
+    _keep_picture(draft, validation.id)
     tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
     word = "confirmed" if confirmed else "refused"
     draft.say(EventKind.VOTES, f"{word}: {tally}", confirmed=confirmed, votes=votes_data(validation.votes),
@@ -159,12 +159,21 @@ def _validated(draft: Draft, validation: Validation) -> None:
     back_to_search(draft, f"{word} ({tally})")
 
 
+def _keep_picture(draft: Draft, validation_id: str) -> None:
+    """Of what was judged, for each time it was; not where inference kept none."""
+    if not validation_id:
+        return
+    number = draft.mission.pictures
+    draft.set(pictures=number + 1)
+    draft.set_candidate(picture=number)
+    draft.act(do.KeepPicture(number, validation_id))
+
+
 def given_up_judging(draft: Draft, detail: str) -> bool:
     """True when nobody could judge this candidate in several tries: it stays in doubt, and the search goes on."""
     draft.set_candidate(unjudged=draft.candidate.unjudged + 1)
     if draft.candidate.unjudged < draft.rules.judge_tries:
         return False
-    keep_picture(draft)
     reject(draft, f"a {_label(draft)} that could not be judged ({detail})", narrow=True)
     back_to_search(draft, f"inference could not judge it in {draft.rules.judge_tries} tries")
     return True

@@ -21,7 +21,6 @@ def found(draft: Draft, distance_m: float | None, note: str) -> None:
     away = "at an unknown distance" if distance_m is None else f"{distance_m:.2f} m away"
     reason = f"found the {what}, {away}" + (f" ({note})" if note else "") + _doubt(draft)
     draft.set_candidate(distance_m=distance_m)
-    keep_picture(draft)
     candidate = draft.candidate
     record = candidate_record(draft.mission, candidate, reason, narrow=False, now_s=draft.now_s)
     close(
@@ -118,15 +117,6 @@ def give_up(draft: Draft, by: EndCause, why: str) -> None:
     known += [f"refused {refused} others" if refused else "", others_in_words(draft.mission)]
     told = "; ".join(part for part in (f"no {what_in_words(draft)}: {why}", *known) if part)
     end(draft, Outcome.NOT_FOUND, told, by)
-
-
-def keep_picture(draft: Draft) -> None:
-    """Of the candidate as it stands before the camera now; one is kept for each time it is judged."""
-    if draft.candidate.picture is None:
-        number = draft.mission.pictures
-        draft.set(pictures=number + 1)
-        draft.set_candidate(picture=number)
-        draft.act(do.KeepPicture(number, draft.candidate.sighting.box))
 
 
 def what_in_words(draft: Draft) -> str:
