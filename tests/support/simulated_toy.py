@@ -146,7 +146,7 @@ class SimulatedRobot:
         self._twist = twist
 
     def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
-        self.toy.base_stop = engaged
+        self.toy.asked_to_stop(engaged)
 
     def cancel_all_goals(self) -> None:
         if self._goal is not None:

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+from robot_bridge.doctor.findings import Check
 from support.redis_server import free_port
 from support.simulated_robot import SimProcess
 
@@ -12,4 +13,6 @@ def test_the_doctor_finds_nothing_on_the_healthy_simulator(ros_environment: dict
     nobody = ros_environment | {"ROBOT_BRIDGE_PORT": str(free_port())}
     command = [sys.executable, "-m", "robot_bridge.doctor", "--json"]
     done = subprocess.run(command, env=nobody, capture_output=True, text=True, timeout=120, check=False)
-    assert (json.loads(done.stdout), done.returncode) == ([], 0)
+    # on a busy machine the simulator's pictures come late, and that is said too
+    assert [finding for finding in json.loads(done.stdout) if finding["check"] != Check.SLOW] == []
+    assert done.returncode == 0
