@@ -13,13 +13,13 @@ from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from mesh.errors import UnavailableError
-from robot_bridge.base_stop import BaseStop
 from robot_bridge.celebration import Celebration
 from robot_bridge.mcap_file import Sink
 from robot_bridge.navigation import GoalEnd
 from robot_bridge.ports import Path
 from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
 from robot_bridge.transforms import matrix
+from support.toy_base_stop import ToyBaseStop
 from support.toy_robot import CAMERA_X_M, CAMERA_Z_M, FX, OPTICAL_XYZW, START, ToyRobot
 
 STEP_S = 0.05
@@ -52,7 +52,7 @@ class FakeRobot:
         self.toy = toy
         self._senses = Senses()
         self._clock = SystemClock()
-        self._base_stop = BaseStop()
+        self._base_stop = ToyBaseStop(toy, self._senses, self._clock)
         self._goal: FakeGoal | None = None
         self._on_progress: Callable[[float], None] = lambda _: None
 
@@ -75,11 +75,7 @@ class FakeRobot:
         self.toy.told(twist.linear_x, twist.angular_z)
 
     def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
-        if engaged:
-            self._base_stop.stopped(restored=restored)
-        else:
-            self._base_stop.reset()
-        self._follow_base_stop()
+        self._base_stop.want(engaged, restored=restored)
 
     def cancel_all_goals(self) -> None:
         if self._goal is not None:
@@ -149,18 +145,8 @@ class FakeRobot:
             tick()
             await asyncio.sleep(STEP_S)
 
-    def _follow_base_stop(self) -> None:
-        """As the real adapter does, without the wire."""
-        now_s = self._clock.now_s()
-        self._base_stop.there("base" not in self.toy.silent)
-        self._base_stop.heard(not self.toy.base_stop, now_s)
-        if (asked := self._base_stop.due(now_s)) is not None:
-            self.toy.asked_to_stop(asked)
-            self._base_stop.heard(not asked, now_s)
-        self._senses.base_stop.put(self._base_stop.state(now_s), now_s)
-
     def _sense(self) -> None:
-        self._follow_base_stop()
+        self._base_stop.follow()
         toy, senses, now_s, stamp_s = self.toy, self._senses, self._clock.now_s(), time.time()
         if "scan" not in toy.silent:
             bearings, ranges = toy.bearings_and_ranges()

@@ -33,6 +33,7 @@ from sim.world import World, WorldOptions
 from sim.world.robot import LIDAR_X_M, LIDAR_Z_M
 from sim.world.types import CameraModel, OccupancyGrid
 from support.simulated_room import DOCK, SCENE, WIDTH_M
+from support.toy_base_stop import ToyBaseStop
 from support.toy_robot import OPTICAL_XYZW, START, ToyRobot
 
 STEP_S = 0.05
@@ -117,6 +118,7 @@ class SimulatedRobot:
         self.toy = toy
         self._senses = Senses()
         self._clock = SystemClock()
+        self._base_stop = ToyBaseStop(toy, self._senses, self._clock)
         self._closing = threading.Event()
         self._navigator = Navigator(Costmap.from_map(recorded_map()))
         self._goal: SimulatedGoal | None = None
@@ -146,7 +148,7 @@ class SimulatedRobot:
         self._twist = twist
 
     def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
-        self.toy.asked_to_stop(engaged)
+        self._base_stop.want(engaged, restored=restored)
 
     def cancel_all_goals(self) -> None:
         if self._goal is not None:
@@ -240,6 +242,7 @@ class SimulatedRobot:
             world.teleport(by_hand)
         if (wall_m := self.toy.wall_moved_to()) is not None:
             world.teleport(Pose2D(x=WIDTH_M - wall_m, y=START.y, yaw=0.0))
+        self._base_stop.follow()
         if self.toy.base_stop is not None:
             world.set_e_stop(self.toy.base_stop)
         self._navigate(world, navigation_velocity)
