@@ -5,10 +5,10 @@ from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import Browser, Page, expect
 
 from contracts.mission import Outcome
-from contracts.topics import MISSION_EVENTS, VISION_DETECTIONS
+from contracts.topics import MISSION_EVENTS, ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detection, Detections
 from support.browser import DESKTOP, PHONE
-from support.ui_world import STARTED_S, event, mission, thing
+from support.ui_world import STARTED_S, event, mission, robot_state, thing
 from support.waiting import until
 
 from .conftest import Site
@@ -90,6 +90,7 @@ async def test_a_click_on_the_map_sends_the_robot_there(page: Page, site: Site) 
     await site.mission_is(outcome=Outcome.CANCELED)
     await expect(page.get_by_role("status", name="Mission state")).to_have_text("Cancelled")
     await page.locator('[data-atom="map"]').click(position={"x": 100, "y": 100})
+    await site.world.bus.publish(ROBOT_STATE, robot_state())  # a robot tells it ten times a second
     await page.get_by_role("button", name="Go there").click()
     await expect(page.locator('[data-atom="place-note"]')).to_have_text("Driving there.")
     assert len(site.world.robot.goals) == 1
