@@ -198,7 +198,7 @@ HEADER = '{"kind": "header", "format": "atom-memory", "version": 1}\n'
         ("full", "nonsense", "line 1"),
         ("full", HEADER + HEADER, "line 2: the header must be the first line"),
         ("full", HEADER + '{"kind": "view", "label": "cup"}', "line 2: "),
-        ("full", HEADER.replace("1", "2"), "line 1: "),
+        ("full", HEADER.replace("1", "3"), "line 1: "),
         ("seeds", "[]", "should be an object"),
         ("seeds", '{"cup": [{"x": NaN, "y": 0, "yaw": 0, "confidence": 1, "time": 0}]}', "cup.0.x"),
         ("seeds", '{"a\\u0000b": []}', "pattern"),
