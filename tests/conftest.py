@@ -1,6 +1,7 @@
 """Fixtures every kind of test shares."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -9,6 +10,19 @@ from support.redis_server import running_redis
 
 settings.register_profile("atom", deadline=None)  # a busy machine is no failure: time is measured in bench/
 settings.load_profile("atom")
+
+TESTS = Path(__file__).parent
+LONGEST_FIRST = ("e2e", "simulation", "integration", "contract", "unit", "architecture")
+ONE_AT_A_TIME = (Path("integration/sim"),)  # the files of such a folder share one process
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Order the tests for two workers: a file stays on one worker, and the long ones begin."""
+    for item in items:
+        file = item.path.relative_to(TESTS)
+        shared = next((folder for folder in ONE_AT_A_TIME if file.is_relative_to(folder)), file)
+        item.add_marker(pytest.mark.xdist_group(shared.as_posix()))
+    items.sort(key=lambda item: LONGEST_FIRST.index(item.path.relative_to(TESTS).parts[0]))
 
 
 @pytest.fixture(scope="session")
