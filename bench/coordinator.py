@@ -22,11 +22,11 @@ from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.scenario import HOMES, scenario, wanted_in
 from contracts.geometry import Pose2D
-from coordinator import runner
 from coordinator.core.rules import Rules
-from coordinator.coverage import lawnmower
-from coordinator.lookouts import Lookouts  # noqa: F401 - loaded before the clock runs
-from coordinator.viewpoints import viewpoints
+from coordinator.coverage.lawnmower import lawnmower
+from coordinator.coverage.viewpoints import viewpoints
+from coordinator.coverage.visibility import Lookouts  # noqa: F401 - loaded before the clock runs
+from coordinator.execution import mission_runner
 
 SIZES_M = ((10, 8), (20, 16), (30, 30), (50, 50), (70, 70), (100, 100))
 AIM_STEP_P99_MS, AIM_HOME_MS, AIM_HALL_MS = 1.0, 50.0, 2000.0
@@ -35,7 +35,7 @@ AIM_STEP_P99_MS, AIM_HOME_MS, AIM_HALL_MS = 1.0, 50.0, 2000.0
 def step_times_ms(missions: int) -> list[float]:
     """Of every step of that many missions without faults."""
     took: list[float] = []
-    real = runner.step
+    real = mission_runner.step
 
     def timed(*arguments: Any) -> Any:
         began = time.perf_counter_ns()
@@ -43,14 +43,14 @@ def step_times_ms(missions: int) -> list[float]:
         took.append((time.perf_counter_ns() - began) / 1e6)
         return answer
 
-    runner.step = timed
+    mission_runner.step = timed
     try:
         for seed in range(missions):
             place = SimulatedPlace(seed % HOMES, *wanted_in(seed % HOMES))
             played(scenario(seed, faults=Faults()), place)
             place.close()
     finally:
-        runner.step = real
+        mission_runner.step = real
     return took
 
 

@@ -33,10 +33,10 @@ from contracts.vision import Detections, Target
 from inference.adapters.exports import FILES, Exports
 from inference.adapters.loading import detector_exports, load_clip, load_detector
 from inference.adapters.yolo import YoloDetector
-from inference.images import decode
-from inference.models import Loaded, Models
+from inference.perception.images import decode
+from inference.perception.models import Loaded, Models
+from inference.perception.worker import Worker
 from inference.settings import Backend, Settings
-from inference.worker import Worker
 from mesh.bus import open_bus
 from sim.training.dataset import render_homes
 

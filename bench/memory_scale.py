@@ -24,7 +24,7 @@ from bench.memory_year import SIDE_M, STAYS, WANDERS, frames
 from contracts.geometry import Pose2D
 from contracts.memory import Look, LookBatch, Observation, ObservationBatch, RecallRequest, SeenBox
 from memory.adapters.store import SqlStore
-from memory.remembering import Memory
+from memory.memory_service import Memory
 from memory.settings import Settings
 from mesh.bus import open_bus
 from mesh.clock import SystemClock

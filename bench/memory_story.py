@@ -17,7 +17,7 @@ from bench.memory_eyes import Eyes
 from contracts.geometry import Pose2D
 from contracts.memory import RecallRequest
 from memory.adapters.store import SqlStore
-from memory.remembering import Memory
+from memory.memory_service import Memory
 from memory.settings import Settings
 from mesh.bus import open_bus
 from sim.home import Home, Wanted

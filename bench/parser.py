@@ -15,10 +15,10 @@ from typing import Any
 
 from bench import people
 from contracts.vision import ParsedTask, ParseTaskRequest
-from inference import parser
-from inference.languages import Languages, open_languages
-from inference.providers import Providers
-from inference.reading import Reader
+from inference.language.languages import Languages, open_languages
+from inference.language.providers import Providers
+from inference.parsing import parser
+from inference.parsing.task_parsing import Reader
 from inference.settings import Settings
 from mesh.clock import SystemClock
 

@@ -27,8 +27,8 @@ from contracts.vision import Verdict
 from inference.adapters.image_text import Overrides, SmallClipModel
 from inference.adapters.yolo import YoloDetector, read_card
 from inference.colours import colour_prompts
-from inference.models import Loaded
-from inference.small_clip import load
+from inference.perception.models import Loaded
+from inference.perception.small_clip import load
 from sim.training.crops import read_crops
 from sim.training.dataset import render_homes
 from sim.training.records import Frame, read_frames

@@ -18,9 +18,9 @@ from contracts.mission import Mission, MissionEvent, MissionState
 from contracts.vision import ParsedTask
 from coordinator.adapters.memory_log import MemoryLog
 from coordinator.app import create_app
+from coordinator.commands.mission_service import Missions
 from coordinator.core.states import RESTING
-from coordinator.interrupted import interrupted
-from coordinator.missions import Missions
+from coordinator.queue.interrupted import interrupted
 from coordinator.settings import Settings
 from mesh.errors import MeshError
 

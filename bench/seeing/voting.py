@@ -10,11 +10,11 @@ import numpy as np
 
 from contracts.vision import Detection, Target, ValidateRequest, Verdict
 from inference.boxes import overlap
-from inference.models import Loaded, Models
+from inference.perception.models import Loaded, Models
+from inference.perception.worker import Worker
 from inference.ports import Detector, RgbImage
 from inference.ports import Frame as CameraFrame
-from inference.validation import Validator
-from inference.worker import Worker
+from inference.validation.validation import Validator
 from sim.home.catalog import THINGS
 from sim.training.records import Box, Frame
 

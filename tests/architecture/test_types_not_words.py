@@ -11,9 +11,15 @@ from support.source import ROOT
 PLACES = ("services", "packages", "bench", "demo", "sim")
 SENTENCES = frozenset({"reason", "detail", "error_msg", "stop_reason", "progress", "text"})
 """Fields and variables that hold a sentence."""
-READS_PEOPLE = ("packages/vocabulary", "services/inference", "services/coordinator/src/coordinator/parse_validation.py",
-                "services/coordinator/src/coordinator/questions.py", "services/memory/src/memory/recall.py",
-                "services/ui/src/ui/panels/memory_panel.py", "sim/src/sim/training")  # fmt: skip
+READS_PEOPLE = (
+    "packages/vocabulary",
+    "services/inference",
+    "services/coordinator/src/coordinator/queue/parse_validation.py",
+    "services/coordinator/src/coordinator/questions/parsed_question.py",
+    "services/memory/src/memory/recall.py",
+    "services/ui/src/ui/panels/memory_panel.py",
+    "sim/src/sim/training",
+)
 """What a person said is read there: a `text` of theirs is no sentence of ours."""
 FORM_1 = "services/coordinator/src/coordinator/core/old_recordings.py"
 """Reads recordings that were written when ends were sentences."""

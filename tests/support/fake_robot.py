@@ -14,11 +14,20 @@ from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from mesh.errors import UnavailableError
 from robot_bridge.celebration import Celebration
-from robot_bridge.mcap_file import Sink
-from robot_bridge.navigation import GoalEnd
+from robot_bridge.navigation.goal_states import GoalEnd
 from robot_bridge.ports import Path
-from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
-from robot_bridge.transforms import matrix
+from robot_bridge.recording.mcap_file import Sink
+from robot_bridge.sensing.sensor_readings import (
+    ColourImage,
+    DepthImage,
+    DockView,
+    Grid,
+    Intrinsics,
+    Odometry,
+    Scan,
+    Senses,
+)
+from robot_bridge.sensing.transforms import matrix
 from support.toy_base_stop import ToyBaseStop
 from support.toy_robot import CAMERA_X_M, CAMERA_Z_M, FX, OPTICAL_XYZW, START, ToyRobot
 

@@ -11,7 +11,7 @@ import numpy as np
 from contracts.coco import COLOURS
 from contracts.geometry import Pose2D
 from contracts.vision import Detection, ModelInfo
-from inference.models import Loaded
+from inference.perception.models import Loaded
 from inference.ports import Completion, Embeddings, Frame, Prompt, RgbImage
 from mesh.errors import UnavailableError
 

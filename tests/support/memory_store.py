@@ -10,9 +10,9 @@ from typing import TypeVar
 from contracts.memory import Area, ForgetRequest, LabelCount, Observation
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
-from memory.ledger import Ledger
+from memory.object_association import Ledger
+from memory.objects import Thing
 from memory.ports import Candidates, Counts, Hoard, KeptMap, KeptView, in_maps
-from memory.things import Thing
 from memory.views import Place, Sighting, contradicted, merged, sighting_at
 from mesh.errors import UnavailableError
 

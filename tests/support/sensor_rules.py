@@ -13,9 +13,9 @@ from typing import Any
 
 from contracts.robot import SensorState
 from robot_bridge.adapters.ros.sensing import Sensing
-from robot_bridge.senses import Senses
+from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.snapshot import look
 from robot_bridge.settings import Settings
-from robot_bridge.snapshot import look
 from support.ros_messages import correction, mount, stamp, still_odometry
 
 NAN, INF = math.nan, math.inf

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from irobot_create_msgs.msg import DockStatus
 
-from robot_bridge.senses import Senses
+from robot_bridge.sensing.sensor_readings import Senses
 from support import ros_messages as ros
 from support.sensor_rules import INF, NAN, PAGE, Cell, Table, as_of, page, stamped, stamped_base
 

@@ -19,11 +19,20 @@ from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from robot_bridge.celebration import Celebration
-from robot_bridge.mcap_file import Sink
-from robot_bridge.navigation import GoalEnd
+from robot_bridge.navigation.goal_states import GoalEnd
 from robot_bridge.ports import Path
-from robot_bridge.senses import ColourImage, DepthImage, DockView, Grid, Intrinsics, Odometry, Scan, Senses
-from robot_bridge.transforms import compose, inverse, matrix
+from robot_bridge.recording.mcap_file import Sink
+from robot_bridge.sensing.sensor_readings import (
+    ColourImage,
+    DepthImage,
+    DockView,
+    Grid,
+    Intrinsics,
+    Odometry,
+    Scan,
+    Senses,
+)
+from robot_bridge.sensing.transforms import compose, inverse, matrix
 from sim.nav.codes import NavigationError
 from sim.nav.costmap import Costmap
 from sim.nav.docking import Docking, Undocking

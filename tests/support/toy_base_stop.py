@@ -3,8 +3,8 @@
 import threading
 
 from mesh.clock import Clock
-from robot_bridge.base_stop import BaseStop
-from robot_bridge.senses import Senses
+from robot_bridge.safety.base_stop import BaseStop
+from robot_bridge.sensing.sensor_readings import Senses
 from support.toy_robot import ToyRobot
 
 

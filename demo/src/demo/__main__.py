@@ -14,11 +14,11 @@ from rich.markup import escape
 
 from contracts.mission import MissionEvent
 from demo.mapping import tour
+from demo.mission_watch import start_mission, watch
 from demo.ready import wait_until_ready
 from demo.report import write_report
+from demo.scenario import wanted_in
 from demo.stack import Ports, Stack, StackError
-from demo.wanted import wanted_in
-from demo.watching import start_mission, watch
 from sim.home import Home
 
 app = typer.Typer(add_completion=False, help="The whole mesh with a simulated robot, on this machine.")

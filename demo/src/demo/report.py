@@ -14,8 +14,8 @@ from contracts.geometry import Pose2D
 from contracts.memory import View
 from contracts.mission import Outcome
 from contracts.robot import Map
+from demo.mission_watch import Watched
 from demo.stack import Ports
-from demo.watching import Watched
 from geometry.grids import decode
 
 PX_PER_CELL = 4

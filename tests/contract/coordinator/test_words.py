@@ -9,8 +9,8 @@ from bench import people
 from contracts.mission import CommandRefusal, Heard, Mission, MissionState, Outcome
 from contracts.reading import Mood
 from contracts.vision import ParsedTask, ParseTaskRequest
-from inference.providers import Providers
-from inference.reading import Reader
+from inference.language.providers import Providers
+from inference.parsing.task_parsing import Reader
 from mesh.clock import SystemClock
 from support.coordinator_mesh import Mesh, opened_mesh
 from support.coordinator_world import FakeEyes, Thing
@@ -128,7 +128,7 @@ async def test_a_stop_ends_what_others_asked_the_robot_for_too() -> None:
 async def test_a_halt_nobody_answers_becomes_an_emergency_stop_and_then_the_robots_own_button(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("coordinator.orders.STILL_S", 0.02)
+    monkeypatch.setattr("coordinator.commands.orders.STILL_S", 0.02)
     async with opened_mesh(BOTTLE) as mesh:
         mesh.robot.hangs = {"halt"}
         assert "emergency stop is set" in (await said(mesh, "stop")).text

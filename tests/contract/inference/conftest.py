@@ -14,7 +14,7 @@ from contracts.mission import MissionTarget
 from contracts.topics import MISSION_TARGET
 from contracts.vision import Target
 from inference.app import create_app
-from inference.models import Loaded
+from inference.perception.models import Loaded
 from inference.settings import Settings
 from support.bus import MemoryBus
 from support.inference_fakes import FakeCamera, FakeClip, FakeDetector, FakeLanguageModel, bottle, loads

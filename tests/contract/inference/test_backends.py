@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from contracts.vision import Detections, ModelInfo, ModelState
-from inference.models import Loaded
+from inference.perception.models import Loaded
 from support.inference_fakes import FakeClip, FakeDetector, bottle, jpeg_of, picture
 from support.waiting import until
 

@@ -12,8 +12,8 @@ from contracts.problem import DependencyState, Readiness
 from contracts.vision import ModelInfo, ModelState, ParsedTask, ParseTaskRequest, Validation, Verdict
 from inference.adapters.ollama_models import OllamaModel
 from inference.adapters.openai_models import OpenAiModel
+from inference.language.prompts import parse_prompt, presence_prompt
 from inference.ports import THINKING_TOKENS_MAX, Completion, LanguageModel
-from inference.prompts import parse_prompt, presence_prompt
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
 from support.inference_fakes import picture
 from support.language_servers import WHOLE_BODY, LanguageServer, OllamaHandler, OpenAiHandler, Reply, running

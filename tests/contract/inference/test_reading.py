@@ -8,7 +8,7 @@ import pytest
 
 from contracts.language import ReasonReply
 from contracts.vision import ParsedTarget, ParsedTask, Validation
-from coordinator.parse_validation import check_parse
+from coordinator.queue.parse_validation import check_parse
 from support.inference_fakes import FakeLanguageModel, bottle, picture
 from support.language_servers import OllamaHandler, running
 from support.waiting import until

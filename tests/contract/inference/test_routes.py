@@ -11,7 +11,7 @@ from PIL import Image
 
 from contracts.problem import Problem
 from contracts.vision import Detections, EmbedReply, ModelInfo, ModelState, ScoreReply
-from inference.models import Loaded
+from inference.perception.models import Loaded
 from support.inference_fakes import POSE, FakeClip, FakeLanguageModel, bottle, jpeg_of, loads, picture
 from support.waiting import until
 

@@ -5,10 +5,10 @@ import contextlib
 
 import pytest
 
-from robot_bridge.camera import Camera
-from robot_bridge.mailbox import Mailbox
-from robot_bridge.senses import ColourImage
-from robot_bridge.stamps import Clocks
+from robot_bridge.sensing.camera import Camera
+from robot_bridge.sensing.mailbox import Mailbox
+from robot_bridge.sensing.sensor_readings import ColourImage
+from robot_bridge.sensing.stamps import Clocks
 from support.toy_robot import ToyRobot
 from support.waiting import until
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from contracts.robot import KnownMap, Map, RobotState
 from contracts.topics import ROBOT_STATE
 from geometry.grids import decode
-from robot_bridge.senses import Grid
+from robot_bridge.sensing.sensor_readings import Grid
 from support.bridge_behaviour import running
 from support.fake_robot import FakeRobot
 from support.homes import home

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from contracts.robot import SensorState
-from robot_bridge.senses import Intrinsics
+from robot_bridge.sensing.sensor_readings import Intrinsics
 from support.bridge_behaviour import Rig, running
 from support.fake_robot import FakeRobot
 from support.toy_robot import ToyRobot

@@ -14,8 +14,8 @@ from mesh.tasks import Tasks
 from support.fake_clock import FakeClock
 from support.ui_world import STARTED_S, UiWorld, event, home_map, mission, robot_state, status, thing
 from support.waiting import until
-from ui.acts import Acts, Told
 from ui.desk import Desk
+from ui.operator_actions import Acts, Told
 from ui.settings import Settings
 
 
@@ -80,7 +80,7 @@ async def test_a_command_while_the_coordinator_is_away_names_it(acts: Acts, worl
 async def test_a_typed_stop_that_the_coordinator_does_not_confirm_is_the_emergency_stop(
     acts: Acts, world: UiWorld, text: str, trouble: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ui.acts.OBEYED_S", 0.02)
+    monkeypatch.setattr("ui.operator_actions.OBEYED_S", 0.02)
     setattr(world.missions, trouble, "no" if trouble == "refusal" else True)
     told = await acts.command(text)
     assert (told.ok, [one.by for one in world.robot.stops]) == (True, ["page"])

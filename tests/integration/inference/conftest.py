@@ -16,7 +16,7 @@ def untrained() -> Callable[[str, Path], Path]:
     """Makes a YOLO of COCO's classes as ultralytics saves it, with random weights."""
 
     def make(architecture: str, path: Path) -> Path:
-        from inference import torchvision_cpu
+        from inference.perception import torchvision_cpu
 
         torchvision_cpu.install()
         from ultralytics import YOLO
@@ -37,7 +37,7 @@ def untrained_detector(untrained: Callable[[str, Path], Path], tmp_path_factory:
 @pytest.fixture(scope="session")
 def untrained_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small CLIP of the real architecture and file format, with random weights."""
-    from inference import small_clip
+    from inference.perception import small_clip
 
     path = tmp_path_factory.mktemp("weights") / "untrained.safetensors"
     config = small_clip.ClipConfig(name="untrained", words=("bottle", "cup", "red", "blue", "green"), threshold=0.45)

@@ -7,8 +7,8 @@ from sensor_msgs.msg import BatteryState
 
 from contracts.robot import Battery
 from robot_bridge.adapters.ros import convert
-from robot_bridge.senses import DockView, Senses
-from robot_bridge.snapshot import charge
+from robot_bridge.sensing.sensor_readings import DockView, Senses
+from robot_bridge.sensing.snapshot import charge
 
 UNKNOWN = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
 CHARGING = BatteryState.POWER_SUPPLY_STATUS_CHARGING

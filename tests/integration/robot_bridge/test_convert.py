@@ -10,8 +10,8 @@ from sensor_msgs.msg import LaserScan
 
 from contracts.motion import Hazard
 from robot_bridge.adapters.ros import convert
-from robot_bridge.senses import Scan
-from robot_bridge.transforms import matrix
+from robot_bridge.sensing.sensor_readings import Scan
+from robot_bridge.sensing.transforms import matrix
 from support.ros_messages import round_room
 
 BEAMS = 360

@@ -6,8 +6,8 @@ import pytest
 from sensor_msgs.msg import LaserScan
 
 from contracts.geometry import Twist2D
-from robot_bridge.safety import SafetyLimits, restrain
-from robot_bridge.surroundings import surroundings
+from robot_bridge.safety.collision_monitor import SafetyLimits, restrain
+from robot_bridge.safety.safety_input import surroundings
 from robot_bridge.words import restraint_in_words
 from support.ros_messages import BEAMS, battery, round_room, stamp, still_odometry, transform
 from support.sensor_rules import PAGE, PERIOD_S, Bench, Cell, Table, page

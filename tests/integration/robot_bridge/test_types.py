@@ -8,7 +8,7 @@ import rclpy
 from geometry_msgs.msg import Twist
 from rclpy.node import Node
 
-from robot_bridge.endpoints import NAME
+from robot_bridge.sensing.endpoints import NAME
 from support.bridge_behaviour import Rig
 from support.waiting import until, until_true
 

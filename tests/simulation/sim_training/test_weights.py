@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from inference import small_clip, torchvision_cpu
+from inference.perception import small_clip, torchvision_cpu
 from sim.home import Home
 from sim.training.camera import HomeCamera
 from sim.training.records import LABEL_ID, Box

@@ -3,7 +3,7 @@
 import pytest
 
 from contracts.robot import Battery, EmergencyStop, RobotState
-from coordinator.autodock import PowerRules, Watch, due, why_too_low
+from coordinator.execution.battery_policy import PowerRules, Watch, due, why_too_low
 
 RULES = PowerRules(low_percent=20.0, period_s=30.0, again_s=300.0)
 

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from contracts.geometry import Pose2D
-from coordinator.coverage import clearance_cells, lawnmower, safe_cells
-from coordinator.seen import SeenSpace
-from coordinator.untyped import label_regions
-from coordinator.viewpoints import two_opt, viewpoints
+from coordinator.coverage.coverage_tracker import SeenSpace
+from coordinator.coverage.lawnmower import clearance_cells, lawnmower, safe_cells
+from coordinator.coverage.untyped import label_regions
+from coordinator.coverage.viewpoints import two_opt, viewpoints
 from geometry.grids import OccupancyGrid
 
 REACH_M = 1.8

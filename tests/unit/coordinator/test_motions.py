@@ -8,7 +8,7 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalStatus
-from coordinator.motions import Motions
+from coordinator.execution.motion_client import Motions
 from coordinator.ports import Robot
 from mesh.errors import UnavailableError
 from mesh.tasks import Tasks

@@ -7,7 +7,7 @@ from coordinator.core.mission import Mission
 from coordinator.core.report import with_seen
 from coordinator.core.rules import Rules
 from coordinator.core.sightings import sightings
-from coordinator.parse_validation import check_parse
+from coordinator.queue.parse_validation import check_parse
 
 WANTED = Target(label="bottle", description="bottle", not_colours=("blue", "grey"))
 

@@ -10,7 +10,7 @@ from rapidfuzz.distance import OSA
 
 from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
 from contracts.vision import ParsedTask
-from coordinator.parse_validation import MATERIALS, check_description, check_parse, colour_meant
+from coordinator.queue.parse_validation import MATERIALS, check_description, check_parse, colour_meant
 
 SAME = {"gray": "grey", "violet": "purple", "wood": "wooden", "golden": "gold", "metallic": "metal"}
 ATTRIBUTES = {*COLOURS, *MATERIALS, *SAME}

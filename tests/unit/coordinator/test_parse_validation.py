@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from contracts.coco import COCO_LABELS
 from contracts.vision import ParsedTask, Target
-from coordinator.parse_validation import (
+from coordinator.queue.parse_validation import (
     check_description,
     check_parse,
     colour_of,

@@ -3,7 +3,7 @@
 import pytest
 
 from contracts.asking import About
-from coordinator.questions import Asked, label_in, understand
+from coordinator.questions.parsed_question import Asked, label_in, understand
 
 
 @pytest.mark.parametrize(

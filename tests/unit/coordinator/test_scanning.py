@@ -11,7 +11,7 @@ from contracts.motion import MotionEnd
 from contracts.vision import Detection, Detections, Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
-from coordinator.core.hindrance import furniture_before, hindrance
+from coordinator.core.obstruction import furniture_before, hindrance
 from coordinator.core.rules import Rules
 from coordinator.core.scan import sweep_speed_rad_s
 from support.mission_script import Script, box

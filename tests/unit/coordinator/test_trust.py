@@ -10,8 +10,8 @@ from contracts.vision import Validation, Verdict, Vote
 from coordinator.core.activities import Going
 from coordinator.core.events import GoalEnded
 from coordinator.core.mission import Mission, Robot
+from coordinator.core.plausibility import checked_arrival, is_confirmed, is_of_now, plausible
 from coordinator.core.rules import Rules
-from coordinator.core.trust import checked_arrival, is_confirmed, is_of_now, plausible
 
 HERE = Pose2D(x=0.0, y=0.0, yaw=0.0)
 RULES = Rules()

@@ -1,5 +1,5 @@
 from contracts.mission import MissionState
-from coordinator.view import FAST
+from coordinator.execution.mission_messages import FAST
 
 
 def test_it_looks_often_while_it_searches_or_nears_and_seldom_while_it_drives_or_rests() -> None:

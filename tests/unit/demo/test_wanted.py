@@ -1,6 +1,6 @@
 import pytest
 
-from demo.wanted import wanted_in
+from demo.scenario import wanted_in
 from sim.home import Home, Wanted
 
 

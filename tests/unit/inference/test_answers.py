@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inference.answers import WrongAnswerError, read
+from inference.language.answers import WrongAnswerError, read
+from inference.language.prompts import Answer, PresenceAnswer, ReasonAnswer, TaskAnswer
 from inference.ports import Completion, Ending
-from inference.prompts import Answer, PresenceAnswer, ReasonAnswer, TaskAnswer
 
 CUP = TaskAnswer(yolo_class="cup", description="blue cup")
 FIELDS = {"yolo_class": "cup", "description": "blue cup"}

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from inference.evidence import KEPT, SIDE_PX_MAX, Evidence
+from inference.validation.evidence import KEPT, SIDE_PX_MAX, Evidence
 from mesh.errors import NotFoundError
 
 

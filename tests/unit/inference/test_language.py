@@ -7,17 +7,17 @@ from pydantic import ValidationError
 
 from contracts.coco import COCO_LABELS, COLOURS
 from contracts.vision import ModelState, ParseTaskRequest
-from inference.breaker import Breaker
-from inference.claims import checked
 from inference.colours import SPELLINGS
-from inference.grounding import invented
-from inference.language_settings import ReaderKind, is_local
-from inference.lexicon import lexicon
-from inference.prompts import PresenceAnswer, TaskAnswer, presence_prompt
-from inference.providers import Providers
+from inference.language.breaker import Breaker
+from inference.language.grounding import invented
+from inference.language.language_settings import ReaderKind, is_local
+from inference.language.prompts import PresenceAnswer, TaskAnswer, presence_prompt
+from inference.language.providers import Providers
+from inference.parsing.claims import checked
+from inference.parsing.lexicon import lexicon
+from inference.parsing.spelling import singular_forms
+from inference.parsing.tokens import words_of
 from inference.settings import Settings
-from inference.spelling import singular_forms
-from inference.tokens import words_of
 from mesh.clock import SystemClock
 from support.inference_fakes import FakeLanguageModel
 

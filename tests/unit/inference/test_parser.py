@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
 from contracts.vision import ParseTaskRequest
 from inference.colours import SPELLINGS
-from inference.lexicon import lexicon
-from inference.parser import parse
-from inference.spelling import correction, singular_forms
-from inference.splitting import PARTS_MAX, split
+from inference.parsing.lexicon import lexicon
+from inference.parsing.parser import parse
+from inference.parsing.spelling import correction, singular_forms
+from inference.parsing.splitting import PARTS_MAX, split
 
 TABLE = Path(__file__).parents[2] / "data" / "commands.csv"
 ROWS = list(csv.DictReader(TABLE.read_text(encoding="utf-8").splitlines()))

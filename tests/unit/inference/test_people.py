@@ -5,9 +5,9 @@ import pytest
 from bench import people
 from contracts.reading import Mood
 from contracts.vision import ParsedTask, ParseTaskRequest
+from inference.language.providers import Providers
+from inference.parsing.task_parsing import Reader
 from inference.ports import Completion, LanguageModel, Prompt
-from inference.providers import Providers
-from inference.reading import Reader
 from mesh.clock import SystemClock
 
 TUNED = people.rows("tuned")

@@ -13,11 +13,11 @@ from PIL import Image, ImageOps
 
 from contracts.coco import COLOURS
 from contracts.vision import Detection, Target
-from inference.annotate import RED, STATUS_HEIGHT_PX, annotate, caption, status_line, to_jpeg
 from inference.boxes import best_target, meant_box, overlap, scaled
-from inference.breaker import Breaker
 from inference.colours import agrees, colour_prompts, colours_in, colours_said, phrase, pick_colour, with_colour
-from inference.images import decode
+from inference.language.breaker import Breaker
+from inference.perception.annotate import RED, STATUS_HEIGHT_PX, annotate, caption, status_line, to_jpeg
+from inference.perception.images import decode
 from mesh.errors import MeshError, TooLargeError, UnprocessableError
 from support.inference_fakes import picture
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from contracts.coco import COCO_LABELS
 from contracts.vision import Detection, Detections
-from inference.classes import OLDER_NAMES, label_of
-from inference.embeddings import NoEmbeddingError, cosines, embedded
-from inference.raw_boxes import Believed, NoBox, Picture, believed
+from inference.perception.classes import OLDER_NAMES, label_of
+from inference.perception.embeddings import NoEmbeddingError, cosines, embedded
+from inference.perception.raw_boxes import Believed, NoBox, Picture, believed
 
 LABELS = dict(enumerate(COCO_LABELS))
 PICTURE = Picture(320, 240)

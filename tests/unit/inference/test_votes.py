@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 from contracts.vision import Detection, Verdict, Vote
-from inference.votes import ClipScores, abstain, clip_vote, decide, detector_vote
+from inference.validation.votes import ClipScores, abstain, clip_vote, decide, detector_vote
 
 CONFIRMED = frozenset(("yyy", "yyn", "yya", "yny", "yay", "nyy", "ayy"))
 ALL = ["".join(code) for code in itertools.product("yna", repeat=3)]

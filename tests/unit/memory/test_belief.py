@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from contracts.memory import ObjectState
 from memory.belief import BELIEF_MAX, BELIEF_MIN, after_miss, after_sighting, aged, detectability, state_of
-from memory.kinds import kind_of
+from memory.class_priors import kind_of
 
 DAY_S = 86_400.0
 beliefs = st.floats(BELIEF_MIN, BELIEF_MAX)

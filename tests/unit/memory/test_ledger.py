@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from contracts.geometry import Pose2D
 from contracts.memory import ObjectState, Observation
 from memory.frames import Frame, Miss, frames_of, not_after
-from memory.ledger import Ledger
-from memory.things import Thing
+from memory.object_association import Ledger
+from memory.objects import Thing
 from support.observations import observations, seen
 
 

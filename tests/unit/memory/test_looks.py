@@ -10,8 +10,8 @@ from contracts.memory import Look, SeenBox
 from geometry.grids import OccupancyGrid
 from geometry.poses import compose
 from memory.frames import Camera, project
-from memory.looks import Expected, clear, expected, judged, range_towards
-from memory.things import Thing
+from memory.negative_evidence import Expected, clear, expected, judged, range_towards
+from memory.objects import Thing
 from support.observations import HFOV_RAD, SIDE_PX, look
 
 CAMERA = Camera(hfov_rad=HFOV_RAD, height_m=0.24, forward_m=0.06)

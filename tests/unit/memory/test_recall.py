@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from contracts.geometry import Pose2D
 from contracts.memory import Embedding, Observation, RecalledView, RecallRequest, RecallRule
+from memory.objects import Thing
 from memory.ports import Candidates, KeptView
 from memory.recall import SAME_PLACE_M, Weights, asked_for, colours_in
 from memory.recall import rank as rank_by
-from memory.things import Thing
 from support.observations import observations, seen, view
 
 RED_BOTTLE = RecallRequest(label="bottle", description="red bottle")

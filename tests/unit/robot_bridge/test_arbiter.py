@@ -7,8 +7,8 @@ import pytest
 from contracts.causes import LimitCause, Refusal, SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
-from robot_bridge.arbiter import Arbiter, Limits, Request
-from robot_bridge.safety import Restraint
+from robot_bridge.motion.arbiter import Arbiter, Limits, Request
+from robot_bridge.safety.collision_monitor import Restraint
 
 
 def asked(source: str = "a", linear_x: float = 0.2, priority: Priority = Priority.MANUAL, **more: object) -> Request:

@@ -10,8 +10,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
-from robot_bridge.arbiter import Arbiter, Limits, Request
-from robot_bridge.safety import Restraint
+from robot_bridge.motion.arbiter import Arbiter, Limits, Request
+from robot_bridge.safety.collision_monitor import Restraint
 
 LIMITS = Limits()
 ZERO = Twist2D()

@@ -4,8 +4,8 @@ import pytest
 
 from contracts.problem import DependencyState
 from contracts.robot import BaseStopState
-from robot_bridge import base_health
-from robot_bridge.senses import Hazard, Senses
+from robot_bridge.sensing import base_health
+from robot_bridge.sensing.sensor_readings import Hazard, Senses
 from robot_bridge.settings import Settings
 
 SETTINGS = Settings()

@@ -5,7 +5,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from robot_bridge.base_stop import ANSWER_S_MAX, ASKS_MAX, ECHO_S_MAX, BaseStop, BaseStopState
+from robot_bridge.safety.base_stop import ANSWER_S_MAX, ASKS_MAX, ECHO_S_MAX, BaseStop, BaseStopState
 
 State = BaseStopState
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from robot_bridge.blindness import THING_M, arcs_of, hiding_places
+from robot_bridge.sensing.blindness import THING_M, arcs_of, hiding_places
 
 BODY_M, REACH_M = 0.21, 0.6
 beams = st.lists(st.booleans(), min_size=8, max_size=200).map(np.array)

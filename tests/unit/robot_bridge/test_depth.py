@@ -7,9 +7,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from robot_bridge.depth import core, depths_in_box, localise, measure, near_mode, noise_m, scaled_box
-from robot_bridge.senses import Intrinsics
-from robot_bridge.transforms import matrix
+from robot_bridge.sensing.depth import core, depths_in_box, localise, measure, near_mode, noise_m, scaled_box
+from robot_bridge.sensing.sensor_readings import Intrinsics
+from robot_bridge.sensing.transforms import matrix
 
 COLOUR = Intrinsics("colour", 250, 250, 100.0, 100.0, 125.0, 125.0)
 DEPTH = Intrinsics("depth", 640, 400, 200.0, 200.0, 320.0, 200.0)

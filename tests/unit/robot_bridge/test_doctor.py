@@ -11,7 +11,7 @@ from robot_bridge.doctor.checks import diagnose
 from robot_bridge.doctor.facts import ROLES, Facts, Need, Publisher, Traffic, type_of
 from robot_bridge.doctor.findings import Check, Severity
 from robot_bridge.doctor.report import report
-from robot_bridge.endpoints import Difference, Endpoint, Mismatch
+from robot_bridge.sensing.endpoints import Difference, Endpoint, Mismatch
 from robot_bridge.settings import RosSettings
 
 ROS = RosSettings()

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from contracts.robot import EmergencyStop
-from robot_bridge.emergency_stop import LatchFile, reset, stopped
+from robot_bridge.safety.emergency_stop import LatchFile, reset, stopped
 
 FRESH = EmergencyStop(latched=False, epoch=0)
 

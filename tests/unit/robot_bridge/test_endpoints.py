@@ -3,7 +3,7 @@
 import pytest
 
 from contracts.problem import DependencyState
-from robot_bridge.endpoints import Endpoint, dependency, mismatches
+from robot_bridge.sensing.endpoints import Endpoint, dependency, mismatches
 
 OURS = Endpoint("/cmd_vel_nav", "robot_bridge", "geometry_msgs/msg/TwistStamped", "RIHS01_ours")
 RIGHT = Endpoint("/cmd_vel_nav", "controller_server", "geometry_msgs/msg/TwistStamped", "RIHS01_ours")

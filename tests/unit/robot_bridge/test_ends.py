@@ -5,9 +5,9 @@ import pytest
 from contracts.causes import GoalCause, LimitCause, SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import BaseEnd, Hazard, MotionEnd
-from robot_bridge.arbiter import NOTHING, STOPPED, ZERO, Choice
-from robot_bridge.closed_loop import held_by
-from robot_bridge.safety import Restraint
+from robot_bridge.motion.arbiter import NOTHING, STOPPED, ZERO, Choice
+from robot_bridge.motion.motion_executor import held_by
+from robot_bridge.safety.collision_monitor import Restraint
 from robot_bridge.words import restraint_in_words
 
 ASKED = Twist2D(linear_x=0.2)

@@ -1,7 +1,7 @@
 """A hazard that was there for a moment counts for a while."""
 
 from contracts.motion import Hazard
-from robot_bridge.senses import HazardMailbox
+from robot_bridge.sensing.sensor_readings import HazardMailbox
 
 
 def test_a_bump_shorter_than_a_tick_is_not_missed() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robot_bridge.initial_pose import AGAIN_S, TRIES_MAX, InitialPose
+from robot_bridge.navigation.initial_pose import AGAIN_S, TRIES_MAX, InitialPose
 
 
 def told(pose: InitialPose, seconds: int, *, wanted: bool = True, listens: bool = True, laser_turns: bool) -> int:

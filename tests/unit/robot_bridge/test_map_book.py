@@ -9,11 +9,11 @@ from bench.map_likeness import changed
 from contracts.geometry import Pose2D
 from contracts.robot import KnownMap
 from mesh.errors import ConflictError, NotFoundError
-from robot_bridge.dock_place import DockPlace
-from robot_bridge.mailbox import Mailbox
-from robot_bridge.map_book import MapBook
-from robot_bridge.senses import DockView, Grid
-from robot_bridge.snapshot import Snapshot
+from robot_bridge.navigation.dock_pose import DockPlace
+from robot_bridge.navigation.map_book import MapBook
+from robot_bridge.sensing.mailbox import Mailbox
+from robot_bridge.sensing.sensor_readings import DockView, Grid
+from robot_bridge.sensing.snapshot import Snapshot
 from support.fake_clock import FakeClock
 from support.homes import home
 from support.waiting import until

@@ -6,7 +6,7 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.robot import MAP_CELLS_MAX
 from geometry.grids import MapError, encode
-from robot_bridge import maps
+from robot_bridge.navigation import maps
 
 ORIGIN = Pose2D(x=-1.0, y=2.0, yaw=1.56)
 

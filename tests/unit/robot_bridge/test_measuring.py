@@ -7,9 +7,9 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.robot import BoxQuery
-from robot_bridge.measuring import Measuring
-from robot_bridge.senses import DepthImage, Intrinsics, Senses
-from robot_bridge.transforms import matrix
+from robot_bridge.sensing.object_localizer import Measuring
+from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, Senses
+from robot_bridge.sensing.transforms import matrix
 from support.fake_clock import FakeClock
 
 OPTICAL = matrix((0.06, 0.0, 0.24), (-0.5, 0.5, -0.5, 0.5))

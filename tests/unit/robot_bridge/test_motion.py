@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import DriveReply, MotionEnd, RotateReply
 from robot_bridge.limits import motion_gains
-from robot_bridge.motion import Drive, Ending, Motion, Rotation, Tuning
-from robot_bridge.senses import Odometry
+from robot_bridge.motion.motions import Drive, Ending, Motion, Rotation, Tuning
+from robot_bridge.sensing.sensor_readings import Odometry
 from robot_bridge.settings import Settings
 
 

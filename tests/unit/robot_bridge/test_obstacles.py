@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from contracts.obstacles import Gap, Obstacles, SectorLabel
-from robot_bridge.gaps import GapLimits
-from robot_bridge.obstacles import ObstacleLimits, obstacles
-from robot_bridge.safety import SafetyLimits
-from robot_bridge.senses import Scan
+from robot_bridge.safety.collision_monitor import SafetyLimits
+from robot_bridge.safety.gaps import GapLimits
+from robot_bridge.safety.obstacles import ObstacleLimits, obstacles
+from robot_bridge.sensing.sensor_readings import Scan
 
 LIMITS = SafetyLimits()
 RADIUS_M = LIMITS.footprint_radius_m

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from contracts.geometry import Pose2D
+from robot_bridge.navigation.path_check import Checked, Place, Preflight
 from robot_bridge.ports import Path
-from robot_bridge.preflight import Checked, Place, Preflight
-from robot_bridge.senses import Grid, Senses
+from robot_bridge.sensing.sensor_readings import Grid, Senses
 from robot_bridge.settings import Settings
 
 HERE = Pose2D(x=1.0, y=1.0, yaw=0.0)

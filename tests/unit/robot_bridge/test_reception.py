@@ -1,6 +1,6 @@
 """What was not understood is kept until something is, and told to the log now and then."""
 
-from robot_bridge.reception import REASON_CHARACTERS_MAX, TOLD_AGAIN_S, Reception
+from robot_bridge.sensing.reception import REASON_CHARACTERS_MAX, TOLD_AGAIN_S, Reception
 
 
 def test_the_reason_stays_until_a_message_is_understood() -> None:

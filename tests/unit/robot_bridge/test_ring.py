@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contracts.geometry import Point3D, Pose2D
-from robot_bridge.maps import room_of
-from robot_bridge.ring import Room, length_m, poses_round, roomiest_first
-from robot_bridge.senses import Grid
+from robot_bridge.navigation.candidate_poses import Room, length_m, poses_round, roomiest_first
+from robot_bridge.navigation.maps import room_of
+from robot_bridge.sensing.sensor_readings import Grid
 
 ORIGIN = Pose2D(x=-1.0, y=-1.0, yaw=0.0)
 

@@ -11,10 +11,17 @@ from numpy.typing import NDArray
 from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import Hazard
-from robot_bridge.blindness import ALL_ROUND
-from robot_bridge.obstacles import obstacles
-from robot_bridge.safety import SafetyLimits, Surroundings, free_travel_m, restrain, seen_from_here, slowdown
-from robot_bridge.senses import Scan
+from robot_bridge.safety.collision_monitor import (
+    SafetyLimits,
+    Surroundings,
+    free_travel_m,
+    restrain,
+    seen_from_here,
+    slowdown,
+)
+from robot_bridge.safety.obstacles import obstacles
+from robot_bridge.sensing.blindness import ALL_ROUND
+from robot_bridge.sensing.sensor_readings import Scan
 from robot_bridge.words import restraint_in_words
 
 LIMITS = SafetyLimits()

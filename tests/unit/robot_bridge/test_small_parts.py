@@ -10,11 +10,11 @@ from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalMode, GoalStatus
 from mesh.errors import ConflictError, NotFoundError, TooManyError
 from robot_bridge.celebration import SUCCESS
-from robot_bridge.goals import GOALS_KEPT, Active, Goals
-from robot_bridge.mailbox import Mailbox
-from robot_bridge.navigation import ALLOWED, error_name, is_over, moved_on
-from robot_bridge.preflight import Place
-from robot_bridge.sessions import SESSIONS_MAX, Sessions
+from robot_bridge.motion.sessions import SESSIONS_MAX, Sessions
+from robot_bridge.navigation.goal_states import ALLOWED, error_name, is_over, moved_on
+from robot_bridge.navigation.goal_store import GOALS_KEPT, Active, Goals
+from robot_bridge.navigation.path_check import Place
+from robot_bridge.sensing.mailbox import Mailbox
 
 GOAL = Goal(id="g", pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.PENDING, stamp_s=1.0)
 

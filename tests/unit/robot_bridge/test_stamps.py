@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_bridge.stamps import APART_S_MAX, BASE, LATE_S_MAX, THIS_COMPUTER, Clocks
+from robot_bridge.sensing.stamps import APART_S_MAX, BASE, LATE_S_MAX, THIS_COMPUTER, Clocks
 
 NOW_S = 1_700_000_000.0
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contracts.geometry import Point3D, Pose2D
-from robot_bridge.frames import FrameTree, PoseBuffer
-from robot_bridge.transforms import compose, in_map, inverse, matrix, planar, quaternion_xyzw, upright, wrap
+from robot_bridge.sensing.transform_buffer import FrameTree, PoseBuffer
+from robot_bridge.sensing.transforms import compose, in_map, inverse, matrix, planar, quaternion_xyzw, upright, wrap
 
 poses = st.builds(
     Pose2D, x=st.floats(-50, 50), y=st.floats(-50, 50), yaw=st.floats(-math.pi, math.pi, exclude_min=True)

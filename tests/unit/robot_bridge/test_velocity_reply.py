@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 from contracts.geometry import Twist2D
 from contracts.robot import VelocityRequest
-from robot_bridge.arbiter import NOTHING, Choice, Request
-from robot_bridge.mailbox import Mailbox
+from robot_bridge.motion.arbiter import NOTHING, Choice, Request
 from robot_bridge.routes.velocity import velocity
+from robot_bridge.sensing.mailbox import Mailbox
 
 ASKED = Twist2D(linear_x=0.2)
 

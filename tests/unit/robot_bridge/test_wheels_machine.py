@@ -18,17 +18,17 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import Hazard
 from contracts.robot import EmergencyStop, Priority
 from mesh.errors import ConflictError
-from robot_bridge.arbiter import Limits, Refusal, Request
-from robot_bridge.blindness import NO_ARCS, Arcs
-from robot_bridge.closed_loop import Running
-from robot_bridge.emergency_stop import LatchFile
 from robot_bridge.limits import motion_gains
-from robot_bridge.motion import Drive, Rotation, Tuning
-from robot_bridge.safety import SafetyLimits
-from robot_bridge.senses import Odometry, Scan, Senses
-from robot_bridge.sessions import Sessions
+from robot_bridge.motion.arbiter import Limits, Refusal, Request
+from robot_bridge.motion.motion_executor import Running
+from robot_bridge.motion.motions import Drive, Rotation, Tuning
+from robot_bridge.motion.sessions import Sessions
+from robot_bridge.motion.velocity_mux import STOP_BURST, Wheels
+from robot_bridge.safety.collision_monitor import SafetyLimits
+from robot_bridge.safety.emergency_stop import LatchFile
+from robot_bridge.sensing.blindness import NO_ARCS, Arcs
+from robot_bridge.sensing.sensor_readings import Odometry, Scan, Senses
 from robot_bridge.settings import Settings
-from robot_bridge.wheels import STOP_BURST, Wheels
 
 LIMITS, SAFETY = Limits(), SafetyLimits()
 ANY = st.floats(allow_nan=True, allow_infinity=True)

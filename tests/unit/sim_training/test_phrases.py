@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from inference.small_clip import ClipConfig, crop, letterbox, tokenize
+from inference.perception.small_clip import ClipConfig, crop, letterbox, tokenize
 from sim.training.phrases import Meaning, phrase, vocabulary
 from sim.training.thresholds import calibrate
 

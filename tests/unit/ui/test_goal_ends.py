@@ -5,7 +5,7 @@ import pytest
 from contracts.causes import GoalCause
 from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalStatus
-from ui.acts import goal_end_in_words
+from ui.operator_actions import goal_end_in_words
 
 
 def ended(**told: object) -> Goal:

@@ -4,7 +4,7 @@ import pytest
 
 from contracts.mission import MissionState, Outcome
 from support.ui_world import event, mission, votes
-from ui.lines import Show, ending_chips, line, picture_of, shown, vote_chips
+from ui.timeline_lines import Show, ending_chips, line, picture_of, shown, vote_chips
 
 
 def test_a_line_of_the_timeline_has_its_time_and_votes() -> None:

@@ -5,8 +5,8 @@ import pytest
 from contracts.mission import MissionState, Outcome
 from contracts.robot import EmergencyStop
 from support.ui_world import mission, status
-from ui.news import News
-from ui.view import Tone
+from ui.notifications import News
+from ui.page_model import Tone
 
 
 def test_a_mission_seen_to_end_is_told_once() -> None:

@@ -10,8 +10,8 @@ from contracts.laser import LaserScan
 from contracts.memory import ObjectState
 from support.ui_world import home_map, mission, robot_state, status, thing
 from ui import map_view, scene
-from ui.marks import Marks
-from ui.situation import Remembered, Situation
+from ui.latest_facts import Remembered, Situation
+from ui.map_layers import Marks
 
 PICTURE = map_view.picture(home_map())
 FRAME = PICTURE.frame

@@ -5,7 +5,7 @@ import pytest
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import EmergencyStop, EmergencyStopReply, Goal, GoalStatus
 from support.ui_world import STARTED_S, event, mission, robot_state, status
-from ui.situation import Situation
+from ui.latest_facts import Situation
 
 
 def test_the_trail_grows_by_steps_not_by_messages() -> None:

@@ -2,7 +2,7 @@
 
 from contracts.memory import LabelCount
 from support.ui_world import thing
-from ui.situation import Remembered
+from ui.latest_facts import Remembered
 from ui.suggestions import is_question, suggestions
 
 

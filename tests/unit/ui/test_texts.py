@@ -7,40 +7,40 @@ from pathlib import Path
 import pytest
 
 from support.ui_world import mission, status
-from ui import texts
-from ui.situation import Situation
-from ui.view import view
+from ui import i18n
+from ui.latest_facts import Situation
+from ui.page_model import view
 
 
 @pytest.fixture(autouse=True)
 def english_again() -> Iterator[None]:
     yield
-    texts.use({})
+    i18n.use({})
 
 
 def test_a_translation_replaces_the_words_and_keeps_the_numbers(tmp_path: Path) -> None:
     file = tmp_path / "de.toml"
     file.write_text('"{n:.0f} s ago" = "vor {n:.0f} s"\n"Looking around" = "schaut sich um"\n', encoding="utf-8")
-    texts.use(texts.load(file))
-    assert texts.t("{n:.0f} s ago", n=7.2) == "vor 7 s"
+    i18n.use(i18n.load(file))
+    assert i18n.t("{n:.0f} s ago", n=7.2) == "vor 7 s"
     situation = Situation()
     situation.take_mission(status(mission()), 1.0)
     assert view(situation, now_s=1.0, silence_s_max=2.0).phase == "schaut sich um"
 
 
 def test_what_is_not_translated_stays_english() -> None:
-    texts.use({"Find": "Suche"})
-    assert (texts.t("Find"), texts.t("Ask")) == ("Suche", "Ask")
+    i18n.use({"Find": "Suche"})
+    assert (i18n.t("Find"), i18n.t("Ask")) == ("Suche", "Ask")
 
 
 def test_a_file_that_holds_no_texts_is_refused_by_name(tmp_path: Path) -> None:
     file = tmp_path / "odd.toml"
     file.write_text('"Find" = 7\n', encoding="utf-8")
     with pytest.raises(ValueError, match="Find"):
-        texts.load(file)
+        i18n.load(file)
 
 
 def test_the_template_names_every_text_of_page_and_scripts() -> None:
-    template = tomllib.loads(texts.template())
+    template = tomllib.loads(i18n.template())
     assert {"STOP", "Find", "Looking around", "No picture yet", "Go there"} <= template.keys()
-    assert set(texts.for_scripts()) <= template.keys()
+    assert set(i18n.for_scripts()) <= template.keys()

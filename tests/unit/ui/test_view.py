@@ -6,8 +6,8 @@ from contracts.mission import MissionState, Outcome
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import EmergencyStop, EmergencyStopReply, NavigationState, SensorState, SensorStatus
 from support.ui_world import mission, robot_state, status
-from ui.situation import Situation
-from ui.view import PHASES, Tone, View, ago, duration, view
+from ui.latest_facts import Situation
+from ui.page_model import PHASES, Tone, View, ago, duration, view
 
 NOW_S = 100.0
 

@@ -11,14 +11,14 @@ from coordinator.adapters.inference import InferenceEyes
 from coordinator.adapters.memory import MemoryService
 from coordinator.adapters.robot_bridge import BridgeRobot
 from coordinator.adapters.sqlite_log import SqliteLog
-from coordinator.asking import Asking
-from coordinator.dispatcher import Dispatcher
-from coordinator.looks import Looks
-from coordinator.missions import Missions
-from coordinator.pending import Queue
+from coordinator.commands.mission_service import Missions
+from coordinator.execution.dispatcher import Dispatcher
+from coordinator.execution.look_reporter import Looks
+from coordinator.execution.mission_runner import Runner
 from coordinator.ports import Eyes, Memory, MissionLog, Robot
+from coordinator.questions.question_service import Asking
+from coordinator.queue.mission_queue import Queue
 from coordinator.routes import get_missions, router
-from coordinator.runner import Runner
 from coordinator.settings import Settings
 from mesh.app import make_app
 from mesh.bus import Bus, open_bus

@@ -10,8 +10,8 @@ from starlette.responses import PlainTextResponse, Response
 
 from contracts.asking import About, Answer, Question
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
-from coordinator.asking import Asking
-from coordinator.missions import Missions
+from coordinator.commands.mission_service import Missions
+from coordinator.questions.question_service import Asking
 from vocabulary.orders import order_in
 
 router = APIRouter()

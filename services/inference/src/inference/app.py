@@ -8,15 +8,15 @@ from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
 from inference.adapters.bridge_camera import BridgeCamera
-from inference.languages import open_languages
-from inference.models import Loaded, Models
-from inference.perception import Perception
+from inference.language.languages import open_languages
+from inference.perception.models import Loaded, Models
+from inference.perception.perception import Perception
+from inference.perception.worker import Worker
 from inference.ports import Camera, LanguageModel, VisionLanguageModel
 from inference.routes import get_inference, router
 from inference.service import Inference
 from inference.settings import ModelSet, Settings
-from inference.validation import Validator
-from inference.worker import Worker
+from inference.validation.validation import Validator
 from mesh.app import make_app
 from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock

@@ -20,7 +20,7 @@ from contracts.vision import (
     Validation,
 )
 from inference.service import Inference
-from inference.validation import require_box
+from inference.validation.validation import require_box
 from mesh.errors import TooManyError
 
 router = APIRouter()

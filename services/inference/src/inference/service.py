@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from contracts.geometry import Pose2D
 from contracts.problem import Dependency, DependencyState
 from contracts.vision import Detections, ModelInfo, ModelState
-from inference.images import decode
-from inference.models import Models
-from inference.perception import Perception
+from inference.language.reasoning import Reasoner
+from inference.parsing.task_parsing import Reader
+from inference.perception.images import decode
+from inference.perception.models import Models
+from inference.perception.perception import Perception
 from inference.ports import RgbImage
-from inference.reading import Reader
-from inference.reasoning import Reasoner
-from inference.validation import Validator
+from inference.validation.validation import Validator
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from pydantic import Field
 from pydantic_settings import SettingsConfigDict
 
-from inference.language_settings import LanguageSettings
+from inference.language.language_settings import LanguageSettings
 
 
 class ModelSet(StrEnum):

@@ -9,8 +9,8 @@ from fastapi import FastAPI, Request
 from contracts.problem import Dependency
 from memory.adapters.robot_bridge import RobotBridge
 from memory.adapters.store import SqlStore
+from memory.memory_service import Memory
 from memory.ports import Senses, Store
-from memory.remembering import Memory
 from memory.routes import get_memory, router
 from memory.settings import Settings
 from mesh.app import make_app

@@ -17,8 +17,8 @@ from contracts.base import Confidence, Label, Message, StampS
 from contracts.geometry import Pose2D
 from contracts.memory import Belief, Colour
 from memory.frames import Exclusion
+from memory.objects import Thing
 from memory.ports import Hoard, KeptMap, KeptView
-from memory.things import Thing
 from memory.views import sighting_at
 
 FORMAT = "atom-memory"

@@ -9,7 +9,7 @@ from contracts.memory import Area, ForgetRequest, LabelCount, View
 from contracts.robot import BoxQuery, KnownMap
 from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
-from memory.things import Thing
+from memory.objects import Thing
 
 
 @dataclass(slots=True)
@@ -102,7 +102,7 @@ def in_maps(hoard: Hoard, numbers: Mapping[int, int]) -> Hoard:
 
 
 class Store(Protocol):
-    """Keeps things and views as `memory.ledger` and `memory.views` say. Every method raises
+    """Keeps things and views as `memory.object_association` and `memory.views` say. Every method raises
     `mesh.errors.UnavailableError` when it cannot, and then has changed nothing. `map_number`: of this map; none: of
     every map."""
 

@@ -17,9 +17,9 @@ from contracts.coco import COLOURS
 from contracts.geometry import Pose2D
 from contracts.memory import Embedding, RecalledView, RecallRequest, RecallRule, RememberedObject, ScoreParts
 from memory.belief import LOST_BELOW, aged
-from memory.kinds import kind_of
+from memory.class_priors import kind_of
+from memory.objects import Thing, remembered
 from memory.ports import Candidates, KeptView
-from memory.things import Thing, remembered
 
 SAME_DIRECTION_RAD = math.radians(60.0)
 SAME_PLACE_M = 0.05

@@ -26,7 +26,7 @@ from contracts.memory import (
     RememberedObject,
     View,
 )
-from memory.remembering import Memory
+from memory.memory_service import Memory
 
 router = APIRouter()
 

@@ -17,25 +17,25 @@ from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VIS
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.tasks import Tasks
-from robot_bridge import base_health, endpoints
-from robot_bridge.camera import Camera
-from robot_bridge.closed_loop import Running
-from robot_bridge.docking import Docking
-from robot_bridge.emergency_stop import LatchFile, StopHistory
+from robot_bridge.emergency_stop_service import Stopping
 from robot_bridge.limits import arbiter_limits, motion_gains, obstacle_limits, safety_limits
-from robot_bridge.map_book import MapBook
-from robot_bridge.measuring import Measuring
-from robot_bridge.motion import Motion, Tuning
-from robot_bridge.navigator import Navigator
-from robot_bridge.obstacles import obstacles
+from robot_bridge.motion.motion_executor import Running
+from robot_bridge.motion.motions import Motion, Tuning
+from robot_bridge.motion.sessions import Sessions
+from robot_bridge.motion.velocity_mux import Wheels
+from robot_bridge.navigation.docking import Docking
+from robot_bridge.navigation.goal_executor import Navigator
+from robot_bridge.navigation.map_book import MapBook
 from robot_bridge.ports import Robot
-from robot_bridge.recordings import Recordings
-from robot_bridge.sessions import Sessions
+from robot_bridge.recording.recordings import Recordings
+from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
+from robot_bridge.safety.obstacles import obstacles
+from robot_bridge.sensing import base_health, endpoints
+from robot_bridge.sensing.camera import Camera
+from robot_bridge.sensing.object_localizer import Measuring
+from robot_bridge.sensing.snapshot import Snapshot, look
+from robot_bridge.sensing.stamps import TF, apart
 from robot_bridge.settings import Settings
-from robot_bridge.snapshot import Snapshot, look
-from robot_bridge.stamps import TF, apart
-from robot_bridge.stopping import Stopping
-from robot_bridge.wheels import Wheels
 
 log = structlog.get_logger()
 

@@ -1,11 +1,11 @@
 """The limits of each part, out of the settings."""
 
 from contracts.motion import MotionGains
-from robot_bridge.arbiter import Limits
-from robot_bridge.gaps import GapLimits
-from robot_bridge.laser_rules import LaserRules, ZeroRange
-from robot_bridge.obstacles import ObstacleLimits
-from robot_bridge.safety import SafetyLimits
+from robot_bridge.motion.arbiter import Limits
+from robot_bridge.safety.collision_monitor import SafetyLimits
+from robot_bridge.safety.gaps import GapLimits
+from robot_bridge.safety.obstacles import ObstacleLimits
+from robot_bridge.sensing.laser_rules import LaserRules, ZeroRange
 from robot_bridge.settings import Settings
 
 

@@ -6,9 +6,9 @@ from typing import Protocol
 
 from contracts.geometry import Pose2D, Twist2D
 from robot_bridge.celebration import Celebration
-from robot_bridge.mcap_file import Sink
-from robot_bridge.navigation import GoalEnd
-from robot_bridge.senses import Senses
+from robot_bridge.navigation.goal_states import GoalEnd
+from robot_bridge.recording.mcap_file import Sink
+from robot_bridge.sensing.sensor_readings import Senses
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Robot(Protocol):
         ...
 
     def engage_base_stop(self, engaged: bool, *, restored: bool = False) -> None:
-        """Has the base's own e_stop follow the latch, as `robot_bridge.base_stop` says; waits for nothing.
+        """Has the base's own e_stop follow the latch, as `robot_bridge.safety.base_stop` says; waits for nothing.
 
         `restored`: the latch was found set at the start.
         """

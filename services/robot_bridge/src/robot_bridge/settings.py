@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from contracts.geometry import Pose2D
-from robot_bridge.laser_rules import LaserMask, ZeroRange
+from robot_bridge.sensing.laser_rules import LaserMask, ZeroRange
 
 
 class Channel(BaseModel):

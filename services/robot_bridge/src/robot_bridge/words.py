@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from contracts.causes import LimitCause, Refusal, SafetyCause
 from contracts.robot import EmergencyStop
-from robot_bridge.safety import Restraint
+from robot_bridge.safety.collision_monitor import Restraint
 
 
 def restraint_in_words(restraint: Restraint) -> str:

@@ -11,7 +11,7 @@ from mesh.app import make_app
 from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock
 from mesh.tasks import Tasks, end_this_process
-from ui import page, texts
+from ui import i18n, page
 from ui.adapters.coordinator import CoordinatorMissions
 from ui.adapters.inference import InferenceEyes
 from ui.adapters.memory import MemoryService
@@ -41,7 +41,7 @@ def create_app(
 ) -> FastAPI:
     """The service; whatever is not given is the real thing that `settings` name. NiceGUI allows one a process."""
 
-    texts.use(texts.load(settings.texts_file))
+    i18n.use(i18n.load(settings.texts_file))
 
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:

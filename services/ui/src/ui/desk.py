@@ -26,14 +26,14 @@ from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError
 from mesh.tasks import Tasks
 from ui import map_view, overlay
-from ui.album import Album
+from ui.event_pictures import Album
 from ui.frames import Frames
-from ui.marks import Marks
-from ui.news import News
+from ui.i18n import t
+from ui.latest_facts import Remembered, Situation
+from ui.map_layers import Marks
+from ui.notifications import News
 from ui.ports import Eyes, Memory, Missions, Robot
 from ui.settings import Settings
-from ui.situation import Remembered, Situation
-from ui.texts import t
 from ui.thumbnails import Thumbnails
 from ui.watch import Watch
 

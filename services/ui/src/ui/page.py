@@ -11,22 +11,22 @@ from nicegui import ui as nicegui_ui
 from nicegui.language import Language
 from starlette.staticfiles import StaticFiles
 
-from ui import lines, texts
-from ui import view as words
-from ui.acts import Acts
+from ui import i18n, timeline_lines
+from ui import page_model as words
 from ui.desk import Desk
+from ui.i18n import t
+from ui.operator_actions import Acts
+from ui.panels.camera_panel import Live
 from ui.panels.command import Command
+from ui.panels.header import Top
 from ui.panels.history import History
-from ui.panels.live import Live
-from ui.panels.machine import Machine
 from ui.panels.map_panel import MapPanel
 from ui.panels.memory_panel import MemoryPanel
-from ui.panels.parts import box
+from ui.panels.robot_panel import Machine
 from ui.panels.stop import Stopped, stop_html
 from ui.panels.timeline import Timeline
-from ui.panels.top import Top
+from ui.panels.widgets import box
 from ui.routes.deps import desk_of, operator
-from ui.texts import t
 
 ASSETS: Final = Path(__file__).parent / "assets"
 SCRIPTS: Final = ("camera.js", "map.js", "drive.js", "memory.js", "speech.js")
@@ -119,7 +119,7 @@ class OperatorPage:
         self._top.show(view)
         self._command.show(view, situation.remembered)
         self._stopped.show(view)
-        self._live.show(lines.vote_chips(mission.votes) if mission is not None else ())
+        self._live.show(timeline_lines.vote_chips(mission.votes) if mission is not None else ())
         self._machine.show(view)
         self._map.show(view)
         self._timeline.show()
@@ -150,7 +150,7 @@ def _head(root_path: str) -> str:
         return f"assets/{name}?v={hashlib.sha256((ASSETS / name).read_bytes()).hexdigest()[:10]}"
 
     base = f'<base href="{escape(root_path)}/">' if root_path else ""
-    said = json.dumps(texts.for_scripts()).replace("<", "\\u003c")
+    said = json.dumps(i18n.for_scripts()).replace("<", "\\u003c")
     return (
         f'{base}<script type="application/json" id="atom-texts">{said}</script>'
         f"<script>{(ASSETS / 'base.js').read_text(encoding='utf-8')}</script>"

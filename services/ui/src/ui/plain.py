@@ -5,7 +5,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from contracts.robot import EmergencyStopReply
-from ui.texts import t
+from ui.i18n import t
 
 BRIDGE_PORT: Final = 8004
 

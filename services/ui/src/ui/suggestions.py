@@ -4,7 +4,7 @@ from typing import Final
 
 from contracts.coco import COCO_LABELS
 from contracts.reading import Mood
-from ui.situation import Remembered
+from ui.latest_facts import Remembered
 from vocabulary.moods import read
 
 NEVER_OFFERED: Final = frozenset({"person"})

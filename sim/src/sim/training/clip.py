@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from torch.nn import functional
 
-from inference.small_clip import ClipConfig, build, load, load_model, save, tokenize
+from inference.perception.small_clip import ClipConfig, build, load, load_model, save, tokenize
 from sim.training.crops import read_crops
 from sim.training.detector import Average, groups
 from sim.training.phrases import Meaning, phrase, vocabulary

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from inference.small_clip import crop, letterbox
+from inference.perception.small_clip import crop, letterbox
 from sim.training.phrases import Meaning
 from sim.training.records import Box, read_frames
 

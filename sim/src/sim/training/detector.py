@@ -22,7 +22,7 @@ import numpy as np
 import torch
 
 from contracts.coco import COCO_LABELS
-from inference import torchvision_cpu
+from inference.perception import torchvision_cpu
 from sim.training.augment import Picker, Sample, compose
 from sim.training.progress import say
 from sim.training.records import LABEL_ID, Frame, from_json

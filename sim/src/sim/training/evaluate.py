@@ -19,8 +19,8 @@ import numpy as np
 import torch
 
 from contracts.coco import COCO_LABELS
-from inference import torchvision_cpu
-from inference.small_clip import SmallClip, crop, load
+from inference.perception import torchvision_cpu
+from inference.perception.small_clip import SmallClip, crop, load
 from sim.training.crops import SHORT_SIDE_MIN_PX, read_crops
 from sim.training.phrases import Meaning
 from sim.training.progress import say

@@ -10,7 +10,7 @@ uses a COCO detector and CLIP ViT-B/32 instead.
 | file | what | trained on |
 |---|---|---|
 | `{detector_file}` | YOLOv8n, 80 COCO labels, fp16; loaded by `ultralytics.YOLO` | boxes from segmentation |
-| `{clip_file}` and `.json` | open_clip, own words; loaded by `inference.small_clip.load` | crops and phrases |
+| `{clip_file}` and `.json` | open_clip, own words; loaded by `inference.perception.small_clip` | crops and phrases |
 | `scores.json` | everything below, by machine | |
 
 Both were trained from nothing, on two shared processor cores without a GPU, by the scripts in `sim/src/sim/training`.

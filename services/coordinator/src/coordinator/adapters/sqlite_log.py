@@ -15,8 +15,8 @@ from contracts.problem import Dependency
 from coordinator.adapters.database_file import engine, naming_the_database, prepare
 from coordinator.adapters.tables import events, missions, pictures, recordings, requests
 from coordinator.adapters.tail import Tail
-from coordinator.interrupted import interrupted, line_of
 from coordinator.ports import KnownRequest
+from coordinator.queue.interrupted import interrupted, line_of
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
 

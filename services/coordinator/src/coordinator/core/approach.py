@@ -7,17 +7,17 @@ import math
 from contracts.mission import EventKind, MissionState
 from contracts.robot import GoalStatus, LocalizeReply
 from coordinator.core.activities import ChoosingPath, Driving, Going, Looking, Measuring, Stage, Turning
+from coordinator.core.approach_poses import ring_groups, surface_distance_m, too_near_for_a_goal, whereabouts
 from coordinator.core.centering import set_aside
 from coordinator.core.depth_check import take_measurement
-from coordinator.core.draft import Draft
-from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
-from coordinator.core.hindrance import furniture_before, hindrance
 from coordinator.core.mission import Approach
-from coordinator.core.place import ring_groups, surface_distance_m, too_near_for_a_goal, whereabouts
+from coordinator.core.obstruction import furniture_before, hindrance
+from coordinator.core.outcomes import found
+from coordinator.core.plausibility import plausible
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.sightings import follow, tracked
-from coordinator.core.trust import plausible
+from coordinator.core.step_context import Draft
 
 TURN_SPEED_RAD_S = 0.8
 JUMP_M = 0.5

@@ -11,12 +11,12 @@ from coordinator.core import actions as do
 from coordinator.core.activities import Steering
 from coordinator.core.centering import set_aside
 from coordinator.core.depth_check import take_measurement
-from coordinator.core.draft import Draft
-from coordinator.core.endings import found
 from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, Localized, MotionEnded, Tick
+from coordinator.core.outcomes import found
+from coordinator.core.plausibility import plausible
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.sightings import follow, tracked
-from coordinator.core.trust import plausible
+from coordinator.core.step_context import Draft
 
 BLOCKED_S = 3.0
 STILL_M_S = 0.02

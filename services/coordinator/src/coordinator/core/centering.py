@@ -7,7 +7,6 @@ from contracts.mission import MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import Looking, Turning
-from coordinator.core.draft import Draft
 from coordinator.core.events import DetectionsSeen, Event, MotionEnded
 from coordinator.core.geometry import distance_m
 from coordinator.core.mission import Sighting
@@ -15,6 +14,7 @@ from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import ApproachRule, CenteringRule, Rules
 from coordinator.core.search import new_scan
 from coordinator.core.sightings import bearing_error_rad, colour_in_its_place, follow, lose, reject, tracked
+from coordinator.core.step_context import Draft
 
 TURN_SPEED_RAD_S = 0.8
 MOVED_AWAY_M = 1.0

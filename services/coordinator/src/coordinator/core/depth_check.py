@@ -6,15 +6,15 @@ from contracts.vision import Validation, Verdict, Vote
 from coordinator.core import actions as do
 from coordinator.core.activities import Looking, Measuring, Validating
 from coordinator.core.centering import back_to_search
-from coordinator.core.draft import Draft
-from coordinator.core.endings import found, votes_data
+from coordinator.core.depth_consensus import agreed, sigma_m
 from coordinator.core.events import DetectionsSeen, Event, Localized
 from coordinator.core.events import Validated as ValidatedEvent
 from coordinator.core.geometry import base_to_frame
-from coordinator.core.measured import agreed, sigma_m
+from coordinator.core.outcomes import found, votes_data
+from coordinator.core.plausibility import is_confirmed, plausible
 from coordinator.core.rules import ApproachRule
 from coordinator.core.sightings import follow, is_refused, lose, reject, tracked
-from coordinator.core.trust import is_confirmed, plausible
+from coordinator.core.step_context import Draft
 
 BOX_FRESH_S = 1.5
 NEXT_BOX_S = 2.0

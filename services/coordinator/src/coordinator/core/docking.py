@@ -7,9 +7,9 @@ stopped like any other.
 from contracts.mission import EndCause, EventKind, Outcome
 from coordinator.core import actions as do
 from coordinator.core.activities import Docking
-from coordinator.core.draft import Draft
-from coordinator.core.endings import abort, end
 from coordinator.core.events import Docked, Event
+from coordinator.core.outcomes import abort, end
+from coordinator.core.step_context import Draft
 
 
 def begin(draft: Draft) -> None:

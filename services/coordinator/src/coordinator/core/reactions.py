@@ -5,9 +5,9 @@ from typing import assert_never
 
 from contracts.mission import EndCause, MissionState
 from contracts.motion import MotionEnd
-from coordinator.core.draft import Draft
-from coordinator.core.endings import abort
 from coordinator.core.events import MotionEnded
+from coordinator.core.outcomes import abort
+from coordinator.core.step_context import Draft
 
 
 class Reaction(StrEnum):

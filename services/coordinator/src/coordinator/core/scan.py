@@ -4,11 +4,10 @@ from contracts.mission import EndCause, EventKind, MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import CheckingPlace, Looking, Turning, Undocking, Waking
-from coordinator.core.draft import Draft
-from coordinator.core.endings import abort
 from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
 from coordinator.core.geometry import wrap
 from coordinator.core.mission import Sighting
+from coordinator.core.outcomes import abort
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import Rules, ScanRule
 from coordinator.core.search import awake, next_place, undock_first, undocked
@@ -20,6 +19,7 @@ from coordinator.core.sightings import (
     tally_others,
     worth_it,
 )  # fmt: skip
+from coordinator.core.step_context import Draft
 
 FACING_RAD = 0.06
 SWEEP_FROM_RAD = 0.35

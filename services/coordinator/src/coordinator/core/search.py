@@ -7,13 +7,13 @@ from contracts.mission import EndCause, EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking, Waking
-from coordinator.core.draft import Draft
-from coordinator.core.endings import abort, abort_for_the_map, give_up
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
 from coordinator.core.geometry import around, distance_m, near_any, wrap
 from coordinator.core.mission import Sighting
+from coordinator.core.outcomes import abort, abort_for_the_map, give_up
 from coordinator.core.rules import CoverageRule
 from coordinator.core.sightings import may_be_rejected, new_candidate, sightings, worth_it
+from coordinator.core.step_context import Draft
 
 ARRIVED_M = 0.3
 GLIMPSE_S = 2.0

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from contracts.geometry import Pose2D
 from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
-from coordinator.core.draft import Draft
 from coordinator.core.geometry import distance_m, pixel_bearing_rad, relative, wrap
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighting
 from coordinator.core.report import candidate_record, with_seen
+from coordinator.core.step_context import Draft
 
 FRAME_PX = 320
 """The width the requirements' pixel numbers belong to; other widths are scaled to it."""

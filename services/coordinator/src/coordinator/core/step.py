@@ -12,8 +12,8 @@ from coordinator.core import (
     centering,
     depth_check,
     docking,
-    person,
-    robot,
+    operator_commands,
+    robot_updates,
     scan,
     search,
     step_drive,
@@ -38,11 +38,11 @@ from coordinator.core.activities import (
     Waiting,
     Waking,
 )  # fmt: skip
-from coordinator.core.draft import Draft
-from coordinator.core.endings import abort, give_up
 from coordinator.core.mission import Mission
+from coordinator.core.outcomes import abort, give_up
+from coordinator.core.plausibility import checked_arrival, is_of_now
 from coordinator.core.rules import ApproachRule
-from coordinator.core.trust import checked_arrival, is_of_now
+from coordinator.core.step_context import Draft
 
 BEGINS_MAX = 40
 
@@ -65,9 +65,9 @@ def step(mission: Mission, event: ev.Event, now_s: float) -> tuple[Mission, tupl
 def _apply(draft: Draft, event: ev.Event) -> None:
     match event:
         case ev.RobotUpdated() | ev.StopLatched() | ev.StopReset():
-            robot.handle(draft, event)
+            robot_updates.handle(draft, event)
         case ev.MissionStarted() | ev.DockingStarted() | ev.CancelAsked() | ev.PauseAsked() | ev.ResumeAsked():
-            person.handle(draft, event)
+            operator_commands.handle(draft, event)
         case ev.CoverageLooked(share=share):
             if draft.mission.running:
                 draft.set_search(share=share)

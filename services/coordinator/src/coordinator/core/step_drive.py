@@ -5,13 +5,13 @@ from contracts.mission import EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Driving, Going, Steering
+from coordinator.core.approach_poses import ring_groups, surface_distance_m, too_near_for_a_goal
 from coordinator.core.centering import set_aside
-from coordinator.core.draft import Draft
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, MotionEnded, PathChosen, Tick
-from coordinator.core.place import ring_groups, surface_distance_m, too_near_for_a_goal
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import ApproachRule
 from coordinator.core.sightings import follow, tracked
+from coordinator.core.step_context import Draft
 
 
 def begin(draft: Draft) -> None:

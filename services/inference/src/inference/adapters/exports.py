@@ -159,7 +159,7 @@ def prepare(weights: Path, folder: Path, wanted: Sequence[Backend], *, imgsz: in
 
 def _export(weights: Path, folder: Path, backend: Backend, imgsz: int) -> None:
     """Moved into place whole; where another process was quicker, its export stays."""
-    from inference import torchvision_cpu
+    from inference.perception import torchvision_cpu
 
     torchvision_cpu.install()
     from ultralytics import YOLO

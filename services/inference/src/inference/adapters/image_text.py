@@ -66,7 +66,7 @@ class SmallClipModel:
     def __init__(self, path: Path, *, overrides: Overrides | None = None) -> None:
         if not path.exists():
             raise FileNotFoundError(f"no image-text weights at {path}")
-        from inference import small_clip
+        from inference.perception import small_clip
 
         self._crop = small_clip.crop
         self._model = small_clip.load(path)
@@ -108,7 +108,7 @@ class OpenClipModel:
         if not path.exists():
             raise FileNotFoundError(f"no image-text weights at {path}")
         card, said = read_clip_card(path), overrides or Overrides()
-        from inference import torchvision_cpu
+        from inference.perception import torchvision_cpu
 
         torchvision_cpu.install()
         import open_clip as library

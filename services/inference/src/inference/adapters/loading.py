@@ -10,7 +10,7 @@ from safetensors import SafetensorError
 from inference.adapters.exports import Exports
 from inference.adapters.image_text import OpenClipModel, Overrides, SmallClipModel
 from inference.adapters.yolo import OPENVINO_FOLDER, YoloDetector, read_card
-from inference.models import Loaded
+from inference.perception.models import Loaded
 from inference.ports import Detector, ImageText
 from inference.settings import ModelSet, Settings
 

@@ -13,9 +13,9 @@ from prometheus_client import Counter
 from pydantic import BaseModel, ConfigDict, Field
 
 from contracts.vision import Detection
-from inference.classes import label_of
+from inference.perception.classes import label_of
+from inference.perception.raw_boxes import Believed, NoBox, Picture, believed
 from inference.ports import MODEL_ERRORS, RgbImage
-from inference.raw_boxes import Believed, NoBox, Picture, believed
 from mesh.errors import UnavailableError
 
 log = structlog.get_logger()
@@ -73,7 +73,7 @@ class YoloDetector:
             raise FileNotFoundError(f"no detector weights at {path}")
         for key, value in QUIET_AND_OFFLINE.items():
             os.environ.setdefault(key, value)
-        from inference import torchvision_cpu
+        from inference.perception import torchvision_cpu
 
         torchvision_cpu.install()
         import torch

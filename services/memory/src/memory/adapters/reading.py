@@ -9,8 +9,8 @@ from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_
 from contracts.memory import Area, LabelCount
 from memory.adapters.rows import THING, VIEW, thing_of, view_of
 from memory.adapters.tables import things, views
+from memory.objects import Thing
 from memory.ports import Candidates, Counts, Hoard, KeptView
-from memory.things import Thing
 
 PAGE = 2000
 BY_ID = itemgetter(0)

@@ -9,8 +9,8 @@ import numpy as np
 from sqlalchemy import ColumnElement
 
 from memory.adapters.tables import things, views
+from memory.objects import Thing
 from memory.ports import KeptView
-from memory.things import Thing
 from memory.views import Sighting
 
 Values = dict[str, Any]

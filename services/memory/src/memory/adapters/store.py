@@ -16,9 +16,9 @@ from memory.adapters.database_file import CHECK_S, SqliteFile
 from memory.adapters.postgres import Postgres
 from memory.adapters.tables import things, views
 from memory.frames import Frame, Tally
+from memory.objects import Thing
 from memory.ports import Candidates, Counts, Hoard, KeptMap, KeptView
 from memory.settings import Settings
-from memory.things import Thing
 from mesh.errors import UnavailableError
 
 T = TypeVar("T")

@@ -12,9 +12,9 @@ from memory.adapters.rows import THING, VIEW, Values, row_of, row_of_sighting, t
 from memory.adapters.tables import NO_THING, PLACE, things, views
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
-from memory.ledger import Ledger
+from memory.object_association import Ledger
+from memory.objects import Thing
 from memory.ports import Hoard, KeptView
-from memory.things import Thing
 from memory.views import CELL_M, LOOKED_M, Place, Sighting, contradicted, sighting_at
 
 EMPTY_LOOK = 0.6

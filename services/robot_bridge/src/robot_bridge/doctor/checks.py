@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from robot_bridge.doctor.facts import Facts
 from robot_bridge.doctor.findings import Check, Finding, Severity, problem, warning
 from robot_bridge.doctor.topics import topic_findings
-from robot_bridge.stamps import apart
+from robot_bridge.sensing.stamps import apart
 
 RMW = "rmw_fastrtps_cpp"
 NAV2_DRIVERS = frozenset(("controller_server", "velocity_smoother", "collision_monitor", "behavior_server"))

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from contracts.problem import Readiness
 from contracts.robot import SensorStatus
-from robot_bridge.endpoints import Mismatch
+from robot_bridge.sensing.endpoints import Mismatch
 from robot_bridge.settings import Channel, RosSettings
 
 

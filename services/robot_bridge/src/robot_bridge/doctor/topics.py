@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contracts.robot import SensorState
 from robot_bridge.doctor.facts import ROLES, Facts, Need, Publisher, Role, type_of
 from robot_bridge.doctor.findings import Check, Finding, problem, warning
-from robot_bridge.endpoints import Difference, in_words
+from robot_bridge.sensing.endpoints import Difference, in_words
 from robot_bridge.settings import Channel
 
 CANDIDATES_MAX = 3

@@ -6,8 +6,8 @@ from fastapi import APIRouter, Query
 from fastapi.responses import Response, StreamingResponse
 
 from mesh.errors import TooManyError, UnavailableError
-from robot_bridge.camera import BOUNDARY
 from robot_bridge.routes.deps import BridgeDep
+from robot_bridge.sensing.camera import BOUNDARY
 
 router = APIRouter(prefix="/camera", tags=["camera"])
 

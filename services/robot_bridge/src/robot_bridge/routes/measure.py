@@ -3,8 +3,8 @@
 from fastapi import APIRouter
 
 from contracts.robot import BoxQuery, DepthReply, LocalizeReply
-from robot_bridge.measuring import Measuring
 from robot_bridge.routes.deps import BridgeDep
+from robot_bridge.sensing.object_localizer import Measuring
 
 router = APIRouter(tags=["measuring"])
 

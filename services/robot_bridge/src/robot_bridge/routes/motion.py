@@ -6,8 +6,8 @@ from starlette.requests import Request as HttpRequest
 from contracts.causes import Refusal
 from contracts.motion import DriveReply, DriveRequest, EndedMotion, MotionEnd, MotionGains, RotateReply, RotateRequest
 from mesh.errors import ConflictError
-from robot_bridge.motion import Drive, Rotation
-from robot_bridge.navigator import refuse_while_navigating
+from robot_bridge.motion.motions import Drive, Rotation
+from robot_bridge.navigation.goal_executor import refuse_while_navigating
 from robot_bridge.routes.deps import BridgeDep, while_connected
 
 router = APIRouter(tags=["motion"])

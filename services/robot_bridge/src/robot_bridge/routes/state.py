@@ -11,7 +11,7 @@ from contracts.laser import LaserScan
 from contracts.robot import KnownMap, Map, RobotState, SameHomeRequest
 from geometry.grids import encode
 from mesh.errors import UnavailableError
-from robot_bridge import maps
+from robot_bridge.navigation import maps
 from robot_bridge.routes.deps import BridgeDep
 
 router = APIRouter(tags=["state"])

@@ -9,8 +9,8 @@ from prometheus_client import Histogram
 from starlette.requests import ClientDisconnect, Request
 
 from contracts.robot import EmergencyStop, EmergencyStopEvent, EmergencyStopReply, EmergencyStopRequest
-from robot_bridge.emergency_stop import HISTORY_MAX
 from robot_bridge.routes.deps import BridgeDep
+from robot_bridge.safety.emergency_stop import HISTORY_MAX
 
 router = APIRouter(tags=["emergency stop"])
 

@@ -9,8 +9,8 @@ from pydantic import ValidationError
 from contracts.causes import Refusal
 from contracts.robot import VelocityReply, VelocityRequest
 from mesh.errors import ConflictError, UnavailableError
-from robot_bridge.arbiter import NOTHING, Choice, Request
 from robot_bridge.bridge import Bridge
+from robot_bridge.motion.arbiter import NOTHING, Choice, Request
 from robot_bridge.routes.deps import BridgeDep
 from robot_bridge.words import causes_in_words, refusal_in_words
 

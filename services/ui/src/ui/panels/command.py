@@ -7,12 +7,12 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from contracts.asking import Answer
-from ui.acts import COMMAND_MAX, Acts, Told
-from ui.panels.parts import ChipRow, box, section, told_classes
-from ui.situation import Remembered
+from ui.i18n import t
+from ui.latest_facts import Remembered
+from ui.operator_actions import COMMAND_MAX, Acts, Told
+from ui.page_model import View
+from ui.panels.widgets import ChipRow, box, section, told_classes
 from ui.suggestions import is_question, suggestions
-from ui.texts import t
-from ui.view import View
 
 WHAT_IS_SAID = "() => emit(window.atom.said())"
 """A press takes along what the box shows then: until the page is connected, keys and presses arrive in any order."""

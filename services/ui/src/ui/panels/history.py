@@ -7,12 +7,12 @@ from nicegui import ui as nicegui_ui
 
 from contracts.mission import Candidate, Mission
 from mesh.errors import MeshError
-from ui import lines
-from ui.acts import in_words
+from ui import timeline_lines
 from ui.desk import Desk
-from ui.panels.parts import ChipRow, Rows, box
+from ui.i18n import t
+from ui.operator_actions import in_words
 from ui.panels.timeline import Timeline
-from ui.texts import t
+from ui.panels.widgets import ChipRow, Rows, box
 
 
 class History:
@@ -45,7 +45,7 @@ class History:
             with box("row between"):
                 nicegui_ui.label(f"“{mission.command}”").classes("headline")
                 nicegui_ui.label(_when(mission.started_s)).classes("event-time")
-            ChipRow().show(lines.ending_chips(mission))
+            ChipRow().show(timeline_lines.ending_chips(mission))
             report = mission.report
             nicegui_ui.label(report.text if report is not None else mission.reason).classes("reason")
             if report is not None:
@@ -63,7 +63,7 @@ class History:
                 ] = candidate.text
             with box("saying"):
                 nicegui_ui.label(candidate.text).classes("event-text")
-                ChipRow("votes").show(lines.vote_chips(candidate.votes))
+                ChipRow("votes").show(timeline_lines.vote_chips(candidate.votes))
 
     def _opener(self, mission: Mission) -> Callable[[], Coroutine[object, object, None]]:
         async def clicked() -> None:

@@ -4,9 +4,9 @@ from nicegui import ui as nicegui_ui
 
 from ui import map_view
 from ui.desk import Desk
-from ui.panels.parts import box, heading, section
-from ui.texts import mark, t
-from ui.view import View
+from ui.i18n import mark, t
+from ui.page_model import View
+from ui.panels.widgets import box, heading, section
 
 LEGEND = (
     ("laser", mark("laser")),

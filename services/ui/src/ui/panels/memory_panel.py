@@ -6,11 +6,11 @@ from typing import TypeVar
 from nicegui import ui as nicegui_ui
 
 from contracts.memory import LabelCount, ObjectState, RememberedObject
-from ui.acts import Acts, Told
 from ui.desk import Desk
-from ui.panels.parts import Rows, box, heading, told_classes
-from ui.texts import mark, t
-from ui.view import ago
+from ui.i18n import mark, t
+from ui.operator_actions import Acts, Told
+from ui.page_model import ago
+from ui.panels.widgets import Rows, box, heading, told_classes
 
 STATES = {
     ObjectState.PRESENT: mark("there"),

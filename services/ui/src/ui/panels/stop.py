@@ -7,11 +7,11 @@ from typing import Final
 
 from nicegui import ui as nicegui_ui
 
-from ui.acts import Acts
-from ui.panels.parts import box, heading
+from ui.i18n import t
+from ui.operator_actions import Acts
+from ui.page_model import View
+from ui.panels.widgets import box, heading
 from ui.plain import remedy
-from ui.texts import t
-from ui.view import View
 
 ASSETS: Final = Path(__file__).parents[1] / "assets"
 

@@ -7,10 +7,10 @@ from nicegui.element import Element
 from nicegui.events import ValueChangeEventArguments
 
 from contracts.mission import Mission, MissionEvent
-from ui import lines
+from ui import timeline_lines
 from ui.desk import Desk
-from ui.panels.parts import ChipRow, box
-from ui.texts import t
+from ui.i18n import t
+from ui.panels.widgets import ChipRow, box
 
 LINES_MAX = 150
 
@@ -20,7 +20,7 @@ class Timeline:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self._show_what = lines.Show.ALL
+        self._show_what = timeline_lines.Show.ALL
         self._events: tuple[MissionEvent, ...] = ()
         self._rows: dict[tuple[str, int], Element] = {}
         self._opened: Mission | None = None
@@ -31,7 +31,7 @@ class Timeline:
                 self._opened_name = nicegui_ui.label().classes("headline")
                 nicegui_ui.button(t("Back to now"), on_click=self.follow, color=None).props("flat dense no-caps")
             with box("row filters").props(f'role=group aria-label="{t("Show")}"'):
-                self._filters = {show: self._filter(show) for show in lines.Show}
+                self._filters = {show: self._filter(show) for show in timeline_lines.Show}
             self._slider = (
                 nicegui_ui.slider(min=0, max=1, step=1, value=0, on_change=self._scrubbed)
                 .props(f'aria-label="{t("Moment")}" dense')
@@ -65,7 +65,7 @@ class Timeline:
 
     # filter and scrub
 
-    def _filter(self, show: lines.Show) -> Element:
+    def _filter(self, show: timeline_lines.Show) -> Element:
         def clicked() -> None:
             self._show_what = show
             self._press_filter()
@@ -97,7 +97,7 @@ class Timeline:
         if key == self._picked:
             return
         self._picked = key
-        line = lines.line(event, self._started_s())
+        line = timeline_lines.line(event, self._started_s())
         self._moment.clear()
         with self._moment:
             if self._desk.album.has(*key):
@@ -134,7 +134,7 @@ class Timeline:
 
     def show(self) -> None:
         source = self._opened_events if self._opened is not None else self._desk.situation.events
-        events = tuple(event for event in source if lines.shown(event, self._show_what))[-LINES_MAX:]
+        events = tuple(event for event in source if timeline_lines.shown(event, self._show_what))[-LINES_MAX:]
         if events == self._events:
             return
         self._events = events
@@ -153,7 +153,7 @@ class Timeline:
             self._slider.set_value(max(0, len(events) - 1))
 
     def _row(self, event: MissionEvent) -> Element:
-        line = lines.line(event, self._started_s())
+        line = timeline_lines.line(event, self._started_s())
         with self._list:
             row = nicegui_ui.element("li").classes(f"event tone-{line.tone}")
         with row:

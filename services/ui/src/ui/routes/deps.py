@@ -6,8 +6,8 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from contracts.base import Message
-from ui.acts import Acts
 from ui.desk import Desk
+from ui.operator_actions import Acts
 
 
 def desk_of(connection: HTTPConnection) -> Desk:

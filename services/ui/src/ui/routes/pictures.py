@@ -8,7 +8,7 @@ from fastapi.responses import Response
 
 from mesh.errors import NotFoundError
 from ui import thumbnails
-from ui.drawing import annotated
+from ui.annotated_picture import annotated
 from ui.routes.deps import DeskDep
 
 router = APIRouter(tags=["pictures"])

@@ -9,7 +9,7 @@ from starlette.requests import Request
 from contracts.robot import EmergencyStop, EmergencyStopReply
 from mesh.errors import MeshError
 from ui import plain
-from ui.acts import in_words
+from ui.operator_actions import in_words
 from ui.routes.deps import ActsDep, DeskDep, operator
 
 router = APIRouter(tags=["emergency stop"])

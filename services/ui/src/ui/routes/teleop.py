@@ -8,12 +8,12 @@ from contracts.base import Message
 from contracts.geometry import Twist2D
 from contracts.robot import Priority, VelocityRequest
 from mesh.errors import MeshError
-from ui.acts import in_words, why_not_by_hand
 from ui.desk import Desk
+from ui.i18n import t
+from ui.operator_actions import in_words, why_not_by_hand
 from ui.ports import Wheels
 from ui.routes.deps import desk_of
 from ui.teleoperation import Delay, Stick, twist
-from ui.texts import t
 
 router = APIRouter()
 log = structlog.get_logger()

@@ -1,4 +1,4 @@
-"""The base's own emergency stop over ROS: `robot_bridge.base_stop` decides, this asks and listens."""
+"""The base's own emergency stop over ROS: `robot_bridge.safety.base_stop` decides, this asks and listens."""
 
 from typing import Any
 
@@ -8,8 +8,8 @@ from irobot_create_msgs.srv import EStop
 from rclpy.node import Node
 
 from mesh.clock import Clock
-from robot_bridge.base_stop import BaseStop, BaseStopState
-from robot_bridge.mailbox import Mailbox
+from robot_bridge.safety.base_stop import BaseStop, BaseStopState
+from robot_bridge.sensing.mailbox import Mailbox
 
 log = structlog.get_logger()
 

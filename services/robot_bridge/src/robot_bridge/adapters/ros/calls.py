@@ -12,7 +12,7 @@ from rclpy.qos import qos_profile_action_status_default
 
 from contracts.robot import GoalStatus
 from mesh.errors import ServiceTimeoutError, UnavailableError
-from robot_bridge.navigation import GoalEnd
+from robot_bridge.navigation.goal_states import GoalEnd
 
 ENDS = {
     RosGoalStatus.STATUS_SUCCEEDED: GoalStatus.SUCCEEDED,

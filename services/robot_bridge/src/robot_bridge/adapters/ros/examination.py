@@ -27,9 +27,9 @@ from robot_bridge.adapters.ros.nav2_questions import Nav2Questions
 from robot_bridge.adapters.ros.sensing import Sensing
 from robot_bridge.adapters.ros.subscriptions import image_type, quality
 from robot_bridge.doctor.facts import ROLES, Facts, Publisher, Traffic
-from robot_bridge.senses import Senses
+from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.snapshot import look
 from robot_bridge.settings import Channel, Settings
-from robot_bridge.snapshot import look
 
 NODE = "atom_doctor"
 DISCOVERY_S = 2.0

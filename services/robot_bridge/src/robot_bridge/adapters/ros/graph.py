@@ -6,8 +6,8 @@ import structlog
 from rclpy.node import Node
 
 from mesh.clock import Clock
-from robot_bridge.endpoints import Endpoint, Mismatch, in_words, mismatches
-from robot_bridge.mailbox import Mailbox
+from robot_bridge.sensing.endpoints import Endpoint, Mismatch, in_words, mismatches
+from robot_bridge.sensing.mailbox import Mailbox
 
 log = structlog.get_logger()
 

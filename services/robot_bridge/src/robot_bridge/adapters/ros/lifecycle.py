@@ -10,7 +10,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from mesh.clock import Clock
-from robot_bridge.mailbox import Mailbox
+from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.settings import RosSettings
 
 log = structlog.get_logger()

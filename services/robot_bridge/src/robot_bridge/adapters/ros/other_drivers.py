@@ -8,7 +8,7 @@ from rclpy.node import Node
 from mesh.clock import Clock
 from robot_bridge.adapters.ros.subscriptions import quality
 from robot_bridge.adapters.ros.velocity import VelocityPublisher
-from robot_bridge.senses import Senses
+from robot_bridge.sensing.sensor_readings import Senses
 from robot_bridge.settings import Channel
 
 

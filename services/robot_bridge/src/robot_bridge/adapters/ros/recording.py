@@ -16,7 +16,7 @@ from sensor_msgs.msg import BatteryState, CameraInfo, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from robot_bridge.adapters.ros.subscriptions import best_offered, image_type, quality
-from robot_bridge.mcap_file import Kind, Raw, Sink, ros_kind
+from robot_bridge.recording.mcap_file import Kind, Raw, Sink, ros_kind
 from robot_bridge.settings import Channel, RosSettings
 
 PRIMITIVES = frozenset({

@@ -37,9 +37,9 @@ from robot_bridge.adapters.ros.sensing import Sensing
 from robot_bridge.adapters.ros.subscriptions import quality
 from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
 from robot_bridge.celebration import Celebration
-from robot_bridge.mcap_file import Sink
 from robot_bridge.ports import Path
-from robot_bridge.senses import Senses
+from robot_bridge.recording.mcap_file import Sink
+from robot_bridge.sensing.sensor_readings import Senses
 from robot_bridge.settings import Settings
 
 log = structlog.get_logger()

@@ -23,11 +23,11 @@ from mesh.clock import Clock
 from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.subscriptions import BestAvailable, image_type, quality
 from robot_bridge.limits import laser_rules
-from robot_bridge.mailbox import Mailbox
-from robot_bridge.senses import Senses
+from robot_bridge.sensing.mailbox import Mailbox
+from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.stamps import TF, Moment
+from robot_bridge.sensing.transforms import planar
 from robot_bridge.settings import Channel, Settings
-from robot_bridge.stamps import TF, Moment
-from robot_bridge.transforms import planar
 
 log = structlog.get_logger()
 

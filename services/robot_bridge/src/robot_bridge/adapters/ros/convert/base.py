@@ -8,7 +8,7 @@ from contracts.geometry import Twist2D
 from contracts.motion import Hazard
 from contracts.robot import Battery
 from robot_bridge.adapters.ros.convert.poses import pose
-from robot_bridge.senses import DockView, Odometry
+from robot_bridge.sensing.sensor_readings import DockView, Odometry
 
 HAZARDS = (
     Hazard.BACKUP_LIMIT,

@@ -5,7 +5,7 @@ import math
 from sensor_msgs.msg import CameraInfo
 
 from robot_bridge.adapters.ros.convert.rows import IMAGE_SIDE_PX_MAX
-from robot_bridge.senses import Intrinsics
+from robot_bridge.sensing.sensor_readings import Intrinsics
 
 FOCAL_WIDTHS_MIN, FOCAL_WIDTHS_MAX = 0.1, 20.0
 """Of the picture's width: from a fish-eye of 157 degrees to a telephoto lens of 3."""

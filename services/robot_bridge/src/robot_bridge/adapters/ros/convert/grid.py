@@ -4,9 +4,9 @@ import math
 
 from nav_msgs.msg import OccupancyGrid
 
-from robot_bridge import maps
-from robot_bridge.senses import Grid
-from robot_bridge.transforms import matrix, planar
+from robot_bridge.navigation import maps
+from robot_bridge.sensing.sensor_readings import Grid
+from robot_bridge.sensing.transforms import matrix, planar
 
 LEVEL_COSINE = math.cos(math.radians(2.0))
 """Of the tilt that an origin may have by rounding."""

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan
 
-from robot_bridge.blindness import Arcs, arcs_of
-from robot_bridge.laser_rules import LaserRules
-from robot_bridge.senses import Scan
-from robot_bridge.transforms import Matrix
+from robot_bridge.sensing.blindness import Arcs, arcs_of
+from robot_bridge.sensing.laser_rules import LaserRules
+from robot_bridge.sensing.sensor_readings import Scan
+from robot_bridge.sensing.transforms import Matrix
 
 BEAMS_MAX = 20_000
 STEP_RAD_MIN, STEP_RAD_MAX = math.tau / BEAMS_MAX, 0.2

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image
 
 from robot_bridge.adapters.ros.convert.rows import check_size, rows
-from robot_bridge.senses import ColourImage, DepthImage
+from robot_bridge.sensing.sensor_readings import ColourImage, DepthImage
 
 DEPTH_M_MIN = 0.05
 """No depth camera measures nearer: a picture all of which is nearer is in another unit."""

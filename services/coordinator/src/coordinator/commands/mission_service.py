@@ -1,0 +1,288 @@
+"""Starting, cancelling, pausing and asking about missions: what the routes call."""
+
+import asyncio
+import hashlib
+import re
+import uuid
+from collections.abc import Sequence
+
+import structlog
+
+from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
+from contracts.problem import Dependency
+from contracts.reading import Mood, Restriction, RestrictionKind
+from contracts.vision import ParsedTarget, ParsedTask, ParseTaskRequest
+from coordinator.commands.orders import Orders
+from coordinator.core import events as ev
+from coordinator.core.mission import Order
+from coordinator.coverage.explored_space import Explored
+from coordinator.execution.dispatcher import Dispatcher
+from coordinator.execution.mission_runner import Runner
+from coordinator.ports import Eyes, KnownRequest, Memory, MissionLog, Robot
+from coordinator.queue.mission_queue import Pending, Queue
+from coordinator.queue.parse_validation import CheckedTask, check_parse
+from coordinator.settings import Settings
+from geometry.grids import MapError
+from mesh.bus import Bus, redis_dependency
+from mesh.clock import Clock
+from mesh.errors import ConflictError, MeshError, NotFoundError, UnavailableError, UnprocessableError
+from vocabulary.languages import is_foreign
+from vocabulary.moods import Reading, read
+from vocabulary.orders import order_in
+from vocabulary.restrictions import restrictions_in
+
+log = structlog.get_logger()
+
+OBJECTS_ASKED = 200
+DOCK_COMMAND = re.compile(
+    r"(please )?(go|drive|return|get)?( back)?( to)?( your| the)? ?(dock|charger|home|charge)( now)?[.!]?"
+)
+
+
+class Missions:
+    """Everything here ends in an event for the runner, in the queue, or in a named error."""
+
+    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, memory: Memory, log_: MissionLog,
+                 clock: Clock, runner: Runner, queue: Queue, dispatcher: Dispatcher) -> None:  # fmt: skip
+        self.log = log_
+        self.runner = runner
+        self._settings = settings
+        self._bus = bus
+        self._robot = robot
+        self._eyes = eyes
+        self._memory = memory
+        self._clock = clock
+        self._queue = queue
+        self._dispatcher = dispatcher
+        self._starting = asyncio.Lock()
+        self.orders = Orders(runner=runner, dispatcher=dispatcher, robot=robot)
+
+    async def start(self, command: str, key: str | None = None) -> Mission | Heard:
+        """Obeys an order ('stop') at once, and takes back what is denied. Else reads the command, checks what was read,
+        and puts a mission for each thing it names into the queue; the first begins at once where nothing runs. With
+        `key`, the same request again answers with the same mission.
+
+        Raises `ConflictError` while stopped or low on power, `UnprocessableError` when the command names nothing known
+        or asks for nothing (its `code` says why) or the key was used for another command, `TooManyError` when the queue
+        is full, `UnavailableError` without a robot or a parser.
+        """
+        if not command.strip():
+            raise UnprocessableError("the command is empty")
+        order = order_in(command)
+        asked = command if order is None else order.rest
+        reading = read(asked)
+        if order is not None:
+            heard = await self.orders.obey(order.mood)
+            if reading.mood is not Mood.FIND or not reading.sure:
+                return heard
+        to_dock = DOCK_COMMAND.fullmatch(asked.strip().lower()) is not None
+        if is_foreign(asked) and not to_dock:
+            return self.orders.take_back(Reading(Mood.UNKNOWN, ""))
+        if reading.mood is not Mood.FIND and not to_dock:
+            return self.orders.take_back(reading)
+        return await self._start(command, None if to_dock else reading, key)
+
+    async def _start(self, command: str, reading: Reading | None, key: str | None) -> Mission:
+        ended_before = self._dispatcher.orders_to_end
+        async with self._starting:
+            digest = hashlib.sha256(command.encode()).hexdigest()
+            known = await self.log.request(key) if key is not None else None
+            if known is not None:
+                if known.digest != digest:
+                    raise UnprocessableError("this Idempotency-Key was used for another command")
+                return await self.get(known.mission_ids[0])
+            made = await self._enqueue(command, reading, ended_before)
+            if key is not None:
+                self.log.keep_request(key, KnownRequest(digest, tuple(one.id for one in made)))
+        await self._dispatcher.advance()
+        await self._save()
+        return await self.get(made[0].id)
+
+    async def _enqueue(self, command: str, reading: Reading | None, ended_before: int) -> tuple[Pending, ...]:
+        """`reading` is none for the way to the dock."""
+        self._refuse_now(ended_before)
+        tasks: list[tuple[CheckedTask | None, str, str]] = [(None, "", "")]
+        if reading is not None:
+            tasks = [*await self._read(reading)]
+        request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
+        made = tuple(
+            Pending(uuid.uuid4().hex, command, task, parser, notes, Order(request_id, part, len(tasks), asked_s))
+            for part, (task, parser, notes) in enumerate(tasks, start=1)
+        )
+        self._refuse_now(ended_before)
+        self._queue.add(made)
+        self._tell_queued({one.id for one in made})
+        return made
+
+    def _tell_queued(self, ids: set[str]) -> None:
+        busy = self.runner.mission.state is not MissionState.IDLE
+        for record in (one for one in self._queue.records() if one.id in ids):
+            what = record.target.description if record.target is not None else "the dock"
+            part = f" (part {record.part} of {record.parts})" if record.parts > 1 else ""
+            if busy or record.queue_position != 0:
+                self.runner.tell(record, EventKind.QUEUED, f"'{record.command}': {what}{part} waits for its turn")
+            else:
+                self.log.put(record)
+
+    def _refuse_now(self, ended_before: int) -> None:
+        if self._dispatcher.orders_to_end != ended_before:
+            raise ConflictError(
+                "a person said stop while it was being read", code=CommandRefusal.STOPPED_MEANWHILE.value
+            )
+        if self.runner.mission.state is MissionState.EMERGENCY_STOP:
+            raise ConflictError("the emergency stop is latched: reset it first")
+        if self.runner.robot_state_age_s > self._settings.robot_state_age_s_max:
+            raise UnavailableError("robot_bridge", "the robot's state is not coming in")
+        low = self._dispatcher.why_no_power()
+        if low:
+            raise ConflictError(f"{low}: it has to charge first")
+
+    async def _read(self, reading: Reading) -> Sequence[tuple[CheckedTask, str, str]]:
+        """(checked task, parser, notes) for each thing the command asks for, in the order said."""
+        labels, note = await self._labels()
+        asked, restrictions = reading.asked, restrictions_in(reading.asked)
+        parsed = await self._eyes.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
+        found: list[tuple[CheckedTask, str, str]] = []
+        unknown: list[str] = []
+        for said, part in _parts(asked, parsed):
+            task = check_parse(said, part, labels) if said in asked else None
+            if task is None:
+                unknown.append(said)
+            else:
+                found.append((task, part.parser, "; ".join(one for one in (task.notes, note) if one)))
+        if not found:
+            raise await self._not_understood(asked, restrictions, parsed.notes)
+        task, parser, notes = found[0]
+        told = [notes, not_held_to(restrictions), f"left out, not known: {', '.join(unknown)}" if unknown else ""]
+        found[0] = (task, parser, "; ".join(filter(None, told)))
+        return found
+
+    async def _not_understood(self, asked: str, restrictions: Sequence[Restriction], notes: str) -> UnprocessableError:
+        """The refusal: a question back where only the colour of a thing was said."""
+        colour = next((one.value for one in restrictions if one.kind is RestrictionKind.ANY), "")
+        if not colour:
+            text = f"'{asked[:100]}' names nothing I know: {notes or 'no such class'}"
+            return UnprocessableError(text, code=CommandRefusal.NAMES_NOTHING.value)
+        known = await self._things_of(colour)
+        hint = f"I remember: {', '.join(known)}" if known else f"say what it is, for example: the {colour} bottle"
+        return UnprocessableError(f"Which {colour} thing? {hint}", code=CommandRefusal.WHICH_THING.value)
+
+    async def _things_of(self, colour: str) -> list[str]:
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                things = await self._memory.objects(None, OBJECTS_ASKED)
+        except (MeshError, TimeoutError):
+            return []
+        return list(dict.fromkeys(f"{colour} {one.label}" for one in things if one.colour == colour))[:6]
+
+    async def _labels(self) -> tuple[tuple[str, ...], str]:
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                found = await self._memory.labels()
+        except (MeshError, TimeoutError) as error:
+            log.warning("memory is away", error=str(error))
+            return (), "memory is away"
+        return tuple(count.label for count in found)[:500], ""
+
+    async def _save(self) -> None:
+        try:
+            await self.log.saved()
+        except UnavailableError as error:
+            log.warning("the mission is not on disk yet", error=error.detail)
+
+    async def get(self, mission_id: str) -> Mission:
+        """Raises `NotFoundError`."""
+        waiting = next((one for one in self._queue.records() if one.id == mission_id), None)
+        mission = waiting or await self.log.get(mission_id)
+        if mission is None:
+            raise NotFoundError(f"no mission {mission_id[:64]}")
+        return mission
+
+    async def picture(self, mission_id: str, number: int) -> bytes:
+        await self.get(mission_id)
+        jpeg = await self.log.picture(mission_id, number)
+        if jpeg is None:
+            raise NotFoundError(f"no picture {number} of this mission: the camera was away, or it is no longer kept")
+        return jpeg
+
+    async def recording(self, mission_id: str) -> str:
+        await self.get(mission_id)
+        lines = await self.log.recording(mission_id)
+        if not lines:
+            raise NotFoundError("this mission has no recording: it never began, or it is no longer kept")
+        return "\n".join(lines) + "\n"
+
+    async def cancel(self, mission_id: str) -> Mission:
+        if not self._dispatcher.cancel(mission_id):
+            return await self._tell(mission_id, ev.CancelAsked())
+        return await self.get(mission_id)
+
+    async def pause(self, mission_id: str) -> Mission:
+        if (await self.get(mission_id)).paused:
+            raise ConflictError("it is paused already")
+        return await self._tell(mission_id, ev.PauseAsked())
+
+    async def resume(self, mission_id: str) -> Mission:
+        if not (await self.get(mission_id)).paused:
+            raise ConflictError("it is not paused")
+        return await self._tell(mission_id, ev.ResumeAsked())
+
+    async def _tell(self, mission_id: str, event: ev.CancelAsked | ev.PauseAsked | ev.ResumeAsked) -> Mission:
+        mission = await self.get(mission_id)
+        if mission.queue_position is not None:
+            raise ConflictError("it has not begun: it waits in the queue, and can only be cancelled")
+        if mission.outcome is not None or self.runner.mission.id != mission_id:
+            ending = mission.outcome.value if mission.outcome is not None else "over"
+            raise ConflictError(f"the mission has ended: {ending}")
+        self.runner.feed(event)
+        return await self.get(mission_id)
+
+    async def coverage(self) -> CoveragePlan:
+        """The plan for the current map from where the robot stands."""
+        try:
+            plan = await Explored(self._robot, self._settings).plan(self.runner.mission.robot.pose, ())
+        except MapError as error:
+            raise UnavailableError("robot_bridge", f"the map is malformed: {error}") from error
+        return CoveragePlan(
+            points=plan.points,
+            regions=plan.regions,
+            free_area_m2=plan.free_area_m2,
+            map_trouble=plan.trouble,
+        )
+
+    async def dependencies(self) -> Sequence[Dependency]:
+        """Redis, each service, the database, the session, and the robot's state."""
+        others = await asyncio.gather(
+            self._robot.dependency(), self._eyes.dependency(), self._memory.dependency(), self.log.dependency()
+        )
+        age_s = self.runner.robot_state_age_s
+        fresh = age_s <= self._settings.robot_state_age_s_max
+        return (
+            redis_dependency(self._bus),
+            *others,
+            Dependency.of("session", ok=self._robot.session_held, detail="with robot_bridge"),
+            Dependency.of("robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
+        )
+
+
+def not_held_to(restrictions: Sequence[Restriction]) -> str:
+    """What was said of the thing and is no condition of the search, for a person; '' where there is nothing."""
+    loose = [one.said for one in restrictions if one.kind not in {RestrictionKind.NOT_COLOUR, RestrictionKind.ANY}]
+    return f"understood, but not held to: {', '.join(loose)}" if loose else ""
+
+
+def _parts(command: str, parsed: ParsedTask) -> list[tuple[str, ParsedTask]]:
+    """What was said of each thing, and what a parser claims it means."""
+    if not parsed.targets:
+        return [(command, parsed)]
+    return [(one.said, _alone(one, parsed.notes if k == 0 else "")) for k, one in enumerate(parsed.targets)]
+
+
+def _alone(one: ParsedTarget, notes: str) -> ParsedTask:
+    return ParsedTask(
+        yolo_class=one.yolo_class,
+        memory_object=one.memory_object,
+        description=one.description,
+        parser=one.parser,
+        notes=notes,
+    )

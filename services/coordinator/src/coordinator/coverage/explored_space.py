@@ -1,0 +1,72 @@
+"""The shell's side of coverage: the newest map, what was looked at on it, and the plan of what is left."""
+
+import asyncio
+
+from contracts.geometry import Pose2D
+from contracts.robot import Map
+from coordinator.core.rules import CoverageRule, Rules
+from coordinator.coverage.coverage_tracker import SeenSpace
+from coordinator.coverage.lawnmower import Coverage, lawnmower
+from coordinator.coverage.viewpoints import viewpoints
+from coordinator.ports import Robot
+from geometry.grids import decode
+
+LOOKS_MAX = 5000
+PLANNING_TASK = "plan-coverage"
+
+
+class Explored:
+    """One per mission. Planning runs in a thread: a large map takes seconds."""
+
+    def __init__(self, robot: Robot, rules: Rules) -> None:
+        self._robot = robot
+        self._rules = rules
+        self._map: Map | None = None
+        self._space: SeenSpace | None = None
+        self._looks: list[Pose2D] = []
+
+    def look(self, pose: Pose2D) -> float | None:
+        """The share of the free space looked at, or none while there is no map yet, or none on it."""
+        if len(self._looks) < LOOKS_MAX:
+            self._looks.append(pose)
+        if self._space is None:
+            return None
+        self._mark(self._space, pose)
+        return self._space.share
+
+    async def refresh(self) -> SeenSpace:
+        """Fetches the map; where it has changed, what was looked at is marked on the new one.
+
+        Raises `UnavailableError`, `UpstreamError`, `geometry.grids.MapError`.
+        """
+        newest = await self._robot.map()
+        if self._space is None or self._map != newest:
+            space = SeenSpace(decode(newest))
+            for pose in self._looks:
+                self._mark(space, pose)
+            self._map, self._space = newest, space
+        return self._space
+
+    async def plan(self, start: Pose2D | None, avoid: tuple[Pose2D, ...]) -> Coverage:
+        """What is still worth a scan, in order. Raises as `refresh` does."""
+        space = await self.refresh()
+        planning = asyncio.to_thread(plan_coverage, space, self._rules, start, avoid)
+        return await asyncio.create_task(planning, name=PLANNING_TASK)
+
+    def _mark(self, space: SeenSpace, pose: Pose2D) -> None:
+        space.mark(pose, hfov_rad=self._rules.camera_hfov_rad, reach_m=self._rules.look_range_m)
+
+
+def plan_coverage(space: SeenSpace, rules: Rules, start: Pose2D | None, avoid: tuple[Pose2D, ...]) -> Coverage:
+    match rules.coverage_rule:
+        case CoverageRule.LAWNMOWER:
+            return lawnmower(space.grid)
+        case CoverageRule.VIEWPOINTS:
+            return viewpoints(
+                space.grid,
+                start=start,
+                reach_m=rules.look_range_m,
+                seen=space.seen.copy(),
+                avoid=avoid,
+                points_max=rules.scan_points_max,
+            )

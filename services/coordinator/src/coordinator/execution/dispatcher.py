@@ -1,0 +1,203 @@
+"""What the robot does next: the mission whose turn it is, or the way to the dock; one at a time."""
+
+import asyncio
+import uuid
+from collections.abc import Sequence
+
+import structlog
+
+from contracts.memory import RecalledView, RecallRequest
+from contracts.mission import EndCause, EventKind, LastSeen, MissionState, Outcome, Report
+from coordinator.core import events as ev
+from coordinator.core.mission import Order, Place
+from coordinator.execution.battery_policy import PowerRules, Watch, due, why_too_low
+from coordinator.execution.mission_runner import Runner
+from coordinator.ports import Memory
+from coordinator.queue.mission_queue import Pending, Queue
+from coordinator.queue.parse_validation import CheckedTask
+from coordinator.settings import Settings
+from mesh.clock import Clock
+from mesh.errors import MeshError
+
+log = structlog.get_logger()
+
+
+IN_ANOTHER_MAP = "such a thing is remembered in another map too, of which the places mean nothing here"
+
+
+class Dispatcher:
+    def __init__(self, *, settings: Settings, runner: Runner, queue: Queue, memory: Memory, clock: Clock) -> None:
+        self._settings = settings
+        self._runner = runner
+        self._queue = queue
+        self._memory = memory
+        self._clock = clock
+        self._power = PowerRules(settings.battery_low_percent, settings.battery_period_s, settings.dock_again_s)
+        self._watch = Watch()
+        self._turn = asyncio.Lock()
+        self._beginning: Pending | None = None
+        """Taken from the queue, while memory is asked for hints."""
+        self.orders_to_end = 0
+        """How often a person said that everything is to end: what was asked for before, and has not begun, does not."""
+
+    async def run(self) -> None:
+        while True:
+            await self.advance()
+            await self._clock.sleep(self._settings.tick_period_s)
+
+    async def advance(self) -> None:
+        """Begins what is due; returns at once while something runs or begins."""
+        if self._turn.locked():
+            return
+        async with self._turn:
+            state = self._runner.mission.state
+            if state is MissionState.EMERGENCY_STOP:
+                self._end_waiting(EndCause.STOPPED, "an emergency stop: nothing begins by itself afterwards")
+            elif state is MissionState.IDLE:
+                await self._next()
+
+    def why_no_power(self) -> str:
+        return why_too_low(self._runner.robot_state, self._power)
+
+    def cancel(self, mission_id: str) -> bool:
+        """True when it waited in the queue or was about to begin, and does no more."""
+        if self._beginning is not None and self._beginning.id == mission_id:
+            self._beginning = None
+            return True
+        waiting = self._queue.remove(mission_id)
+        if waiting is not None:
+            self._close(waiting, Outcome.CANCELED, EndCause.PERSON, "cancelled by a person before it began")
+        return waiting is not None
+
+    def end_all(self, why: str) -> tuple[str, ...]:
+        """Ends what runs, begins or waits; the ids of it. Returns at once."""
+        self.orders_to_end += 1
+        ended = [self._cancel_waiting(waiting, why) for waiting in self._queue.clear()]
+        return (*self._end_begun(), *ended)
+
+    def end_those_for(self, label: str | None, why: str) -> tuple[str, ...]:
+        """The same for what looks for `label`; for everything where none is named."""
+        if label is None:
+            return self.end_all(why)
+        sought = [one for one in self._queue.records() if one.target is not None and one.target.label == label]
+        removed = [waiting for one in sought if (waiting := self._queue.remove(one.id)) is not None]
+        ended = [self._cancel_waiting(waiting, why) for waiting in removed]
+        beginning, target = self._beginning, self._runner.mission.target
+        begins = beginning is not None and beginning.task is not None and beginning.task.target.label == label
+        runs = self._runner.mission.running and target is not None and target.label == label
+        return (*(self._end_begun() if begins or runs else ()), *ended)
+
+    def _end_begun(self) -> tuple[str, ...]:
+        ended: list[str] = []
+        if self._beginning is not None:
+            ended.append(self._beginning.id)
+            self._beginning = None
+        if self._runner.mission.running:
+            ended.append(self._runner.mission.id)
+            self._runner.feed(ev.CancelAsked())
+        return tuple(ended)
+
+    def _cancel_waiting(self, waiting: Pending, why: str) -> str:
+        self._close(waiting, Outcome.CANCELED, EndCause.PERSON, why)
+        return waiting.id
+
+    async def _next(self) -> None:
+        low = self.why_no_power()
+        if low:
+            self._end_waiting(EndCause.BATTERY, f"it was not begun: {low}")
+        self._watch, why = due(self._watch, self._runner.robot_state, self._clock.now_s(), self._power)
+        if why:
+            self._dock(uuid.uuid4().hex, why, Order(asked_s=self._clock.now_s()))
+            return
+        waiting = self._queue.pop()
+        if waiting is None:
+            return
+        if waiting.task is None:
+            self._dock(waiting.id, "a person asked for it", waiting.order)
+        else:
+            await self._begin(waiting, waiting.task)
+
+    def _dock(self, mission_id: str, why: str, order: Order) -> None:
+        self._runner.begin(ev.DockingStarted(mission_id, why, order))
+
+    async def _begin(self, waiting: Pending, task: CheckedTask) -> None:
+        self._beginning = waiting
+        recalled, note = await self._recall(task)
+        if not self._still_begins(waiting):
+            self._close(waiting, Outcome.CANCELED, EndCause.PERSON, "ended by a person before it began")
+            return
+        if self._runner.mission.state is not MissionState.IDLE:  # stopped meanwhile
+            self._close(waiting, Outcome.ABORTED, EndCause.STOPPED, "an emergency stop before it began")
+            return
+        self._runner.begin(
+            ev.MissionStarted(
+                mission_id=waiting.id,
+                command=waiting.command,
+                target=task.target,
+                parser=waiting.parser,
+                colour=task.colour,
+                views=tuple(_place(one) for one in recalled),
+                notes="; ".join(part for part in (waiting.notes, note) if part),
+                order=waiting.order,
+                last_seen=_last_seen(recalled, task),
+            )
+        )
+
+    def _still_begins(self, waiting: Pending) -> bool:
+        begins, self._beginning = self._beginning is waiting, None
+        return begins
+
+    async def _recall(self, task: CheckedTask) -> tuple[Sequence[RecalledView], str]:
+        if self._settings.memory_views_max == 0:
+            return (), ""
+        request = RecallRequest(
+            label=task.target.label,
+            memory_object=task.memory_object,
+            description=task.target.description,
+            pose=self._runner.mission.robot.pose,
+            limit=self._settings.memory_views_max,
+        )
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                reply = await self._memory.recall(request)
+                views = tuple(one for one in reply.views if one.view.colour not in task.target.not_colours)
+                return views, IN_ANOTHER_MAP if reply.in_other_maps else ""
+        except (MeshError, TimeoutError) as error:
+            log.warning("nothing was recalled", error=str(error))
+            return (), "nothing could be recalled"
+
+    def _end_waiting(self, by: EndCause, why: str) -> None:
+        for waiting in self._queue.clear():
+            self._close(waiting, Outcome.ABORTED, by, why)
+
+    def _close(self, waiting: Pending, outcome: Outcome, by: EndCause, why: str) -> None:
+        text = f"{outcome.value}: {why}"
+        record = waiting.record(0).model_copy(
+            update={
+                "queue_position": None,
+                "outcome": outcome,
+                "reason": text,
+                "ended_s": max(0.0, self._clock.now_s()),
+                "report": Report(text=text, ended_by=by, cause=why[:500]),
+            }
+        )
+        self._runner.tell(record, EventKind.END, text, outcome=outcome.value)
+
+
+def _place(recalled: RecalledView) -> Place:
+    view = recalled.view
+    reason = recalled.reason or f"{view.label} seen at confidence {view.confidence:.2f}"
+    return Place(recalled.pose or view.pose, reason)
+
+
+def _last_seen(recalled: Sequence[RecalledView], task: CheckedTask) -> LastSeen | None:
+    """The newest recalled view of the thing itself, of its colour or of an unknown one."""
+    own = [
+        one.view
+        for one in recalled
+        if one.view.label == task.target.label and (task.colour is None or one.view.colour in {None, task.colour})
+    ]
+    newest = max(own, key=lambda view: view.stamp_s, default=None)
+    if newest is None:
+        return None
+    return LastSeen(label=newest.label, colour=newest.colour, pose=newest.pose, stamp_s=newest.stamp_s)

@@ -1,0 +1,296 @@
+"""The shell round the core: messages become events, actions become calls, and each failure of a call is an event."""
+
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, assert_never
+
+import structlog
+
+from contracts import mission as wire
+from contracts.causes import Refusal
+from contracts.mission import EventKind, MissionState, MissionStatus
+from contracts.motion import BaseReply, Hazard
+from contracts.robot import EmergencyStop, Goal, RobotState
+from contracts.topics import (
+    ROBOT_EMERGENCY_STOP,
+    ROBOT_NAVIGATION,
+    ROBOT_STATE,
+    VISION_DETECTIONS,
+)  # fmt: skip
+from contracts.vision import Detections, ValidateRequest
+from coordinator.core import actions as do
+from coordinator.core import events as ev
+from coordinator.core import recording
+from coordinator.core.mission import Mission
+from coordinator.core.step import step
+from coordinator.coverage.explored_space import Explored
+from coordinator.execution.look_reporter import Looks
+from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
+from coordinator.execution.motion_client import Motions
+from coordinator.execution.status_publisher import Announcer
+from coordinator.ports import Eyes, MissionLog, Robot
+from coordinator.queue.mission_queue import Queue
+from coordinator.settings import Settings
+from geometry.grids import MapError
+from mesh.bus import Bus
+from mesh.clock import Clock
+from mesh.errors import MeshError, UnavailableError, UpstreamError
+from mesh.tasks import Tasks
+
+log = structlog.get_logger()
+
+RECORDED_UNTIL = frozenset({MissionState.IDLE, MissionState.EMERGENCY_STOP})
+
+
+class Runner:
+    """Owns the one mission. `feed` is synchronous: every event is worked out whole before the next."""
+
+    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, log_: MissionLog, looks: Looks,
+                 queue: Queue, clock: Clock, tasks: Tasks) -> None:  # fmt: skip
+        self.mission = Mission(rules=settings)
+        self.robot_state: RobotState | None = None
+        self.robot_state_s = float("-inf")
+        self._settings = settings
+        self._bus = bus
+        self._robot = robot
+        self._eyes = eyes
+        self._log = log_
+        self._looks = looks
+        self._queue = queue
+        self._clock = clock
+        self._tasks = tasks
+        self._motions = Motions(
+            robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s,
+            on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
+        )  # fmt: skip
+        self._explored = Explored(robot, settings)
+        self._query: asyncio.Task[None] | None = None
+        self._announcer = Announcer(
+            bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
+            target=lambda: mission_target(self.mission),
+        )  # fmt: skip
+        self._recorded = ""
+
+    def start(self) -> None:
+        """Begins to listen, tick and publish; returns at once."""
+        self._tasks.start("ticks", self._tick())
+        self._tasks.start("session", self._robot.hold_session())
+        self._announcer.start(self._tasks)
+        self._tasks.start("looks", self._looks.send_forever())
+        self._tasks.start("robot-state", self._bus.listen(ROBOT_STATE, self._on_robot_state))
+        self._tasks.start("robot-stop", self._bus.listen(ROBOT_EMERGENCY_STOP, self._on_stop))
+        self._tasks.start("robot-navigation", self._bus.listen(ROBOT_NAVIGATION, self._on_navigation))
+        self._tasks.start("detections", self._bus.listen(VISION_DETECTIONS, self._on_detections))
+
+    def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
+        """Starts a mission, and its recording. Only while the core is idle."""
+        self._explored = Explored(self._robot, self._settings)
+        self._spawn(self._prefetch_map(self._explored))
+        header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
+        self._recorded = event.mission_id
+        self._log.record(self._recorded, recording.header_line(header))
+        self.feed(event)
+
+    def feed(self, event: ev.Event) -> None:
+        before, now_s = self.mission, self._clock.now_s()
+        self.mission, actions = step(before, event, now_s)
+        if self._recorded and (actions or self.mission != before):
+            taken = recording.Step(now_s, event, actions, self.mission.state)
+            self._log.record(self._recorded, recording.step_line(taken))
+            if not self.mission.running and self.mission.state in RECORDED_UNTIL:
+                self._recorded = ""
+        for action in actions:
+            self._act(action)
+        if self.mission is not before and (actions or not isinstance(event, ev.Tick | ev.RobotUpdated)):
+            self._note()
+
+    def status(self) -> MissionStatus:
+        return mission_status(self.mission, self._clock.now_s(), self._queue.records())
+
+    @property
+    def robot_state_age_s(self) -> float:
+        return self._clock.now_s() - self.robot_state_s
+
+    # what comes in
+
+    async def _tick(self) -> None:
+        while True:
+            self.feed(ev.Tick())
+            self._announcer.tick()
+            await self._clock.sleep(self._settings.tick_period_s)
+
+    async def _on_robot_state(self, state: RobotState) -> None:
+        self.robot_state, self.robot_state_s = state, self._clock.now_s()
+        stop = state.emergency_stop
+        self.feed(
+            ev.RobotUpdated(
+                stamp_s=state.stamp_s,
+                pose=state.pose,
+                odometry=state.odometry,
+                docked=state.docked,
+                speed_m_s=abs(state.twist.linear_x),
+                stopped=stop.latched,
+                epoch=stop.epoch,
+                stop_reason=stop.reason,
+                map_id=state.map_id,
+                lifted=Hazard.WHEEL_DROP in state.hazards,
+            )
+        )
+
+    async def _on_stop(self, stop: EmergencyStop) -> None:
+        self.feed(ev.StopLatched(stop.epoch, stop.reason) if stop.latched else ev.StopReset(stop.epoch))
+
+    async def _on_navigation(self, goal: Goal) -> None:
+        self._motions.heard(goal)
+
+    async def _on_detections(self, seen: Detections) -> None:
+        self.feed(ev.DetectionsSeen(seen))
+
+    # what goes out
+
+    def _act(self, action: do.Action) -> None:
+        epoch = self.mission.epoch
+        match action:
+            case do.Say():
+                self._announcer.say(self.mission.id, action)
+            case do.RecordLook() | do.KeepPicture():
+                self._keep(action)
+            case do.StopMotion():
+                self._motions.stop(epoch)
+            case do.SetVelocity(twist=twist, duration_s=duration_s):
+                self._motions.lease(twist, duration_s, epoch)
+            case do.Celebrate():
+                if self._settings.celebrate:
+                    self._spawn(self._celebrate())
+            case do.Undock() | do.Dock() | do.Navigate() | do.Rotate() | do.Drive():
+                self._motions.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
+            case do.ChoosePath() | do.Localize() | do.Validate() | do.PlanCoverage():
+                if self._query is not None:
+                    self._query.cancel()
+                self._query = self._spawn(self._call(action.call, lambda: self._ask(action)))
+            case _:
+                assert_never(action)
+
+    def _keep(self, action: do.RecordLook | do.KeepPicture) -> None:
+        match action:
+            case do.RecordLook(pose=pose):
+                if self._settings.looks_to_memory:
+                    self._looks.add(action)
+                share = self._explored.look(pose)
+                if share is not None:
+                    self.feed(ev.CoverageLooked(share))
+            case do.KeepPicture():
+                self._spawn(self._keep_picture(action, self.mission.id))
+
+    async def _call(self, call: int, work: Callable[[], Awaitable[ev.Event]]) -> None:
+        """The call's answer as an event, or its failure."""
+        try:
+            event = await work()
+        except (UnavailableError, UpstreamError) as error:
+            event = ev.CallFailed(call, error.service, error.said, _refusal(error))
+        except (MeshError, MapError) as error:
+            event = ev.CallFailed(call, "robot_bridge", str(error))
+        except TimeoutError:
+            event = ev.CallFailed(call, "coordinator", "the call took too long")
+        self.feed(event)
+
+    async def _move(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
+        try:
+            return await self._moved(action, epoch)
+        except UnavailableError:
+            self._motions.doubt(epoch)
+            raise
+
+    async def _moved(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
+        match action:
+            case do.Undock(call=call, timeout_s=timeout_s):
+                reply = await self._robot.undock(timeout_s=timeout_s)
+                return ev.Undocked(call) if reply.end.completed else _base_gave_up(call, reply)
+            case do.Dock(call=call, timeout_s=timeout_s):
+                reply = await self._robot.dock(timeout_s=timeout_s)
+                return ev.Docked(call) if reply.end.completed else _base_gave_up(call, reply)
+            case do.Navigate(call=call, goal=pose, timeout_s=timeout_s):
+                goal = await self._motions.navigate(pose, timeout_s, epoch)
+                return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg, goal.cause)
+            case do.Rotate(call=call, angle_rad=angle, speed_rad_s=speed, timeout_s=timeout_s):
+                reply = await self._robot.rotate(angle, speed_rad_s=speed, timeout_s=timeout_s, epoch=epoch)
+                return ev.MotionEnded(call, reply.end, turned_rad=reply.turned_rad, text=reply.text)
+            case do.Drive(call=call, distance_m=distance, speed_m_s=speed, timeout_s=timeout_s):
+                reply = await self._robot.drive(distance, speed_m_s=speed, timeout_s=timeout_s, epoch=epoch)
+                return ev.MotionEnded(call, reply.end, driven_m=reply.driven_m, text=reply.text)
+
+    async def _ask(self, action: do.ChoosePath | do.Localize | do.Validate | do.PlanCoverage) -> ev.Event:
+        async with asyncio.timeout(action.timeout_s):
+            match action:
+                case do.ChoosePath():
+                    return await self._choose_path(action)
+                case do.Localize(call=call, box=box):
+                    return ev.Localized(call, await self._robot.localize(box))
+                case do.Validate(call=call, target=target, box=box):
+                    request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
+                    return ev.Validated(call, await self._eyes.validate(request, timeout_s=action.timeout_s))
+                case do.PlanCoverage(call=call, avoid=avoid):
+                    pose = self.mission.robot.pose
+                    plan = await self._explored.plan(pose, avoid)
+                    return ev.CoveragePlanned(call, plan.points, plan.free_area_m2, plan.trouble)
+
+    async def _choose_path(self, action: do.ChoosePath) -> ev.PathChosen:
+        first, error = 0, "no pose was given"
+        for group in action.groups:
+            best: tuple[float, int, float] | None = None
+            for offset, pose in enumerate(group):
+                reply = await self._robot.path(pose)
+                if reply.reachable and reply.length_m is not None:
+                    found = (reply.length_m + action.costs_m[first + offset], first + offset, reply.length_m)
+                    best = min(best, found) if best is not None else found
+                else:
+                    error = reply.error_name or f"error {reply.error_code}"
+            if best is not None:
+                return ev.PathChosen(action.call, best[1], best[2])
+            first += len(group)
+        return ev.PathChosen(action.call, None, error=error)
+
+    async def _celebrate(self) -> None:
+        try:
+            await self._robot.celebrate()
+        except MeshError as error:
+            log.warning("no celebration", error=error.detail)
+
+    async def _keep_picture(self, action: do.KeepPicture, mission_id: str) -> None:
+        try:
+            async with asyncio.timeout(self._settings.call_timeout_s):
+                jpeg = await self._eyes.evidence(action.validation_id)
+        except (MeshError, TimeoutError) as error:
+            log.warning("no picture of what was judged", error=str(error))
+        else:
+            self._log.keep_picture(mission_id, action.number, jpeg)
+
+    async def _prefetch_map(self, explored: Explored) -> None:
+        try:
+            await explored.refresh()
+        except (MeshError, MapError) as error:
+            log.warning("no map yet", error=str(error))
+
+    def tell(self, mission: wire.Mission, kind: EventKind, text: str, **data: Any) -> None:
+        """A line of the timeline of a mission that does not run: queued, or over before it began."""
+        self._log.put(mission)
+        self._announcer.say(mission.id, do.Say(self.mission.state, kind, text, data))
+        self._announcer.changed()
+
+    def _note(self) -> None:
+        record = mission_record(self.mission)
+        if record is not None:
+            self._log.put(record)
+        self._announcer.changed()
+
+    def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
+        return self._tasks.start("call", work, forever=False)
+
+
+def _refusal(error: MeshError) -> Refusal | None:
+    """Which refusal it was, where the other service is robot_bridge and says so."""
+    return Refusal(error.code) if error.code in set(Refusal) else None
+
+
+def _base_gave_up(call: int, reply: BaseReply) -> ev.CallFailed:
+    return ev.CallFailed(call, "robot_bridge", reply.text, reply.end)

@@ -1,0 +1,1 @@
+"""Answers to questions, from memory, the missions and the robot's state."""

@@ -1,0 +1,96 @@
+"""What a question is about, read by rules: words lead to a topic, a kind of thing, a colour, a room. Nothing else."""
+
+import re
+from dataclasses import dataclass
+
+from contracts.asking import About
+from contracts.coco import COCO_LABELS, COLOURS
+from contracts.reading import Mood
+from coordinator.queue.parse_validation import words
+from vocabulary.groups import Group, group_in
+from vocabulary.moods import read
+
+ROOMS: dict[str, tuple[str, ...]] = {
+    "kitchen": ("oven", "refrigerator", "sink", "microwave", "toaster"),
+    "bathroom": ("toilet", "toothbrush", "hair drier"),
+    "bedroom": ("bed",),
+    "living room": ("couch", "tv"),
+    "dining room": ("dining table",),
+    "office": ("laptop", "keyboard", "mouse"),
+}
+"""No map names its rooms: a room is what lies near the things that make it one."""
+
+PLURALS: dict[str, str] = {"knives": "knife", "mice": "mouse", "sheep": "sheep", "glasses": "wine glass"}
+SAME: dict[str, str] = {
+    "mug": "cup", "plant": "potted plant", "sofa": "couch", "television": "tv", "telly": "tv", "phone": "cell phone",
+    "mobile": "cell phone", "fridge": "refrigerator", "bag": "handbag", "table": "dining table", "bike": "bicycle",
+    "teddy": "teddy bear", "computer": "laptop", "glass": "wine glass", "racket": "tennis racket",
+    "ball": "sports ball",
+}  # fmt: skip
+
+
+SPOKEN: tuple[tuple[About, str], ...] = (
+    (About.BATTERY, r"\bbatter(y|ies)\b|\bcharg(e|ed|ing)\b|\bpower\b"),
+    (About.DOING, r"\b(are you doing|you up to|going on|your status|busy|queue|what is next)\b"),
+    (About.HISTORY, r"\b(did you|have you|last mission|history|why did|why not|yesterday|so far)\b"),
+)
+"""First match wins."""
+
+
+CHANGED = re.compile(
+    r"\b(changed?|changes|moved|different|whats new|what s new|what is new|anything new|disappeared)\b"
+)
+SPANS: tuple[tuple[str, float], ...] = (("week", 7.0), ("month", 30.0), ("yesterday", 2.0), ("hour", 1.0 / 24.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    about: About
+    label: str | None = None
+    colour: str | None = None
+    room: str | None = None
+    group: Group | None = None
+    """'anything to drink?': several kinds of things."""
+    days: float = 1.0
+    """Of changes: how far back."""
+
+
+def understand(question: str) -> Asked:
+    text = " ".join(words(question))
+    label, room = label_in(text), next((room for room in ROOMS if room in text), None)
+    colour = next((word for word in text.split() if word in COLOURS and word != label), None)
+    group = group_in(text) if label is None else None
+    about = _about(text, label, room)
+    mood = read(question).mood
+    if mood is Mood.COUNT:
+        about = About.COUNT
+    elif about is not About.BATTERY and CHANGED.search(text):
+        about = About.CHANGES
+    elif group is not None and about in {About.UNKNOWN, About.LAST_SEEN, About.HISTORY, About.CONTENTS}:
+        about = About.CONTENTS
+    days = next((days for said, days in SPANS if said in text), 1.0)
+    return Asked(about, label, colour, room, group, days)
+
+
+def _about(text: str, label: str | None, room: str | None) -> About:
+    named = next((about for about, pattern in SPOKEN if re.search(pattern, text)), None)
+    if named is About.HISTORY and re.search(r"\b(see|seen|saw)\b", text):
+        named = None  # "have you seen my cup?"
+    if named is not None:
+        return named
+    if room is not None and (label is None or re.search(r"\bwhat\b", text)):
+        return About.CONTENTS
+    if label is None and re.search(r"\b(what|which|list)\b.*\b(know|remember|seen|see|there|things|objects)\b", text):
+        return About.CONTENTS
+    seen = label is not None or re.search(r"\b(where|when|seen|see|saw)\b", text)
+    return About.LAST_SEEN if seen else About.UNKNOWN
+
+
+def label_in(text: str) -> str | None:
+    """The longest COCO label, synonym or plural said; none where no such word is."""
+    said = f" {text} "
+    candidates = {label: label for label in COCO_LABELS} | PLURALS | SAME
+    for name in sorted(candidates, key=len, reverse=True):
+        if f" {name} " in said or f" {name}s " in said or f" {name}es " in said:
+            return candidates[name]
+    return None

@@ -1,0 +1,72 @@
+"""Missions that wait for their turn: each thing of a command is one, in the order said."""
+
+from collections import deque
+from dataclasses import dataclass
+
+from contracts import mission as wire
+from contracts.mission import MissionKind, MissionState
+from coordinator.core.mission import Order
+from coordinator.queue.parse_validation import CheckedTask
+from mesh.errors import TooManyError
+
+
+@dataclass(frozen=True, slots=True)
+class Pending:
+    """`task` is none for the way to the dock."""
+
+    id: str
+    command: str
+    task: CheckedTask | None
+    parser: str
+    notes: str
+    order: Order
+
+    def record(self, position: int) -> wire.Mission:
+        asked_s = max(0.0, self.order.asked_s or 0.0)
+        return wire.Mission(
+            id=self.id,
+            kind=MissionKind.FIND if self.task is not None else MissionKind.DOCK,
+            command=self.command,
+            target=self.task.target if self.task is not None else None,
+            parser=self.parser,
+            state=MissionState.IDLE,
+            queue_position=position,
+            request_id=self.order.request_id,
+            part=self.order.part,
+            parts=self.order.parts,
+            reason="waits for its turn",
+            asked_s=asked_s,
+            started_s=asked_s,
+        )
+
+
+class Queue:
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._waiting: deque[Pending] = deque()
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def add(self, some: tuple[Pending, ...]) -> None:
+        """All of them or none. Raises `TooManyError`."""
+        if len(self._waiting) + len(some) > self._most:
+            raise TooManyError(f"{len(self._waiting)} missions wait already; at most {self._most} may")
+        self._waiting.extend(some)
+
+    def pop(self) -> Pending | None:
+        return self._waiting.popleft() if self._waiting else None
+
+    def remove(self, mission_id: str) -> Pending | None:
+        found = next((one for one in self._waiting if one.id == mission_id), None)
+        if found is not None:
+            self._waiting.remove(found)
+        return found
+
+    def clear(self) -> tuple[Pending, ...]:
+        some = tuple(self._waiting)
+        self._waiting.clear()
+        return some
+
+    def records(self) -> tuple[wire.Mission, ...]:
+        return tuple(one.record(k) for k, one in enumerate(self._waiting))

@@ -1,0 +1,1 @@
+"""From a camera frame to detections: the loop, the models, the boxes."""

@@ -1,0 +1,1 @@
+"""Three votes on one frame, what they rest on, and what they come to."""

@@ -1,0 +1,135 @@
+"""From what perception publishes to frames worth remembering: where each thing is, and what is missing (shell)."""
+
+import asyncio
+from collections.abc import Sequence
+
+from contracts.geometry import Point3D, Pose2D
+from contracts.memory import Area, Look, Observation, SeenBox
+from contracts.robot import BoxQuery
+from contracts.vision import Detection, Detections
+from geometry.grids import OccupancyGrid
+from memory.frames import Camera, Exclusion, Frame, Tally, worth_keeping
+from memory.negative_evidence import Expected, clear, expected, judged, range_towards, seen_in
+from memory.ports import Senses, Store
+from memory.settings import Settings
+from mesh.errors import UnavailableError
+
+AROUND_M = 5.0
+"""Things farther from the robot than this are in no look."""
+THINGS_AROUND = 500
+DEPTHS_MAX = 12
+"""Of one frame; what is missing beyond that has to wait for the next."""
+
+
+class Intake:
+    """Asks robot_bridge while the frame is still in its depth history. Everything it cannot learn in time it does
+    without: a sighting without a place, a look without a verdict."""
+
+    def __init__(self, settings: Settings, store: Store, senses: Senses | None) -> None:
+        self._settings = settings
+        self._store = store
+        self._senses = senses
+        self._excluded = Exclusion.of(settings.excluded_labels)
+        self._camera = Camera(
+            hfov_rad=settings.camera_hfov_rad, height_m=settings.camera_height_m, forward_m=settings.camera_forward_m
+        )
+
+    async def frame_of(self, message: Detections, map_number: int) -> Frame | None:
+        """Every frame is a look, too; none where the robot did not know where it was."""
+        if message.pose is None:
+            return None
+        kept = worth_keeping(message, self._excluded, self._settings.confidence_min)
+        seen = _observations(message, message.pose, kept, await self._places(message, kept))
+        look = Look(
+            pose=message.pose,
+            stamp_s=message.stamp_s,
+            image_width_px=message.image_width_px,
+            image_height_px=message.image_height_px,
+            seen=tuple(SeenBox(label=one.label, bbox_xyxy=one.bbox_xyxy) for one in message.detections),
+        )
+        try:
+            return (await self.judge(look, map_number, seen))[0]
+        except UnavailableError:  # what should have been there is not known now; what was seen is
+            return Frame(pose=message.pose, stamp_s=message.stamp_s, seen=seen, map_number=map_number)
+
+    async def judge(self, look: Look, map_number: int, seen: tuple[Observation, ...] = ()) -> tuple[Frame, Tally]:
+        """The look as a frame with its misses, and how many things it confirmed, missed or could not tell.
+
+        Raises `UnavailableError` where the database is away.
+        """
+        around = await self._store.things(None, _around(look.pose), THINGS_AROUND, map_number)
+        wanted = expected(look, around, self._camera, self._settings.look_range_m)
+        depths, ground = await self._sight(look, wanted)
+        confirmed, missing, untold = judged(look, wanted, lambda one: depths.get(one.thing.id), ground)
+        frame = Frame(
+            pose=look.pose,
+            stamp_s=look.stamp_s,
+            seen=seen,
+            misses=tuple(one.miss() for one in missing),
+            is_look=True,
+            looked_for=frozenset(look.labels) if look.labels is not None else None,
+            seen_labels=frozenset(box.label for box in look.seen),
+            map_number=map_number,
+        )
+        return frame, Tally(len(confirmed), len(missing), len(untold))
+
+    async def _places(self, message: Detections, kept: Sequence[Detection]) -> Sequence[Point3D | None]:
+        senses = self._senses
+        if senses is None or not kept:
+            return [None] * len(kept)
+        size = (message.image_width_px, message.image_height_px)
+        try:
+            async with asyncio.timeout(self._settings.senses_timeout_s):
+                return await asyncio.gather(
+                    *(senses.locate(_query(one.bbox_xyxy, size, message.stamp_s)) for one in kept)
+                )
+        except TimeoutError:
+            return [None] * len(kept)
+
+    async def _sight(self, look: Look, wanted: Sequence[Expected]) -> tuple[dict[int, float], OccupancyGrid | None]:
+        """How far one sees towards each thing that is not in the picture, by its id, and the map."""
+        absent = [one for one in wanted if not seen_in(one, look)][:DEPTHS_MAX]
+        if not absent:
+            return {}, None
+        if look.ranges_m is not None:
+            ranges = {one.thing.id: range_towards(one, look) for one in absent}
+            return {number: range_m for number, range_m in ranges.items() if range_m is not None}, None
+        senses = self._senses
+        if senses is None:
+            return {}, None
+        size = (look.image_width_px, look.image_height_px)
+        try:
+            async with asyncio.timeout(self._settings.senses_timeout_s):
+                ground = await senses.ground()
+                asked = [one for one in absent if ground is None or clear(ground, look.pose, one.thing)]
+                depths = await asyncio.gather(*(senses.depth_m(_query(one.box, size, look.stamp_s)) for one in asked))
+        except TimeoutError:
+            return {}, None
+        found = zip(asked, depths, strict=True)
+        return {one.thing.id: depth_m for one, depth_m in found if depth_m is not None}, ground
+
+
+def _around(pose: Pose2D) -> Area:
+    """No part of it lies outside the map that messages can name."""
+    x, y = min(max(pose.x, -9_990.0), 9_990.0), min(max(pose.y, -9_990.0), 9_990.0)
+    return Area(x_min=x - AROUND_M, y_min=y - AROUND_M, x_max=x + AROUND_M, y_max=y + AROUND_M)
+
+
+def _observations(
+    message: Detections, pose: Pose2D, kept: Sequence[Detection], places: Sequence[Point3D | None]
+) -> tuple[Observation, ...]:
+    return tuple(
+        Observation(
+            label=one.label,
+            confidence=one.confidence,
+            pose=pose,
+            stamp_s=message.stamp_s,
+            colour=one.colour if (one.colour or "").isprintable() else None,
+            position=place,
+        )
+        for one, place in zip(kept, places, strict=True)
+    )
+
+
+def _query(box: tuple[float, float, float, float], size: tuple[int, int], stamp_s: float) -> BoxQuery:
+    return BoxQuery(bbox_xyxy=box, image_width_px=size[0], image_height_px=size[1], stamp_s=stamp_s)

@@ -1,0 +1,188 @@
+"""Turning and driving closed on odometry: a step at every tick, until done or given up. Pure: time is passed in."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from simple_pid import PID
+
+from contracts.geometry import Twist2D
+from contracts.motion import DriveReply, Hazard, MotionEnd, MotionGains, RotateReply
+from robot_bridge.sensing.sensor_readings import Odometry
+from robot_bridge.sensing.transforms import wrap
+
+FIRST_STEP_S = 0.05
+BLIND_S_MAX = 0.5
+HEADING_RAD_S_MAX = 0.5
+"""How fast a drive may turn to hold its heading."""
+
+
+class Tuning:
+    """The gains in force. A motion reads them at every step, so that a change acts on the one under way."""
+
+    def __init__(self, gains: MotionGains) -> None:
+        self.gains = gains
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a motion ends: `hazards` those that ended it, `text` for a person, where there is more to say than the end's
+    own sentence.
+    """
+
+    end: MotionEnd
+    hazards: frozenset[Hazard] = frozenset()
+    text: str = ""
+
+    @property
+    def in_words(self) -> str:
+        return self.text or self.end.sentence
+
+
+R_co = TypeVar("R_co", covariant=True)
+
+
+class Motion(Protocol[R_co]):
+    """A closed-loop motion. `step` gives the next velocity, or the reply when it is over."""
+
+    allow_reverse: bool
+
+    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | R_co:
+        """`odometry` is none when it is too old to act on; `sent` is what the last wish became, `held` how it ends
+        should it go on like that without moving.
+        """
+        ...
+
+    def ended(self, ending: Ending) -> R_co:
+        """The reply, should it end now."""
+        ...
+
+
+class _Loop:
+    """A PID on what is left, its gains given anew at every step, its clock the caller's."""
+
+    def __init__(self) -> None:
+        self._pid = PID(sample_time=None)
+        self._last_s: float | None = None
+
+    def __call__(self, left: float, now_s: float, gains: tuple[float, float, float], limit: float) -> float:
+        """Within +-`limit`. The derivative is of what is left, so that a moving target is no jolt."""
+        elapsed_s = now_s - self._last_s if self._last_s is not None else FIRST_STEP_S
+        self._last_s = now_s
+        self._pid.tunings = gains
+        self._pid.output_limits = (-limit, limit)
+        return self._pid(-left, dt=max(1e-3, elapsed_s)) or 0.0
+
+
+class _Patience:
+    """Gives up a motion past its deadline, without odometry, or when nothing of what it wants reaches the base."""
+
+    def __init__(self, timeout_s: float) -> None:
+        self._timeout_s = timeout_s
+        self._started_s: float | None = None
+        self._free_s = 0.0
+        self._seeing_s = 0.0
+
+    def over(self, now_s: float, *, blind: bool, moving: bool, held: Ending, blocked_s_max: float) -> Ending | None:
+        if self._started_s is None:
+            self._started_s = self._free_s = self._seeing_s = now_s
+        if not blind:
+            self._seeing_s = now_s
+        if moving:
+            self._free_s = now_s
+        if now_s - self._started_s > self._timeout_s:
+            return Ending(MotionEnd.TIMED_OUT)
+        if now_s - self._seeing_s > BLIND_S_MAX:
+            return Ending(MotionEnd.NO_ODOMETRY)
+        if now_s - self._free_s > blocked_s_max:
+            return held
+        return None
+
+
+class Rotation:
+    """Turns by `angle_rad`, more than once round if asked to, with a PID on the angle left."""
+
+    allow_reverse = False
+
+    def __init__(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, tuning: Tuning) -> None:
+        self._angle_rad = angle_rad
+        self._speed_rad_s = speed_rad_s
+        self._tuning = tuning
+        self._loop = _Loop()
+        self._patience = _Patience(timeout_s)
+        self._last_yaw: float | None = None
+        self.turned_rad = 0.0
+
+    def ended(self, ending: Ending) -> RotateReply:
+        return RotateReply(
+            end=ending.end, turned_rad=self.turned_rad, hazards=tuple(sorted(ending.hazards)), text=ending.in_words
+        )
+
+    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | RotateReply:
+        gains, moving = self._tuning.gains, abs(sent.angular_z) > 1e-3
+        blind = odometry is None
+        over = self._patience.over(now_s, blind=blind, moving=moving, held=held, blocked_s_max=gains.blocked_s_max)
+        if over is not None:
+            return self.ended(over)
+        if odometry is None:
+            return Twist2D()
+        yaw = odometry.pose.yaw
+        self.turned_rad += wrap(yaw - self._last_yaw) if self._last_yaw is not None else 0.0
+        self._last_yaw = yaw
+        left_rad = self._angle_rad - self.turned_rad
+        if abs(left_rad) <= gains.turn_tolerance_rad:
+            return self.ended(Ending(MotionEnd.COMPLETED))
+        limit = self._speed_rad_s
+        wanted = self._loop(left_rad, now_s, (gains.heading_kp, gains.heading_ki, gains.heading_kd), limit)
+        return Twist2D(angular_z=_at_least(wanted, min(limit, gains.turn_rad_s_min), left_rad))
+
+
+class Drive:
+    """Drives `distance_m` along the heading it starts with: a PID on the distance left, one that holds the heading."""
+
+    def __init__(
+        self, distance_m: float, *, speed_m_s: float, timeout_s: float, allow_reverse: bool, tuning: Tuning
+    ) -> None:
+        self.allow_reverse = allow_reverse
+        self._distance_m = distance_m
+        self._speed_m_s = speed_m_s
+        self._tuning = tuning
+        self._distance_loop, self._heading_loop = _Loop(), _Loop()
+        self._patience = _Patience(timeout_s)
+        self._start: Odometry | None = None
+        self.driven_m = 0.0
+
+    def ended(self, ending: Ending) -> DriveReply:
+        return DriveReply(
+            end=ending.end, driven_m=self.driven_m, hazards=tuple(sorted(ending.hazards)), text=ending.in_words
+        )
+
+    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | DriveReply:
+        gains, moving = self._tuning.gains, abs(sent.linear_x) > 1e-3
+        blind = odometry is None
+        over = self._patience.over(now_s, blind=blind, moving=moving, held=held, blocked_s_max=gains.blocked_s_max)
+        if over is not None:
+            return self.ended(over)
+        if odometry is None:
+            return Twist2D()
+        start = self._start = self._start or odometry
+        heading = start.pose.yaw
+        dx, dy = odometry.pose.x - start.pose.x, odometry.pose.y - start.pose.y
+        self.driven_m = dx * math.cos(heading) + dy * math.sin(heading)
+        left_m = self._distance_m - self.driven_m
+        if abs(left_m) <= gains.drive_tolerance_m or left_m * self._distance_m < 0.0:
+            return self.ended(Ending(MotionEnd.COMPLETED))
+        limit = self._speed_m_s
+        speed = self._distance_loop(left_m, now_s, (gains.drive_kp, gains.drive_ki, gains.drive_kd), limit)
+        turn = self._heading_loop(
+            wrap(heading - odometry.pose.yaw),
+            now_s,
+            (gains.heading_kp, gains.heading_ki, gains.heading_kd),
+            HEADING_RAD_S_MAX,
+        )
+        return Twist2D(linear_x=_at_least(speed, min(limit, gains.drive_m_s_min), left_m), angular_z=turn)
+
+
+def _at_least(wanted: float, slowest: float, left: float) -> float:
+    """Towards what is left; no slower than the base can move, and never backwards to it."""
+    return math.copysign(max(abs(wanted), slowest), left) if wanted * left > 0.0 else math.copysign(slowest, left)

@@ -1,0 +1,319 @@
+"""The only way to the wheels: arbiter, safety filter and emergency stop behind one lock, ticked at 20 Hz.
+
+The robot's thread ticks; asyncio asks and stops. Publishing happens under the lock, so that nothing decided before a
+stop can be sent after it.
+"""
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from prometheus_client import Counter
+
+from contracts.causes import Refusal
+from contracts.geometry import Twist2D
+from contracts.motion import EndedMotion, MotionEnd, RotateReply
+from contracts.robot import EmergencyStop, Priority
+from mesh.clock import Clock
+from mesh.errors import ConflictError
+from robot_bridge.motion.arbiter import NOTHING, STOPPED, ZERO, Arbiter, Choice, Limits, Request
+from robot_bridge.motion.motion_executor import ClosedLoop, Running
+from robot_bridge.motion.motions import Ending
+from robot_bridge.motion.sessions import Sessions
+from robot_bridge.safety import emergency_stop
+from robot_bridge.safety.collision_monitor import SafetyLimits, restrain
+from robot_bridge.safety.safety_input import fresh_odometry, surroundings
+from robot_bridge.sensing.mailbox import Mailbox
+from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.words import refusal_in_words
+
+NAVIGATION_SOURCE = "cmd_vel_nav"
+NAVIGATION_LEASE_S = 0.35
+"""Gaps of 187 ms were seen in a real Nav2's velocity on a busy computer. The price of 0.35 s instead of 0.25 s: a Nav2
+that falls silent drives on for 0.1 s more, 2.6 cm at its 0.26 m/s."""
+OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", STOPPED.source, NOTHING.source})
+"""Names that nobody outside may ask under: he would replace the bridge's own lease."""
+STOP_BURST = 10
+REFUSED = Counter("robot_bridge_velocity_refused_total", "velocity requests that never became a lease", ["reason"])
+
+
+class Wheels:
+    """`tick` is called by the robot's thread; every other method by any thread."""
+
+    def __init__(
+        self,
+        *,
+        senses: Senses,
+        sessions: Sessions,
+        clock: Clock,
+        stop: EmergencyStop,
+        limits: Limits,
+        safety: SafetyLimits,
+        hazard_hold_s: float,
+        navigation_may_reverse: bool = True,
+    ) -> None:
+        self.commanded: Mailbox[Choice] = Mailbox()
+        self.arbiter = Arbiter(limits)
+        self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
+        self._senses = senses
+        self._sessions = sessions
+        self._clock = clock
+        self._stop = stop
+        self._safety = safety
+        self._hazard_hold_s = hazard_hold_s
+        self._navigation_may_reverse = navigation_may_reverse
+        self._lock = threading.Lock()
+        self._send: Callable[[Twist2D], None] = _nowhere
+        self._on_session_ended: Callable[[str], None] = _ignore
+        self._loop = ClosedLoop()
+        self._goal: tuple[str, int, str | None] | None = None
+        self._goal_held = False
+        self._base_is_busy = False
+
+    def connect(
+        self,
+        *,
+        loop: asyncio.AbstractEventLoop,
+        send: Callable[[Twist2D], None],
+        on_session_ended: Callable[[str], None],
+    ) -> None:
+        """Before the first tick. `on_session_ended` is called in `loop`."""
+        self._send = send
+        self.commanded.bind(loop)
+
+        def ended(session_id: str) -> None:
+            loop.call_soon_threadsafe(on_session_ended, session_id)
+
+        self._on_session_ended = ended
+
+    @property
+    def stop_state(self) -> EmergencyStop:
+        return self._stop
+
+    @property
+    def base_is_busy(self) -> bool:
+        return self._base_is_busy
+
+    def tick(self) -> None:
+        """Decides and sends one velocity. While the base docks by itself nothing is sent, unless stopped."""
+        with self._lock:
+            now_s = self._clock.now_s()
+            for session_id in self._sessions.end_silent(now_s):
+                self._drop_session(session_id)
+                self._on_session_ended(session_id)
+            self._step_motion(now_s)
+            if self._stop.latched:
+                choice = STOPPED
+                self.arbiter.note_zero_sent(now_s)
+            else:
+                around = surroundings(self._senses, now_s, hazard_hold_s=self._hazard_hold_s)
+                choice = self.arbiter.choose(
+                    now_s, epoch=self._stop.epoch, restrain=lambda twist: restrain(twist, around, self._safety)
+                )
+            if self._stop.latched or not self._base_is_busy:
+                self._send(choice.twist)
+            self.commanded.put(choice, now_s)
+
+    def request(self, request: Request) -> Refusal | None:
+        """Takes a lease on the wheels, or says why not. Raises `ConflictError` for a session that has ended."""
+        with self._lock:
+            self._sessions.check(request.session_id)
+            if request.source in OWN_SOURCES:
+                return self._refused(Refusal.RESERVED)
+            return self._request(request, self._clock.now_s())
+
+    def stop(self, *, reason: str, by: str) -> tuple[EmergencyStop, float]:
+        """Zero before anything else; then latched, and ten more. Answers with how long the first took, in ms.
+
+        The first does not wait for the lock: should a tick that was already under way send after it, the ten follow.
+        """
+        asked_s = time.perf_counter()
+        self._send(ZERO)
+        first_zero_ms = (time.perf_counter() - asked_s) * 1000.0
+        with self._lock:
+            self._stop = emergency_stop.stopped(self._stop, reason=reason, by=by, now_s=self._clock.now_s())
+            for _ in range(STOP_BURST):
+                self._send(ZERO)
+            self._forget_everything(MotionEnd.STOPPED)
+            return self._stop, first_zero_ms
+
+    def halt(self) -> EmergencyStop:
+        """Zeros, and the end of everything that was asked for; whoever asks anew, with the new epoch, may move."""
+        self._send(ZERO)
+        with self._lock:
+            self._stop = emergency_stop.halted(self._stop)
+            for _ in range(STOP_BURST):
+                self._send(ZERO)
+            self._forget_everything(MotionEnd.CANCELED)
+            return self._stop
+
+    def explain_stop(self, epoch: int, *, reason: str, by: str) -> EmergencyStop:
+        """Adds who and why to the stop of this epoch, if it is still the last word."""
+        with self._lock:
+            if self._stop.latched and self._stop.epoch == epoch:
+                self._stop = self._stop.model_copy(update={"reason": reason, "by": by})
+            return self._stop
+
+    def reset(self, *, reason: str, by: str) -> EmergencyStop:
+        """Permits motion again; whatever was asked for before is gone."""
+        with self._lock:
+            self._stop = emergency_stop.reset(self._stop, reason=reason, by=by)
+            self._forget_everything(MotionEnd.RESET)
+            return self._stop
+
+    def check(self, epoch: int, session_id: str | None) -> None:
+        """Raises `ConflictError` while stopped, for another epoch, or for a session that has ended."""
+        self._sessions.check(session_id)
+        state = self._stop
+        now = {
+            Refusal.STOPPED: state.latched,
+            Refusal.OLD_EPOCH: epoch != state.epoch,
+            Refusal.BASE_BUSY: self._base_is_busy,
+        }
+        if (refusal := next((one for one, applies in now.items() if applies), None)) is not None:
+            raise ConflictError(refusal_in_words(refusal, state), code=refusal)
+
+    def drop(self, source: str) -> None:
+        with self._lock:
+            self.arbiter.drop(source)
+
+    def end_session(self, session_id: str) -> None:
+        """What the session had asked for ends now, and zero is sent where it was what moved the robot."""
+        with self._lock:
+            self._drop_session(session_id)
+
+    def begin(self, running: Running[Any]) -> None:
+        """Starts a closed-loop motion. Raises `ConflictError` when one runs, or the robot navigates."""
+        with self._lock:
+            self.check(running.epoch, running.session_id)
+            if self._loop.running is not None:
+                raise ConflictError(f"a {self._loop.running.name} is under way", code=Refusal.MOTION_UNDER_WAY)
+            if self._goal is not None:
+                raise ConflictError("a navigation goal is under way", code=Refusal.GOAL_UNDER_WAY)
+            self._loop.begin(running)
+
+    def end_motion(self, end: MotionEnd, *, only: Running[Any] | None = None) -> EndedMotion:
+        """Ends the closed-loop motion under way (`only` this one); tells how far it had come."""
+        with self._lock:
+            running = self._loop.running
+            if running is None or (only is not None and running is not only):
+                return EndedMotion()
+            self._end_motion(Ending(end))
+            reply = running.motion.ended(Ending(end))
+        if isinstance(reply, RotateReply):
+            return EndedMotion(turned_rad=reply.turned_rad)
+        return EndedMotion(driven_m=reply.driven_m)
+
+    def open_navigation(self, goal_id: str, epoch: int, session_id: str | None) -> None:
+        """From here on Nav2's velocity may pass, for this goal only. Raises as `check` does."""
+        with self._lock:
+            self.check(epoch, session_id)
+            self._end_motion(Ending(MotionEnd.PREEMPTED, text="a navigation goal took over"))
+            self._goal, self._goal_held = (goal_id, epoch, session_id), False
+
+    def hold_navigation(self, goal_id: str) -> None:
+        """Nothing of Nav2's passes until `release_navigation`: it has not taken the goal yet, or has given it up."""
+        with self._lock:
+            if self._goal is not None and self._goal[0] == goal_id:
+                self._goal_held = True
+                self.arbiter.drop(NAVIGATION_SOURCE)
+
+    def release_navigation(self, goal_id: str) -> None:
+        with self._lock:
+            if self._goal is not None and self._goal[0] == goal_id:
+                self._goal_held = False
+
+    def close_navigation(self, goal_id: str) -> None:
+        with self._lock:
+            if self._goal is not None and self._goal[0] == goal_id:
+                self._goal = None
+                self.arbiter.drop(NAVIGATION_SOURCE)
+
+    def navigation_velocity(self, linear_x: float, angular_z: float) -> None:
+        """What Nav2 wants now. Dropped unless a goal of this very process is active."""
+        with self._lock:
+            if self._goal is None or self._goal_held:
+                return
+            _, epoch, session_id = self._goal
+            self._request(
+                Request(
+                    source=NAVIGATION_SOURCE,
+                    priority=Priority.NAVIGATION,
+                    linear_x=linear_x,
+                    angular_z=angular_z,
+                    duration_s=NAVIGATION_LEASE_S,
+                    epoch=epoch,
+                    allow_reverse=self._navigation_may_reverse,
+                    session_id=session_id,
+                ),
+                self._clock.now_s(),
+            )
+
+    def set_base_busy(self, busy: bool) -> None:
+        """While the base docks by itself the bridge keeps quiet: its zeros would contradict the base."""
+        with self._lock:
+            self._base_is_busy = busy
+            if busy:
+                self._forget_everything(MotionEnd.BASE_BUSY)
+
+    def silence(self) -> None:
+        """The last word of a bridge that ends: zeros."""
+        with self._lock:
+            for _ in range(STOP_BURST):
+                self._send(ZERO)
+            self._end_motion(Ending(MotionEnd.SHUT_DOWN))
+            self._send = _nowhere
+
+    def _request(self, request: Request, now_s: float) -> Refusal | None:
+        if self._stop.latched:
+            return self._refused(Refusal.STOPPED)
+        if self._base_is_busy:
+            return self._refused(Refusal.BASE_BUSY)
+        refusal = self.arbiter.request(request, now_s, epoch=self._stop.epoch)
+        return self._refused(refusal) if refusal is not None else None
+
+    def _refused(self, refusal: Refusal) -> Refusal:
+        self.refused[refusal] += 1
+        REFUSED.labels(refusal.value).inc()
+        return refusal
+
+    def _step_motion(self, now_s: float) -> None:
+        odometry = fresh_odometry(self._senses, now_s, self._safety)
+        step = self._loop.step(odometry, now_s, self.commanded.value)
+        if isinstance(step, Request):
+            self._request(step, now_s)
+        elif step is not None:
+            self.arbiter.drop(step)
+
+    def _drop_session(self, session_id: str) -> None:
+        last = self.commanded.value
+        self.arbiter.drop_session(session_id)
+        if self._loop.running is not None and self._loop.running.session_id == session_id:
+            self._end_motion(Ending(MotionEnd.SESSION_ENDED))
+        if self._goal is not None and self._goal[2] == session_id:
+            self._goal = None
+            self.arbiter.drop(NAVIGATION_SOURCE)
+        now_s = self._clock.now_s()
+        if last is not None and last.twist != ZERO and self.arbiter.winner(now_s) is None and not self._base_is_busy:
+            self._send(ZERO)
+            self.arbiter.note_zero_sent(now_s)
+
+    def _end_motion(self, ending: Ending) -> None:
+        if (source := self._loop.end(ending)) is not None:
+            self.arbiter.drop(source)
+
+    def _forget_everything(self, end: MotionEnd) -> None:
+        self._end_motion(Ending(end))
+        self._goal = None
+        self.arbiter.drop_all()
+        self.arbiter.note_zero_sent(self._clock.now_s())
+
+
+def _nowhere(twist: Twist2D) -> None:
+    """Before the robot is connected, and after the bridge has ended, nothing is sent."""
+
+
+def _ignore(session_id: str) -> None:
+    """Before the bridge is connected nobody waits for a session's end."""

@@ -1,0 +1,206 @@
+"""Onto the dock and off it: first in front of the dock with Nav2, then the base by itself (requirement A15)."""
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any
+
+import structlog
+
+from contracts.causes import GoalCause, Refusal
+from contracts.geometry import Pose2D
+from contracts.motion import BaseEnd, BaseReply
+from contracts.robot import GoalRequest, GoalStatus
+from mesh.clock import Clock
+from mesh.errors import ConflictError
+from robot_bridge.motion.velocity_mux import Wheels
+from robot_bridge.navigation.dock_pose import DockPlace
+from robot_bridge.navigation.goal_executor import Navigator, refuse_while_navigating
+from robot_bridge.navigation.initial_pose import InitialPose
+from robot_bridge.navigation.map_book import MapBook
+from robot_bridge.ports import Robot
+from robot_bridge.sensing.snapshot import Snapshot, look
+from robot_bridge.sensing.transforms import apart_m, compose
+from robot_bridge.settings import Settings
+
+log = structlog.get_logger()
+
+NEAR_M = 0.35
+RING_M = 0.3
+
+
+class Docking:
+    """One request at a time: the base is busy meanwhile. Ends with the awaiting task, its session, or `stop`."""
+
+    def __init__(
+        self, *, robot: Robot, wheels: Wheels, navigator: Navigator, maps: MapBook, clock: Clock, settings: Settings
+    ) -> None:
+        self._place = DockPlace(settings.state_dir, settings.dock_pose)
+        self._maps = maps
+        self._robot = robot
+        self._wheels = wheels
+        self._navigator = navigator
+        self._clock = clock
+        self._settings = settings
+        self._under_way = asyncio.Lock()
+        self._patience: asyncio.Timeout | None = None
+        self._session_id: str | None = None
+        self._given_up = BaseEnd.TIMED_OUT
+        self._initial_pose = InitialPose()
+
+    @property
+    def dock_pose(self) -> Pose2D | None:
+        """base_link in the map of now while docked; none where that is not known."""
+        return self._place.in_map(self._maps.current)
+
+    async def watch(self) -> None:
+        """Learns where the dock is, and tells it the localiser that knows no pose; runs as a background task."""
+        while True:
+            snapshot = self._look()
+            self._place.learn(snapshot, self._maps.current)
+            self._tell_the_localiser(snapshot)
+            await self._clock.sleep(1.0)
+
+    def _tell_the_localiser(self, snapshot: Snapshot) -> None:
+        senses, pose = self._robot.senses, self.dock_pose
+        docked = snapshot.dock is not None and snapshot.dock.is_docked
+        localised = senses.poses.age_s(snapshot.taken_s) is not None
+        due = self._initial_pose.due(
+            snapshot.taken_s,
+            wanted=self._settings.initial_pose_from_dock and docked and not localised and pose is not None,
+            listens=bool(senses.localiser_listens.value),
+            laser_turns=snapshot.scan is not None,
+        )
+        if due and pose is not None:
+            log.info("docked and not localised: the localiser is told where the dock is", x=pose.x, y=pose.y)
+            self._robot.set_initial_pose(pose)
+
+    async def dock(self, session_id: str | None) -> BaseReply:
+        """Raises `ConflictError` with the reason where it cannot even begin."""
+        self._check("docking", session_id)
+        snapshot = self._look()
+        if snapshot.dock is not None and snapshot.dock.is_docked:
+            return _reply(BaseEnd.ALREADY_THERE)
+        before = self._before_the_dock(snapshot)
+        return await self._bounded(session_id, self._onto_the_dock(before, session_id))
+
+    async def undock(self, session_id: str | None) -> BaseReply:
+        self._check("undocking", session_id)
+        snapshot = self._look()
+        if snapshot.dock is None:
+            raise ConflictError("the base does not tell whether it is docked", code=Refusal.NO_DOCK_STATUS)
+        if not snapshot.dock.is_docked:
+            raise ConflictError("it is not docked", code=Refusal.NOT_DOCKED)
+        return await self._bounded(session_id, self._base_drives(docking=False))
+
+    def stop(self, end: BaseEnd) -> None:
+        """Gives up what is under way, Nav2's goal or what the base does by itself (emergency stop)."""
+        if (patience := self._patience) is not None and not patience.expired():
+            self._patience, self._given_up = None, end
+            patience.reschedule(asyncio.get_running_loop().time())
+
+    def end_session(self, session_id: str) -> None:
+        if self._session_id == session_id:
+            self.stop(BaseEnd.SESSION_ENDED)
+
+    async def _bounded(self, session_id: str | None, work: Coroutine[Any, Any, BaseReply]) -> BaseReply:
+        """Its reply, or why it was given up: past its time, or by `stop`."""
+        async with self._under_way:
+            self._session_id, self._given_up = session_id, BaseEnd.TIMED_OUT
+            try:
+                async with asyncio.timeout(self._settings.dock_timeout_s) as self._patience:
+                    return await work
+            except TimeoutError:
+                return _reply(self._given_up)
+            finally:
+                self._patience = self._session_id = None
+
+    async def _onto_the_dock(self, before: Pose2D | None, session_id: str | None) -> BaseReply:
+        if before is not None and (why := await self._drive_to(before, session_id)):
+            return _reply(BaseEnd.NOT_BEFORE_DOCK, why)
+        if (end := await self._why_not_asked()) is not None:
+            return _reply(end)
+        return await self._base_drives(docking=True)
+
+    async def _why_not_asked(self) -> BaseEnd | None:
+        """None where the base will take the request. What it would reject it is not asked for: a rejection ends
+        create3_republisher, and with it everything that reaches the base."""
+        told = self._robot.senses.dock
+        seen = await told.wait_for(lambda dock: dock.value.dock_visible, self._settings.dock_look_s_max)
+        if (dock := self._look().dock) is not None and dock.is_docked:
+            return BaseEnd.ALREADY_THERE
+        return None if seen is not None and dock is not None else BaseEnd.DOCK_NOT_SEEN
+
+    def _look(self) -> Snapshot:
+        return look(self._robot.senses, self._settings, self._clock.now_s())
+
+    def _check(self, what: str, session_id: str | None) -> None:
+        self._wheels.check(self._wheels.stop_state.epoch, session_id)
+        refuse_while_navigating(self._navigator, what)
+        if self._under_way.locked():
+            raise ConflictError("it is docking or undocking already", code=Refusal.DOCKING_UNDER_WAY)
+
+    def _before_the_dock(self, snapshot: Snapshot) -> Pose2D | None:
+        """The pose to drive to first; none where the base can see its dock and had better go from where it is."""
+        visible = snapshot.dock is not None and snapshot.dock.dock_visible
+        dock = self.dock_pose
+        if dock is None:
+            if visible:
+                return None
+            elsewhere = " in this map (it was learned in another one)"
+            where = elsewhere if self._place.is_known_elsewhere(self._maps.current) else ""
+            raise ConflictError(
+                f"where the dock is, is not known{where}, and the base does not see it: "
+                "put the robot on its dock once, or set ROBOT_BRIDGE_DOCK_POSE",
+                code=Refusal.DOCK_UNKNOWN,
+            )
+        before = compose(dock, Pose2D(x=-self._settings.predock_distance_m, y=0.0, yaw=0.0))
+        missing = "its place on the map is not known" if snapshot.pose is None else ""
+        missing = missing or self._robot.senses.why_no_nav2(snapshot.taken_s)
+        if missing:
+            if visible:
+                return None
+            why = f"the dock is out of sight and it cannot drive there: {missing}"
+            raise ConflictError(why, code=Refusal.DOCK_OUT_OF_REACH)
+        near = snapshot.pose is not None and apart_m(before, snapshot.pose) < NEAR_M
+        return None if near and visible else before
+
+    async def _drive_to(self, before: Pose2D, session_id: str | None) -> str:
+        """'' when it is there, else why not."""
+        request = GoalRequest(
+            pose=before,
+            epoch=self._wheels.stop_state.epoch,
+            timeout_s=self._settings.dock_timeout_s,
+            ring_radius_m=RING_M,
+            session_id=session_id,
+        )
+        goal = await self._navigator.send(request)
+        try:
+            goal = await self._navigator.over(goal.id)
+        except asyncio.CancelledError:
+            self._navigator.stop(GoalCause.DOCKING_ENDED)
+            raise
+        if goal.status is GoalStatus.SUCCEEDED:
+            return ""
+        return f"it did not get in front of the dock: {goal.status} {goal.error_msg}".strip()
+
+    async def _base_drives(self, *, docking: bool) -> BaseReply:
+        wheels = self._wheels
+        epoch = wheels.stop_state.epoch
+        wheels.check(epoch, None)
+        wheels.set_base_busy(True)
+        try:
+            done = await (self._robot.dock() if docking else self._robot.undock())
+        finally:
+            wheels.set_base_busy(False)
+        if wheels.stop_state.epoch != epoch:
+            return _reply(BaseEnd.STOPPED)
+        return _reply(BaseEnd.COMPLETED if done else self._gave_up(docking))
+
+    def _gave_up(self, docking: bool) -> BaseEnd:
+        dock = self._look().dock
+        unseen = docking and dock is not None and not dock.dock_visible
+        return BaseEnd.DOCK_NOT_SEEN if unseen else BaseEnd.GAVE_UP
+
+
+def _reply(end: BaseEnd, text: str = "") -> BaseReply:
+    return BaseReply(end=end, text=text or end.sentence)

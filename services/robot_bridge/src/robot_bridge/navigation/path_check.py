@@ -1,0 +1,186 @@
+"""Asks Nav2 whether a pose can be reached before the robot sets out, and for another one near it where it cannot."""
+
+import asyncio
+from dataclasses import dataclass
+
+import structlog
+
+from contracts.geometry import Point3D, Pose2D
+from contracts.robot import PathReply
+from geometry.poses import apart_m
+from mesh.clock import Clock
+from mesh.errors import UnavailableError
+from robot_bridge.navigation.candidate_poses import Room, length_m, poses_round, roomiest_first
+from robot_bridge.navigation.goal_states import (
+    NO_VALID_PATH,
+    START_OCCUPIED,
+    error_name,
+    says_nothing_of_the_goal,
+)
+from robot_bridge.navigation.maps import room_of
+from robot_bridge.ports import Path, Robot
+from robot_bridge.sensing.sensor_readings import Grid
+from robot_bridge.settings import Settings
+
+BESIDE_M = 0.6
+"""Farther than NavFn's tolerance would let a plan end that does not move at all."""
+log = structlog.get_logger()
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A wanted pose and how far from it the robot may end, looking where."""
+
+    pose: Pose2D
+    radius_m: float
+    look_at: Point3D | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """`pose` is none where nothing can be reached; `error_code` is Nav2's for the wanted pose (0 = none)."""
+
+    pose: Pose2D | None
+    plan: tuple[Pose2D, ...] = ()
+    tried: int = 0
+    error_code: int = 0
+    ends_off_m: float | None = None
+    """How far from the wanted pose Nav2's plan ended, where it gave one that ended elsewhere."""
+
+    @property
+    def hopeless(self) -> bool:
+        """Nav2 would only find out the same; where the planner's trouble is another one, Nav2 may get over it."""
+        return self.pose is None and not says_nothing_of_the_goal(self.error_code)
+
+    @property
+    def reason(self) -> str:
+        if self.pose is not None:
+            return ""
+        others = f", nor to {self.tried - 1} poses round it" if self.tried > 1 else ""
+        if self.error_code == START_OCCUPIED:
+            return "Nav2 finds no way out of where the robot stands"
+        if self.ends_off_m is not None:
+            return f"no path leads there (Nav2's plan ends {self.ends_off_m:.2f} m from it){others}"
+        return f"no path leads there ({error_name(self.error_code)}){others}"
+
+
+class Preflight:
+    """One question at a time to Nav2's planner, bounded in number and in time."""
+
+    def __init__(self, robot: Robot, settings: Settings) -> None:
+        self._robot = robot
+        self._settings = settings
+        self._room: tuple[Grid, Room] | None = None
+
+    async def nearest(self, place: Place, start: Pose2D | None = None) -> Checked:
+        """The wanted pose where a path leads to it, else the nearest one on the ring. Raises `UnavailableError`."""
+        return await self._first([place.pose, *self._ring(place)], start)
+
+    async def roomier(self, place: Place, than: Pose2D) -> Checked:
+        """A reachable pose round the wanted one with more room about it than `than` has."""
+        room = self._known_room()
+        if room is None:
+            return Checked(None)
+        more = [pose for pose in self._ring(place) if room.at(pose) > room.at(than) + room.grid.resolution_m]
+        return await self._first(roomiest_first(more, room), None)
+
+    async def clear_costmaps(self, clock: Clock) -> None:
+        """So that ghosts of past obstacles do not reject the goal; then waits for a scan to fill them anew (A13)."""
+        try:
+            await asyncio.wait_for(self._robot.clear_costmaps(), self._settings.costmap_timeout_s)
+        except (UnavailableError, TimeoutError) as error:
+            log.warning("the costmaps were not cleared", error=str(error) or type(error).__name__)
+        cleared_s, wait_s = clock.now_s(), self._settings.fresh_scan_wait_s_max
+        scan = await self._robot.senses.scan.wait_for(lambda reading: reading.received_s > cleared_s, wait_s)
+        if scan is None:
+            log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
+
+    async def _first(self, poses: list[Pose2D], start: Pose2D | None) -> Checked:
+        tried, code, off_m = 0, 0, None
+        try:
+            async with asyncio.timeout(self._settings.preflight_s_max):
+                for pose in poses[: self._settings.preflight_poses_max]:
+                    plan = await self._robot.compute_path(pose, start)
+                    tried += 1
+                    failed = self._failure(plan, pose)
+                    if not failed:
+                        return Checked(pose, plan.poses, tried, code, off_m)
+                    if tried == 1:
+                        code, off_m = failed, _end_off_m(plan, pose)
+                        if failed == NO_VALID_PATH and await self._is_shut_in(start):
+                            code = START_OCCUPIED
+                    if says_nothing_of_the_goal(code if tried == 1 else failed):
+                        break  # another goal would meet the same
+        except TimeoutError:
+            log.warning("the preflight ran out of time", tried=tried)
+            code = code or NO_VALID_PATH
+        return Checked(None, (), tried, code, off_m)
+
+    def _failure(self, plan: Path, pose: Pose2D) -> int:
+        """Nav2's code; NO_VALID_PATH also for a plan that ends elsewhere: NavFn takes the nearest point it can reach
+        (its `tolerance`), with code 0."""
+        off_m = _end_off_m(plan, pose)
+        elsewhere = off_m is None or off_m > self._settings.plan_end_off_m_max
+        return plan.error_code or (NO_VALID_PATH if elsewhere else 0)
+
+    async def _is_shut_in(self, start: Pose2D | None) -> bool:
+        """Nav2 blames the goal where the robot itself stands too near something (208): asked once for a way to a roomy
+        pose beside the start, it says the same."""
+        here, room = start or self._robot.senses.poses.newest(), self._known_room()
+        if here is None or room is None:
+            return False
+        settings = self._settings
+        clearance_m = settings.footprint_radius_m + settings.ring_clearance_m
+        around = poses_round(here, room, radius_m=BESIDE_M, clearance_m_min=clearance_m)
+        beside = next((pose for pose in around if apart_m(pose, here) > BESIDE_M - 0.1), None)
+        if beside is None:
+            return False
+        return self._failure(await self._robot.compute_path(beside, start), beside) == NO_VALID_PATH
+
+    def _ring(self, place: Place) -> list[Pose2D]:
+        room = self._known_room()
+        if room is None or place.radius_m <= 0.0:
+            return []
+        return poses_round(
+            place.pose,
+            room,
+            radius_m=place.radius_m,
+            clearance_m_min=self._settings.footprint_radius_m + self._settings.ring_clearance_m,
+            look_at=place.look_at,
+        )
+
+    def _known_room(self) -> Room | None:
+        """Computed once for each map."""
+        grid = self._robot.senses.map.value
+        if grid is None:
+            return None
+        if self._room is None or self._room[0] is not grid:
+            self._room = grid, room_of(grid)
+        return self._room[1]
+
+
+def path_reply(checked: Checked) -> PathReply:
+    reachable = checked.pose is not None
+    return PathReply(
+        reachable=reachable,
+        goal=checked.pose,
+        length_m=length_m(checked.plan) if reachable else None,
+        tried=checked.tried,
+        error_code=checked.error_code,
+        error_name=error_name(checked.error_code),
+        poses=checked.plan,
+    )
+
+
+def _end_off_m(plan: Path, pose: Pose2D) -> float | None:
+    """From where a plan ends to where it was to end; none without a plan."""
+    return apart_m(plan.poses[-1], pose) if plan.poses else None
+
+
+async def path_or_none(preflight: Preflight, place: Place) -> Checked | None:
+    """As `nearest`; none where the planner itself does not answer, and so has no say."""
+    try:
+        return await preflight.nearest(place)
+    except UnavailableError as error:
+        log.warning("no preflight: the planner does not answer", error=error.detail)
+        return None

@@ -1,0 +1,1 @@
+"""Recordings of a mission's topics, in MCAP files."""

@@ -1,0 +1,1 @@
+"""What the robot perceives: sensor readings, transforms, camera, depth, places of boxes; how old and how blind."""

@@ -1,0 +1,82 @@
+"""What `/ready` says of the base beyond its sensors, in words for a person."""
+
+from contracts.problem import Dependency, DependencyState
+from contracts.robot import BaseStopState
+from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.snapshot import Snapshot, hazards_offered
+from robot_bridge.settings import Settings
+
+DRIVES_S = 3.0
+"""So long a velocity that somebody else has sent is told."""
+_READY, _WARNING, _NOT_READY = DependencyState.READY, DependencyState.WARNING, DependencyState.NOT_READY
+
+BASE_STOP: dict[BaseStopState, tuple[DependencyState, str]] = {
+    BaseStopState.UNKNOWN: (_READY, "not asked for; no wheel_status tells whether the wheels are enabled"),
+    BaseStopState.RELEASED: (_READY, "the wheels are enabled"),
+    BaseStopState.ASKED: (_READY, "asked for; the wheels have not said so yet"),
+    BaseStopState.ENGAGED: (_READY, "the wheels are disabled, as asked"),
+    BaseStopState.UNCONFIRMED: (
+        _WARNING,
+        "asked for, and the wheels never said that they are disabled: the stop holds by zero velocities",
+    ),
+    BaseStopState.MISSING: (_WARNING, "the base offers no e_stop: the stop holds by zero velocities"),
+    BaseStopState.HELD: (
+        _NOT_READY,
+        "the base has disabled its wheels: it was stopped at the robot, and is let go there (power button)",
+    ),
+}
+
+
+def dependencies(senses: Senses, settings: Settings, snapshot: Snapshot) -> list[Dependency]:
+    found = [base_stop(senses), hazards(senses, settings), drivers(senses, settings, snapshot.taken_s)]
+    asleep = power_saver(snapshot)
+    return [*found, asleep] if asleep is not None else found
+
+
+def base_stop(senses: Senses) -> Dependency:
+    state, detail = BASE_STOP[senses.base_stop.value or BaseStopState.UNKNOWN]
+    return Dependency(name="base_stop", state=state, detail=detail)
+
+
+def hazards(senses: Senses, settings: Settings) -> Dependency:
+    """A robot drives without them; a person should know that its bumper and cliff sensors stop it by the base alone."""
+    if senses.hazards.newest is not None:
+        return Dependency(name="hazards", state=_READY, detail="received")
+    if hazards_offered(senses, settings):
+        return Dependency(name="hazards", state=_READY, detail="none since the bridge began: they come on change only")
+    return Dependency(
+        name="hazards",
+        state=_WARNING,
+        detail="nobody publishes them: bumps, cliffs and lifted wheels are known to the base alone. On a TurtleBot 4 "
+        "uncomment hazard_detection in the robot's republisher.yaml (docs/turtlebot4.md, step 1)",
+    )
+
+
+def power_saver(snapshot: Snapshot) -> Dependency | None:
+    """On its dock a TurtleBot 4 turns lidar and camera off: that is no fault. None where it is awake."""
+    docked = snapshot.dock is not None and snapshot.dock.is_docked
+    if not docked or snapshot.sensors["scan"].valid or snapshot.sensors["rgb"].valid:
+        return None
+    detail = (
+        "docked and asleep: its power saver has turned lidar and camera off, and it is ready for undocking only; "
+        "off the dock they come back by themselves"
+    )
+    return Dependency(name="power_saver", state=_WARNING, detail=detail)
+
+
+def drivers(senses: Senses, settings: Settings, now_s: float) -> Dependency:
+    """Who can drive the base past this bridge, and so past its stop."""
+    others = senses.other_drivers.value or ()
+    strangers = [name for name in others if name not in settings.ros.cmd_vel_known]
+    age_s, said = senses.foreign_velocity.age_s(now_s), senses.foreign_velocity.value
+    if age_s is not None and said is not None and age_s <= DRIVES_S:
+        detail = (
+            f"somebody else drives the base past this bridge, which stands still meanwhile: {said[0]:.2f} m/s, "
+            f"{said[1]:.2f} rad/s from one of {', '.join(others) or 'nobody who is there now'}; only a stop holds it"
+        )
+        return Dependency(name="drivers", state=_NOT_READY, detail=detail)
+    if strangers:
+        detail = f"{', '.join(strangers)} can drive the base past this bridge, and has been silent so far"
+        return Dependency(name="drivers", state=_WARNING, detail=detail)
+    known = f"; {', '.join(others)} could too, and keeps silent" if others else ""
+    return Dependency(name="drivers", state=_READY, detail=f"this bridge drives the base{known}")

@@ -1,0 +1,271 @@
+"""What the operator does: commands passed on, each answered in words for a person."""
+
+import asyncio
+import math
+import uuid
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Final
+
+import structlog
+
+from contracts.asking import Answer
+from contracts.geometry import Pose2D
+from contracts.mission import Heard
+from contracts.motion import BaseReply, RotateReply, RotateRequest
+from contracts.reading import Mood
+from contracts.robot import EmergencyStopReply, EmergencyStopRequest, Goal, GoalRequest, GoalStatus
+from mesh.errors import ConflictError, MeshError, UpstreamError
+from ui.desk import Desk
+from ui.i18n import t
+from vocabulary.orders import order_in
+
+log = structlog.get_logger()
+
+COMMAND_MAX: Final = 500
+OBEYED_S: Final = 1.5
+"""So long the coordinator may take to say that a typed stop was obeyed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What came of an action, in words for a person."""
+
+    ok: bool
+    text: str
+
+
+class Acts:
+    """Stateless but for the desk: every act names what it acts on."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+
+    # stopping
+
+    async def emergency_stop(self, *, reason: str, by: str) -> EmergencyStopReply:
+        """Straight to robot_bridge; needs neither Redis nor any other service."""
+        desk = self._desk
+        reply = await desk.robot.emergency_stop(EmergencyStopRequest(reason=reason, by=by))
+        desk.situation.take_stop_reply(reply, desk.clock.now_s())
+        log.warning("emergency stop", reason=reason, by=by, first_zero_ms=reply.first_zero_ms)
+        return reply
+
+    async def reset(self, *, by: str) -> Told:
+        async def do() -> str:
+            desk = self._desk
+            reply = await desk.robot.reset(EmergencyStopRequest(reason="RESUME confirmed on the page", by=by))
+            desk.situation.take_stop_reply(reply, desk.clock.now_s())
+            return t("Motion is permitted again. Nothing moves until it is asked to.")
+
+        return await told(do())
+
+    # missions
+
+    async def command(self, text: str) -> Told:
+        words = text.strip()
+        if not words:
+            return Told(False, t("Say what to find, for example: find the red bottle"))
+        if len(words) > COMMAND_MAX:
+            return Told(False, t("That is {n} characters; {max} is the limit.", n=len(words), max=COMMAND_MAX))
+
+        order = order_in(words)
+        if order is not None and order.mood is not Mood.RESUME:
+            return await self._obey(words, order.mood)
+
+        async def do() -> str:
+            mission = await self._desk.missions.start(words, key=uuid.uuid4().hex)
+            if isinstance(mission, Heard):
+                return mission.text
+            what = mission.target.description if mission.target is not None else mission.command
+            if mission.queue_position is not None:
+                return t("Queued: {what}", what=what)
+            return t("Looking for: {what}", what=what)
+
+        return await told(do())
+
+    async def _obey(self, words: str, mood: Mood) -> Told:
+        """A typed stop. Where the coordinator does not confirm it soon, it becomes the emergency stop."""
+        if mood is not Mood.EMERGENCY:
+            try:
+                async with asyncio.timeout(OBEYED_S):
+                    heard = await self._desk.missions.start(words, key=uuid.uuid4().hex)
+                if not isinstance(heard, Heard) or heard.still or mood is Mood.PAUSE:
+                    return Told(True, heard.text if isinstance(heard, Heard) else t("Looking for: {what}", what=words))
+            except (MeshError, TimeoutError) as error:
+                log.warning("a typed stop was not confirmed: the emergency stop instead", error=str(error))
+
+        async def do() -> str:
+            await self.emergency_stop(reason=f"typed: {words[:100]}", by="page")
+            return t("Emergency stop.")
+
+        return await told(do())
+
+    async def ask(self, text: str) -> Answer | Told:
+        words = text.strip()
+        if not words or len(words) > COMMAND_MAX:
+            return Told(False, t("Ask something, for example: where did you last see my keys?"))
+        if order_in(words) is not None:
+            return await self.command(words)
+        try:
+            return await self._desk.missions.ask(words)
+        except MeshError as error:
+            return Told(False, in_words(error))
+
+    async def pause(self) -> Told:
+        return await self._with_mission(self._desk.missions.pause, t("Paused."))
+
+    async def resume(self) -> Told:
+        return await self._with_mission(self._desk.missions.resume, t("Going on."))
+
+    async def cancel(self) -> Told:
+        return await self._with_mission(self._desk.missions.cancel, t("Cancelled."))
+
+    async def take_from_queue(self, mission_id: str) -> Told:
+        async def do() -> str:
+            await self._desk.missions.cancel(mission_id)
+            return t("Taken from the queue.")
+
+        return await told(do())
+
+    # driving there
+
+    async def go(self, x: float, y: float) -> Told:
+        """Drives to a place of the map (m), facing the way it came to it."""
+
+        async def do() -> str:
+            pose = self._free_to_move()
+            yaw = math.atan2(y - pose.y, x - pose.x)
+            desk = self._desk
+            epoch = (await desk.robot.stop_state()).epoch
+            goal = await desk.robot.go(
+                GoalRequest(pose=Pose2D(x=x, y=y, yaw=yaw), epoch=epoch, timeout_s=desk.settings.goal_timeout_s)
+            )
+            if goal.status in {GoalStatus.REJECTED, GoalStatus.ABORTED}:
+                raise UpstreamError("robot_bridge", 200, goal_end_in_words(goal))
+            desk.situation.take_goal(goal)
+            return t("Driving there.")
+
+        return await told(do())
+
+    async def look(self, x: float, y: float) -> Told:
+        """Turns until the camera looks at a place of the map (m)."""
+
+        async def do() -> str:
+            pose = self._free_to_move()
+            angle_rad = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.yaw, math.tau)
+            epoch = (await self._desk.robot.stop_state()).epoch
+            moving = self._desk.robot.rotate(RotateRequest(angle_rad=angle_rad, speed_rad_s=1.0, epoch=epoch))
+            return await moved(moving, t("Looking there."), t("It did not turn"))
+
+        return await told(do())
+
+    async def halt(self) -> Told:
+        """Ends the drive or turn asked for by hand; refused while a mission drives, whose goal it would end."""
+
+        async def do() -> str:
+            if mission_drives(self._desk):
+                raise ConflictError(t("A mission is driving: pause it first."))
+            goal = self._desk.situation.goal
+            if goal is not None:
+                await self._desk.robot.cancel_goal(goal.id)
+            await self._desk.robot.end_motion()
+            return t("Given up.")
+
+        return await told(do())
+
+    def _free_to_move(self) -> Pose2D:
+        """Where the robot stands. Raises `ConflictError` while a mission drives, or nobody knows where it is."""
+        desk = self._desk
+        why = why_not_by_hand(desk)
+        if why:
+            raise ConflictError(why)
+        robot = desk.situation.robot
+        if robot is None or robot.pose is None or desk.clock.now_s() - desk.situation.robot_at_s > 5.0:
+            raise ConflictError(t("The robot does not know where it is."))
+        return robot.pose
+
+    # the base
+
+    async def dock(self) -> Told:
+        return await told(moved(self._desk.robot.dock(), t("On the dock."), t("It did not dock")))
+
+    async def undock(self) -> Told:
+        return await told(moved(self._desk.robot.undock(), t("Off the dock."), t("It did not undock")))
+
+    async def celebrate(self) -> Told:
+        return await told(moved(self._desk.robot.celebrate(), t("Celebrating."), t("It did not celebrate")))
+
+    # memory
+
+    async def forget_object(self, object_id: int) -> Told:
+        return await self._forget(self._desk.memory.forget_object(object_id))
+
+    async def forget_label(self, label: str) -> Told:
+        return await self._forget(self._desk.memory.forget_label(label))
+
+    async def _forget(self, forgetting: Awaitable[int]) -> Told:
+        async def do() -> str:
+            deleted = await forgetting
+            await self._desk.refresh_memory(now=True)
+            return t("Forgotten: {n} records.", n=deleted)
+
+        return await told(do())
+
+    async def import_memory(self, data: bytes) -> Told:
+        async def do() -> str:
+            reply = await self._desk.memory.import_(data)
+            await self._desk.refresh_memory(now=True)
+            return t("Imported: {objects} objects, {views} views.", objects=reply.objects, views=reply.views)
+
+        return await told(do())
+
+    async def _with_mission(self, act: Callable[[str], Awaitable[object]], done: str) -> Told:
+        mission_id = self._desk.situation.mission_id
+        if mission_id is None:
+            return Told(False, t("There is no mission."))
+
+        async def do() -> str:
+            await act(mission_id)
+            return done
+
+        return await told(do())
+
+
+def why_not_by_hand(desk: Desk) -> str:
+    """'' when nothing else is about to move the robot."""
+    if desk.situation.stop is not None and desk.situation.stop.latched:
+        return t("The robot is stopped: resume first.")
+    return t("A mission is driving: pause it first.") if mission_drives(desk) else ""
+
+
+def mission_drives(desk: Desk) -> bool:
+    status = desk.situation.mission
+    mission = status.mission if status is not None else None
+    return mission is not None and mission.outcome is None and not mission.paused and mission.queue_position is None
+
+
+async def moved(motion: Awaitable[BaseReply | RotateReply], done: str, failed: str) -> str:
+    reply = await motion
+    if not reply.end.completed:
+        raise UpstreamError("robot_bridge", 200, f"{failed}: {reply.text or t('no reason given')}")
+    return done
+
+
+async def told(doing: Awaitable[str]) -> Told:
+    try:
+        return Told(True, await doing)
+    except MeshError as error:
+        return Told(False, in_words(error))
+
+
+def in_words(error: MeshError) -> str:
+    """A refusal in the words of the service; one that is away is named."""
+    return error.said if isinstance(error, UpstreamError) else error.detail
+
+
+def goal_end_in_words(goal: Goal) -> str:
+    """Why a goal came to nothing: the bridge's words, else what its type says; no reason is made up."""
+    if goal.error_msg:
+        return goal.error_msg
+    return goal.cause.sentence if goal.cause is not None else t("no reason given")

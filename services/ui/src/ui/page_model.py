@@ -1,0 +1,275 @@
+"""What the page says about a situation: words, tones and which buttons make sense. Pure."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from contracts.mission import Mission, MissionState, Outcome
+from contracts.problem import Dependency, DependencyState
+from contracts.robot import NavigationState, RobotState, SensorState, SensorStatus
+from ui.i18n import mark, t
+from ui.latest_facts import Situation
+
+
+class Tone(StrEnum):
+    """How a word is coloured."""
+
+    QUIET = "quiet"
+    BUSY = "busy"
+    GOOD = "good"
+    WARN = "warn"
+    BAD = "bad"
+
+
+@dataclass(frozen=True, slots=True)
+class Chip:
+    """A short fact; `title` is the long form for a pointer or a screen reader."""
+
+    label: str
+    value: str
+    tone: Tone = Tone.QUIET
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    phase: str
+    phase_tone: Tone
+    headline: str
+    reason: str
+    stopped: bool
+    stop_detail: str
+    robot_facts: tuple[Chip, ...]
+    mission_facts: tuple[Chip, ...]
+    sensors: tuple[Chip, ...]
+    services: tuple[Chip, ...]
+    away: str
+    queue: tuple[tuple[str, str], ...]
+    goal_open: bool
+    can_pause: bool
+    can_resume: bool
+    can_cancel: bool
+    can_dock: bool
+    can_undock: bool
+    robot_fresh: bool
+
+
+PHASES: Final[dict[MissionState, tuple[str, Tone]]] = {
+    MissionState.IDLE: (mark("Idle"), Tone.QUIET),
+    MissionState.MEMORY_NAV: (mark("Driving to a remembered place"), Tone.BUSY),
+    MissionState.SCANNING: (mark("Looking around"), Tone.BUSY),
+    MissionState.MOVING_TO_SCAN: (mark("Driving to the next place"), Tone.BUSY),
+    MissionState.CENTERING: (mark("Turning to it"), Tone.BUSY),
+    MissionState.DEPTH_CHECK: (mark("Making sure"), Tone.BUSY),
+    MissionState.APPROACHING: (mark("Driving up to it"), Tone.BUSY),
+    MissionState.DRIVING_1M: (mark("Going closer"), Tone.BUSY),
+    MissionState.DONE: (mark("Done"), Tone.GOOD),
+    MissionState.EMERGENCY_STOP: (mark("Stopped"), Tone.BAD),
+}
+OUTCOMES: Final[dict[Outcome, tuple[str, Tone]]] = {
+    Outcome.FOUND: (mark("Found"), Tone.GOOD),
+    Outcome.NOT_FOUND: (mark("Not found"), Tone.WARN),
+    Outcome.UNSURE: (mark("Not sure"), Tone.WARN),
+    Outcome.DOCKED: (mark("Docked"), Tone.GOOD),
+    Outcome.CANCELED: (mark("Cancelled"), Tone.QUIET),
+    Outcome.INTERRUPTED: (mark("Interrupted"), Tone.BAD),
+    Outcome.ABORTED: (mark("Aborted"), Tone.BAD),
+}
+NAVIGATION: Final = {
+    NavigationState.INACTIVE: (mark("not ready"), Tone.WARN),
+    NavigationState.IDLE: (mark("ready"), Tone.GOOD),
+    NavigationState.NAVIGATING: (mark("driving"), Tone.BUSY),
+}
+BATTERY_LOW_PERCENT: Final = 20.0
+
+
+def view(situation: Situation, *, now_s: float, silence_s_max: float) -> View:
+    mission = situation.mission.mission if situation.mission is not None else None
+    running = mission is not None and mission.outcome is None
+    stopped = situation.stop is not None and situation.stop.latched
+    robot_fresh = now_s - situation.robot_at_s <= silence_s_max
+    robot = situation.robot if robot_fresh else None
+    docked = robot.docked if robot is not None else None
+    phase, tone = _phase(situation, mission, running=running, stopped=stopped)
+    at_rest = robot is not None and not stopped and not running and robot.navigation is not NavigationState.NAVIGATING
+    return View(
+        phase=phase,
+        phase_tone=tone,
+        headline=_headline(mission),
+        reason=_reason(situation, mission, running=running),
+        stopped=stopped,
+        stop_detail=_stop_detail(situation) if stopped else "",
+        robot_facts=_robot_facts(situation, robot, now_s),
+        mission_facts=_mission_facts(situation, mission, now_s, silence_s_max),
+        sensors=_sensors(robot),
+        services=tuple(_service(one) for one in situation.services),
+        away=_away(situation),
+        queue=tuple((one.id, one.command) for one in situation.mission.queue) if situation.mission is not None else (),
+        goal_open=situation.goal is not None and not running,
+        can_pause=running and mission is not None and not mission.paused and not stopped,
+        can_resume=running and mission is not None and mission.paused and not stopped,
+        can_cancel=running,
+        can_dock=at_rest and docked is False,
+        can_undock=at_rest and docked is True,
+        robot_fresh=robot_fresh,
+    )
+
+
+def _phase(situation: Situation, mission: Mission | None, *, running: bool, stopped: bool) -> tuple[str, Tone]:
+    if stopped:
+        return _said(PHASES[MissionState.EMERGENCY_STOP])
+    if situation.mission is None:
+        return t("No news of missions"), Tone.WARN
+    if running and mission is not None and mission.paused:
+        return t("Paused"), Tone.WARN
+    if not running and mission is not None and mission.outcome is not None:
+        return _said(OUTCOMES[mission.outcome])
+    return _said(PHASES[situation.mission.state])
+
+
+def _said(word: tuple[str, Tone]) -> tuple[str, Tone]:
+    return t(word[0]), word[1]
+
+
+def _headline(mission: Mission | None) -> str:
+    if mission is None:
+        return t("Waiting for a command")
+    return f"“{mission.command}”"
+
+
+def _reason(situation: Situation, mission: Mission | None, *, running: bool) -> str:
+    if mission is None:
+        return t("Type what to find, or press the map to send the robot there.")
+    if running and situation.mission is not None:
+        waiting = situation.mission.waiting_for
+        if waiting:
+            return t("Waiting for {what}", what=waiting)
+        return situation.mission.progress or mission.reason
+    return mission.reason
+
+
+def _stop_detail(situation: Situation) -> str:
+    stop = situation.stop
+    if stop is None:
+        return ""
+    parts = [stop.reason or t("stopped")]
+    if stop.by:
+        parts.append(t("by {who}", who=stop.by))
+    if situation.first_zero_ms is not None:
+        parts.append(t("first zero velocity after {ms:.1f} ms", ms=situation.first_zero_ms))
+    if situation.rest_after_s is not None:
+        parts.append(t("at rest after {s:.1f} s", s=situation.rest_after_s))
+    return " · ".join(parts)
+
+
+def _robot_facts(situation: Situation, robot: RobotState | None, now_s: float) -> tuple[Chip, ...]:
+    if robot is None:
+        age = now_s - situation.robot_at_s
+        silence = t("no news for {time}", time=duration(age)) if math.isfinite(age) else t("no news yet")
+        return (Chip(t("Robot"), silence, Tone.BAD),)
+    facts: list[Chip] = []
+    if robot.battery is not None and (percent := robot.battery.percentage) is not None:
+        low = percent < BATTERY_LOW_PERCENT and not robot.battery.charging
+        charging = t(", charging") if robot.battery.charging else ""
+        facts.append(Chip(t("Battery"), f"{percent:.0f} %{charging}", Tone.WARN if low else Tone.GOOD))
+    else:
+        charging = t(", charging") if robot.battery is not None and robot.battery.charging else ""
+        facts.append(Chip(t("Battery"), f"{t('unknown')}{charging}", Tone.WARN))
+    facts.append(Chip(t("Dock"), {True: t("docked"), False: t("undocked"), None: t("unknown")}[robot.docked]))
+    word, tone = NAVIGATION[robot.navigation]
+    facts.append(Chip(t("Navigation"), t(word), tone))
+    facts.append(Chip(t("Speed"), f"{abs(robot.twist.linear_x):.2f} m/s"))
+    if robot.hazards:
+        facts.append(Chip(t("Bumper"), ", ".join(robot.hazards)[:40], Tone.BAD))
+    return tuple(facts)
+
+
+def _mission_facts(
+    situation: Situation, mission: Mission | None, now_s: float, silence_s_max: float
+) -> tuple[Chip, ...]:
+    if mission is None or situation.mission is None:
+        return ()
+    until_s = mission.ended_s if mission.ended_s is not None else situation.mission.stamp_s
+    facts = [
+        Chip(t("Time"), duration(max(0.0, until_s - mission.started_s))),
+        Chip(t("Driven"), f"{mission.metres_driven_m:.1f} m"),
+    ]
+    if mission.measured_distance_m is not None:
+        facts.append(Chip(t("Distance"), f"{mission.measured_distance_m:.2f} m"))
+    if mission.outcome is None and now_s - situation.mission_at_s > silence_s_max:
+        facts.append(
+            Chip(t("Mission"), t("no news for {time}", time=duration(now_s - situation.mission_at_s)), Tone.WARN)
+        )
+    return tuple(facts)
+
+
+def _sensors(robot: RobotState | None) -> tuple[Chip, ...]:
+    """A fresh one needs no number; for the others the age says how bad it is, or a word that it is not understood."""
+    if robot is None:
+        return ()
+    return tuple(_sensor(name, status) for name, status in sorted(robot.sensors.items()))
+
+
+def _sensor(name: str, status: SensorStatus) -> Chip:
+    value, tone, word = {
+        SensorState.FRESH: ("", Tone.WARN if status.detail else Tone.GOOD, t("fresh")),
+        SensorState.STALE: (t("{n:.0f} s old", n=status.age_s or 0.0), Tone.BAD, t("not fresh")),
+        SensorState.NEVER: (t("never"), Tone.BAD, t("not fresh")),
+        SensorState.NOT_UNDERSTOOD: (t("not understood"), Tone.BAD, t("not understood")),
+    }[status.state]
+    return Chip(name, value, tone, f"{name}: {word}{f', {status.detail}' if status.detail else ''}")
+
+
+SERVICE_TONES = {DependencyState.READY: Tone.GOOD, DependencyState.WARNING: Tone.WARN}
+
+
+def _service(one: Dependency) -> Chip:
+    value = "" if one.state is DependencyState.READY else _state_in_words(one)
+    return Chip(
+        name_of(one.name), value, SERVICE_TONES.get(one.state, Tone.BAD), f"{one.name}: {one.detail or t('ready')}"
+    )
+
+
+def _away(situation: Situation) -> str:
+    """Names the missing: 'memory not reachable'. Who only lacks one of those is not named beside them."""
+    lacking = [service for service in situation.services if not service.ok]
+    missing = [service for service in lacking if service.state is DependencyState.UNREACHABLE] or lacking
+    if not missing:
+        return ""
+    details = {_state_in_words(service) for service in missing}
+    return f"{', '.join(name_of(s.name) for s in missing)} {details.pop() if len(details) == 1 else t('not available')}"
+
+
+def _state_in_words(one: Dependency) -> str:
+    """What it is, from its type; its whole detail is told where there is room."""
+    match one.state:
+        case DependencyState.UNREACHABLE:
+            return t("not reachable")
+        case DependencyState.NOT_READY:
+            return t("not ready")
+        case DependencyState.READY | DependencyState.WARNING:
+            return one.detail[:60]
+
+
+def name_of(service: str) -> str:
+    return {"robot_bridge": t("robot bridge"), "redis": "Redis"}.get(service, service)
+
+
+def duration(seconds: float) -> str:
+    """0:07, 12:30, 1:02:03."""
+    whole = int(seconds)
+    minutes, hours = whole // 60 % 60, whole // 3600
+    return f"{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"{minutes}:{whole % 60:02d}"
+
+
+def ago(seconds: float) -> str:
+    """In the largest unit that says enough: 12 s ago, 5 min ago, 3 h ago, 2 days ago."""
+    past = max(0.0, seconds)
+    if past < 60.0:
+        return t("{n:.0f} s ago", n=past)
+    if past < 3600.0:
+        return t("{n:.0f} min ago", n=past / 60.0)
+    if past < 48 * 3600.0:
+        return t("{n:.0f} h ago", n=past / 3600.0)
+    return t("{n:.0f} days ago", n=past / 86400.0)
