@@ -8,6 +8,7 @@ PORT_BASE ?= 8000
 TOUR      ?= 1
 COCO      ?=
 PYTEST    := $(PY) -m pytest
+PARALLEL  := -n 2 --dist loadgroup --no-loadscope-reorder
 STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if $(filter 0,$(TOUR)),--no-tour,--tour)
 
 export YOLO_OFFLINE ?= 1
@@ -43,10 +44,11 @@ format: ## format and mend what can be mended
 
 test: ## everything, the end-to-end run of the whole mesh included
 	@$(PYTHON3) tools/setup.py --tests
-	$(PYTEST) tests
+	$(PYTEST) tests --ignore tests/e2e $(PARALLEL)
+	$(PYTEST) tests/e2e
 
 test-fast: setup ## unit, contract and architecture tests only
-	$(PYTEST) tests/unit tests/contract tests/architecture
+	$(PYTEST) tests/unit tests/contract tests/architecture $(PARALLEL)
 
 test-e2e: setup ## the whole mesh with the simulated robot
 	$(PYTEST) tests/e2e

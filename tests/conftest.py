@@ -12,7 +12,7 @@ settings.register_profile("atom", deadline=None)  # a busy machine is no failure
 settings.load_profile("atom")
 
 TESTS = Path(__file__).parent
-LONGEST_FIRST = ("e2e", "simulation", "integration", "contract", "unit", "architecture")
+LONGEST_FIRST = ("simulation", "integration", "contract", "unit", "architecture", "e2e")
 ONE_AT_A_TIME = (Path("integration/sim"),)  # the files of such a folder share one process
 
 
