@@ -8,7 +8,7 @@ PORT_BASE ?= 8000
 TOUR      ?= 1
 COCO      ?=
 PYTEST    := $(PY) -m pytest
-PARALLEL  := -n 2 --dist loadgroup --no-loadscope-reorder
+PARALLEL  := -n 2 --dist loadfile --no-loadscope-reorder
 STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if $(filter 0,$(TOUR)),--no-tour,--tour)
 
 export YOLO_OFFLINE ?= 1

@@ -13,15 +13,10 @@ settings.load_profile("atom")
 
 TESTS = Path(__file__).parent
 LONGEST_FIRST = ("simulation", "integration", "contract", "unit", "architecture", "e2e")
-ONE_AT_A_TIME = (Path("integration/sim"),)  # the files of such a folder share one process
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Order the tests for two workers: a file stays on one worker, and the long ones begin."""
-    for item in items:
-        file = item.path.relative_to(TESTS)
-        shared = next((folder for folder in ONE_AT_A_TIME if file.is_relative_to(folder)), file)
-        item.add_marker(pytest.mark.xdist_group(shared.as_posix()))
+    """Order the tests for two workers, which take a file at a time: the long ones begin."""
     items.sort(key=lambda item: LONGEST_FIRST.index(item.path.relative_to(TESTS).parts[0]))
 
 
