@@ -14,9 +14,9 @@ from interface_wheels.environment import install_command
 from interface_wheels.errors import MissingToolError
 from interface_wheels.sources import REQUIREMENTS, InterfacePackage
 
-# The generators' CMake files carry the include folders of the machine that built their wheels.
+# The generators' CMake files carry the include folders of another machine, or of an earlier toolchain.
 BAKED_PYTHON = re.compile(r'/opt/python/cp[^;">]*?/include/python3\.\d+')
-BAKED_NUMPY = re.compile(r'/opt/python/cp[^;">]*?/numpy/_core/include')
+BAKED_NUMPY = re.compile(r'(?<=[;">])/[^;">]*?/numpy/_core/include')
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,18 @@ def make_toolchain(prefix: Path, log: Path) -> Toolchain:
     site_packages = next(prefix.glob("lib/python3*/site-packages"))
     toolchain = Toolchain(prefix, site_packages)
     run("installing the code generators", [*install_command(toolchain.python), "-r", str(REQUIREMENTS)], log)
-    numpy_include = site_packages / "numpy" / "_core" / "include"
+    fit(prefix, sysconfig.get_path("include"), site_packages / "numpy" / "_core" / "include")
+    return toolchain
+
+
+def fit(prefix: Path, python_include: str, numpy_include: Path) -> None:
+    """Put this interpreter's include folders into the generators' CMake files.
+
+    A file is replaced, never written into: uv links what it installs to its cache, and the next build finds it there.
+    """
     for path in prefix.glob("share/*/cmake/*.cmake"):
         text = path.read_text()
-        fitted = BAKED_PYTHON.sub(sysconfig.get_path("include"), BAKED_NUMPY.sub(str(numpy_include), text))
+        fitted = BAKED_PYTHON.sub(python_include, BAKED_NUMPY.sub(str(numpy_include), text))
         if fitted != text:
+            path.unlink()
             path.write_text(fitted)
-    return toolchain
