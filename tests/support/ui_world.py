@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Final
 
+import httpx
 import numpy as np
 from nicegui import app as nicegui_app
 from PIL import Image, ImageDraw
@@ -41,6 +42,7 @@ from contracts.robot import (
 from contracts.vision import Target, Verdict, Vote
 from geometry.grids import OccupancyGrid, encode
 from mesh.errors import UnavailableError, UpstreamError
+from mesh.http import ServiceClient
 from support.bus import MemoryBus
 from ui.overlay import CameraFrame
 
@@ -273,8 +275,18 @@ class FakeWheels:
 
 
 @dataclass
-class FakeEyes(Service):
-    name: str = "inference"
+class FakeInference:
+    """Says that it is ready, unless it is away."""
+
+    away: bool = False
+
+    def client(self) -> ServiceClient:
+        return ServiceClient("inference", "http://inference", transport=httpx.MockTransport(self._answer))
+
+    def _answer(self, request: httpx.Request) -> httpx.Response:
+        if self.away:
+            raise httpx.ConnectError("away", request=request)
+        return httpx.Response(200, json={"service": "inference", "ready": True, "dependencies": []})
 
 
 def camera_jpeg(number: int) -> bytes:
@@ -414,7 +426,7 @@ class FakeMemory(Service):
 class UiWorld:
     bus: MemoryBus = field(default_factory=MemoryBus)
     robot: FakeRobot = field(default_factory=FakeRobot)
-    eyes: FakeEyes = field(default_factory=FakeEyes)
+    inference: FakeInference = field(default_factory=FakeInference)
     missions: FakeMissions = field(default_factory=FakeMissions)
     memory: FakeMemory = field(default_factory=FakeMemory)
 

@@ -24,7 +24,7 @@ async def client(world: UiWorld) -> AsyncIterator[httpx.AsyncClient]:
         Settings(),
         bus=world.bus,
         robot=world.robot,
-        eyes=world.eyes,
+        inference=world.inference.client(),
         missions=world.missions,
         memory=world.memory,
         on_death=lambda: deaths.append("a task died"),

@@ -15,7 +15,7 @@ from support.fake_clock import FakeClock
 from support.ui_world import STARTED_S, UiWorld, event, home_map, mission, robot_state, status, thing
 from support.waiting import until
 from ui.desk import Desk
-from ui.operator_actions import Acts, Told
+from ui.operator_actions import ActionResult, OperatorActions
 from ui.settings import Settings
 
 
@@ -35,7 +35,7 @@ async def desk(world: UiWorld, clock: FakeClock) -> AsyncIterator[Desk]:
         settings=Settings(),
         bus=world.bus,
         robot=world.robot,
-        eyes=world.eyes,
+        inference=world.inference.client(),
         missions=world.missions,
         memory=world.memory,
         clock=clock,
@@ -47,70 +47,76 @@ async def desk(world: UiWorld, clock: FakeClock) -> AsyncIterator[Desk]:
 
 
 @pytest.fixture
-def acts(desk: Desk) -> Acts:
-    return Acts(desk)
+def actions(desk: Desk) -> OperatorActions:
+    return OperatorActions(desk)
 
 
-async def test_a_command_is_passed_on_trimmed(acts: Acts, world: UiWorld) -> None:
-    told = await acts.command("  find the red bottle \n")
-    assert (told.ok, told.text) == (True, "Looking for: red bottle")
+async def test_a_command_is_passed_on_trimmed(actions: OperatorActions, world: UiWorld) -> None:
+    result = await actions.command("  find the red bottle \n")
+    assert (result.ok, result.text) == (True, "Looking for: red bottle")
     assert world.missions.commands == ["find the red bottle"]
 
 
-async def test_a_refusal_is_told_in_the_words_of_the_service(acts: Acts, world: UiWorld) -> None:
+async def test_a_refusal_is_told_in_the_words_of_the_service(actions: OperatorActions, world: UiWorld) -> None:
     world.missions.refusal = "nothing known in 'find the flux capacitor'"
-    told = await acts.command("find the flux capacitor")
-    assert (told.ok, told.text) == (False, "nothing known in 'find the flux capacitor'")
+    result = await actions.command("find the flux capacitor")
+    assert (result.ok, result.text) == (False, "nothing known in 'find the flux capacitor'")
 
 
 @pytest.mark.parametrize("text", ["", "   ", "x" * 501])
-async def test_an_empty_or_endless_command_never_leaves_the_page(acts: Acts, world: UiWorld, text: str) -> None:
-    assert not (await acts.command(text)).ok
+async def test_an_empty_or_endless_command_never_leaves_the_page(
+    actions: OperatorActions, world: UiWorld, text: str
+) -> None:
+    assert not (await actions.command(text)).ok
     assert world.missions.commands == []
 
 
-async def test_a_command_while_the_coordinator_is_away_names_it(acts: Acts, world: UiWorld) -> None:
+async def test_a_command_while_the_coordinator_is_away_names_it(actions: OperatorActions, world: UiWorld) -> None:
     world.missions.away = True
-    told = await acts.command("find the cup")
-    assert (told.ok, told.text) == (False, "coordinator: not reachable")
+    result = await actions.command("find the cup")
+    assert (result.ok, result.text) == (False, "coordinator: not reachable")
 
 
 @pytest.mark.parametrize("text", ["stop", "STOP!!", "halt", "wait", "cancel that", "arrête", "emergency stop"])
 @pytest.mark.parametrize("trouble", ["away", "hangs", "refusal"])
 async def test_a_typed_stop_that_the_coordinator_does_not_confirm_is_the_emergency_stop(
-    acts: Acts, world: UiWorld, text: str, trouble: str, monkeypatch: pytest.MonkeyPatch
+    actions: OperatorActions, world: UiWorld, text: str, trouble: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ui.operator_actions.OBEYED_S", 0.02)
     setattr(world.missions, trouble, "no" if trouble == "refusal" else True)
-    told = await acts.command(text)
-    assert (told.ok, [one.by for one in world.robot.stops]) == (True, ["page"])
+    result = await actions.command(text)
+    assert (result.ok, [one.by for one in world.robot.stops]) == (True, ["page"])
 
 
-async def test_a_typed_stop_that_was_obeyed_says_what_it_ended(acts: Acts, world: UiWorld) -> None:
+async def test_a_typed_stop_that_was_obeyed_says_what_it_ended(actions: OperatorActions, world: UiWorld) -> None:
     world.missions.heard = Heard(mood=Mood.STOP, text="Stopped: the mission is over.", still=True)
-    told = [await acts.command("stop"), await acts.ask("stop!")]
-    assert told == [Told(True, "Stopped: the mission is over.")] * 2
+    result = [await actions.command("stop"), await actions.ask("stop!")]
+    assert result == [ActionResult(True, "Stopped: the mission is over.")] * 2
     assert (world.missions.commands, world.robot.stops) == (["stop", "stop!"], [])
 
 
-async def test_pause_resume_and_cancel_mean_the_mission_that_is_shown(desk: Desk, acts: Acts, world: UiWorld) -> None:
-    assert not (await acts.pause()).ok
+async def test_pause_resume_and_cancel_mean_the_mission_that_is_shown(
+    desk: Desk, actions: OperatorActions, world: UiWorld
+) -> None:
+    assert not (await actions.pause()).ok
     await world.bus.publish(MISSION_STATE, status(mission(id="m-7")))
-    await until(lambda: desk.situation.mission_id == "m-7")
-    for act in (acts.pause, acts.resume, acts.cancel):
+    await until(lambda: desk.facts.mission_id == "m-7")
+    for act in (actions.pause, actions.resume, actions.cancel):
         assert (await act()).ok
     assert world.missions.acted == [("pause", "m-7"), ("resume", "m-7"), ("cancel", "m-7")]
 
 
-async def test_halting_by_hand_never_ends_what_a_mission_drives_to(desk: Desk, acts: Acts, world: UiWorld) -> None:
+async def test_halting_by_hand_never_ends_what_a_mission_drives_to(
+    desk: Desk, actions: OperatorActions, world: UiWorld
+) -> None:
     await world.bus.publish(MISSION_STATE, status(mission()))
-    await until(lambda: desk.situation.mission_id == "m-1")
-    told = await acts.halt()
-    assert (told.ok, told.text) == (False, "A mission is driving: pause it first.")
+    await until(lambda: desk.facts.mission_id == "m-1")
+    result = await actions.halt()
+    assert (result.ok, result.text) == (False, "A mission is driving: pause it first.")
     assert world.robot.asked == []
     await world.bus.publish(MISSION_STATE, status(mission(paused=True)))
-    await until(lambda: desk.situation.mission is not None and desk.situation.mission.mission == mission(paused=True))
-    assert (await acts.halt()).ok
+    await until(lambda: desk.facts.mission is not None and desk.facts.mission.mission == mission(paused=True))
+    assert (await actions.halt()).ok
     assert world.robot.asked == ["end motion"]
 
 
@@ -120,7 +126,7 @@ async def test_what_is_seen_while_somebody_watches_gets_its_picture(desk: Desk, 
     seen = Detections(stamp_s=stamp_s, image_width_px=480, image_height_px=502, detections=(one,))
     world.memory.things = [thing(1, last_seen_s=stamp_s)]
     await world.bus.publish(VISION_DETECTIONS, seen)
-    await until(lambda: desk.situation.detections == seen)
+    await until(lambda: desk.facts.detections == seen)
     assert world.robot.frames == 0
     await desk.refresh()
     await world.bus.publish(VISION_DETECTIONS, seen)
@@ -130,18 +136,18 @@ async def test_what_is_seen_while_somebody_watches_gets_its_picture(desk: Desk, 
     assert desk.thumbnails.version(1) == stamp_s
 
 
-async def test_docking_tells_how_it_went(acts: Acts) -> None:
-    assert (await acts.dock()).ok
-    told = await acts.undock()
-    assert (told.ok, told.text) == (False, "It did not undock: the base gave up")
+async def test_docking_tells_how_it_went(actions: OperatorActions) -> None:
+    assert (await actions.dock()).ok
+    result = await actions.undock()
+    assert (result.ok, result.text) == (False, "It did not undock: the base gave up")
 
 
-async def test_reset_is_told_and_shown(desk: Desk, acts: Acts, world: UiWorld) -> None:
-    await acts.emergency_stop(reason="a test", by="test")
-    assert desk.situation.stop is not None
-    assert desk.situation.stop.latched
-    assert (await acts.reset(by="test")).ok
-    assert not desk.situation.stop.latched
+async def test_reset_is_told_and_shown(desk: Desk, actions: OperatorActions, world: UiWorld) -> None:
+    await actions.emergency_stop(reason="a test", by="test")
+    assert desk.facts.stop is not None
+    assert desk.facts.stop.latched
+    assert (await actions.reset(by="test")).ok
+    assert not desk.facts.stop.latched
     assert len(world.robot.resets) == 1
 
 
@@ -150,10 +156,10 @@ async def test_facts_come_from_the_bus(desk: Desk, world: UiWorld) -> None:
     await world.bus.publish(MISSION_STATE, status(mission()))
     await world.bus.publish(MISSION_EVENTS, event(1, "begun"))
     await world.bus.publish(ROBOT_EMERGENCY_STOP, EmergencyStop(latched=True, epoch=3))
-    await until(lambda: desk.situation.stop is not None and desk.situation.stop.epoch == 3)
-    await until(lambda: [one.text for one in desk.situation.events] == ["begun"])
-    assert desk.situation.robot is not None
-    assert desk.situation.mission_id == "m-1"
+    await until(lambda: desk.facts.stop is not None and desk.facts.stop.epoch == 3)
+    await until(lambda: [one.text for one in desk.facts.events] == ["begun"])
+    assert desk.facts.robot is not None
+    assert desk.facts.mission_id == "m-1"
 
 
 async def test_without_redis_the_services_are_asked(desk: Desk, world: UiWorld) -> None:
@@ -161,17 +167,17 @@ async def test_without_redis_the_services_are_asked(desk: Desk, world: UiWorld) 
     world.missions.current = status(mission())
     world.missions.timeline = (event(1, "begun"), event(2, "going"))
     await desk.refresh()
-    assert [service.name for service in desk.situation.services if not service.ok] == ["redis"]
-    assert desk.situation.robot is not None
-    assert [one.text for one in desk.situation.events] == ["begun", "going"]
+    assert [service.name for service in desk.facts.services if not service.ok] == ["redis"]
+    assert desk.facts.robot is not None
+    assert [one.text for one in desk.facts.events] == ["begun", "going"]
 
 
 async def test_what_was_told_before_this_process_began_is_fetched_once(desk: Desk, world: UiWorld) -> None:
     world.missions.timeline = (event(1, "begun"),)
     await world.bus.publish(MISSION_STATE, status(mission()))
-    await until(lambda: desk.situation.mission_id == "m-1")
+    await until(lambda: desk.facts.mission_id == "m-1")
     await desk.refresh()
-    assert [one.text for one in desk.situation.events] == ["begun"]
+    assert [one.text for one in desk.facts.events] == ["begun"]
 
 
 async def test_however_many_ask_the_services_are_asked_once_a_period(
@@ -186,10 +192,10 @@ async def test_however_many_ask_the_services_are_asked_once_a_period(
 
 async def test_everything_away_is_named_and_nothing_raises(desk: Desk, world: UiWorld) -> None:
     world.bus.connected = False
-    for service in (world.missions, world.eyes, world.memory, world.robot):
+    for service in (world.missions, world.inference, world.memory, world.robot):
         service.away = True
     await desk.refresh()
-    assert [service.ok for service in desk.situation.services] == [False] * 5
+    assert [service.ok for service in desk.facts.services] == [False] * 5
 
 
 async def test_a_broken_map_leaves_the_last_one_standing(desk: Desk, world: UiWorld, clock: FakeClock) -> None:

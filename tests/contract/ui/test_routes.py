@@ -23,7 +23,7 @@ async def test_stop_needs_neither_redis_nor_any_service_but_the_bridge(
     client: httpx.AsyncClient, world: UiWorld
 ) -> None:
     world.bus.connected = False
-    for service in (world.missions, world.eyes, world.memory):
+    for service in (world.missions, world.inference, world.memory):
         service.away = True
     assert (await client.post("/stop?how=escape")).status_code == 200
     assert [stop.reason for stop in world.robot.stops] == ["Esc pressed on the page"]
@@ -121,7 +121,7 @@ async def test_ready_names_redis_and_every_service(client: httpx.AsyncClient, wo
 
 
 async def test_health_answers_while_everything_is_away(client: httpx.AsyncClient, world: UiWorld) -> None:
-    for service in (world.missions, world.eyes, world.memory, world.robot):
+    for service in (world.missions, world.inference, world.memory, world.robot):
         service.away = True
     assert (await client.get("/health")).json() == {"status": "ok", "service": "ui"}
 

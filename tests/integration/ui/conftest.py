@@ -35,7 +35,7 @@ class Site:
         """Everyone there, the robot free to move and telling where it is, a mission of its own under way."""
         world = self.world
         world.bus.connected = True
-        for service in (world.robot, world.eyes, world.missions, world.memory):
+        for service in (world.robot, world.inference, world.missions, world.memory):
             service.away = False
         world.missions.refusal = ""
         world.missions.past = ()
@@ -108,7 +108,7 @@ async def site() -> AsyncIterator[Site]:
         Settings(health_period_s=0.3, state_period_s=0.2, memory_period_s=0.3, silence_s_max=30.0),
         bus=world.bus,
         robot=world.robot,
-        eyes=world.eyes,
+        inference=world.inference.client(),
         missions=world.missions,
         memory=world.memory,
     )

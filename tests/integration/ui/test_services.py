@@ -28,8 +28,8 @@ from support.toy_robot import ToyRobot
 from support.ui_world import UiWorld, fresh_nicegui
 from support.waiting import until
 from ui import map_view
-from ui.adapters.coordinator import CoordinatorMissions
-from ui.adapters.robot_bridge import BridgeRobot
+from ui.adapters.coordinator import CoordinatorClient
+from ui.adapters.robot_bridge import RobotBridgeClient
 from ui.app import create_app
 from ui.desk import Desk
 from ui.settings import Settings
@@ -95,7 +95,7 @@ async def test_stop_and_reset_reach_the_real_bridge_and_come_back_measured(bridg
 
 async def test_state_and_map_are_asked_of_the_real_bridge(bridge_url: str) -> None:
     async with AsyncExitStack() as stack:
-        robot = BridgeRobot(bridge_url, timeout_s=2.0, dock_timeout_s=5.0, stop_timeout_s=1.0, stop_tries=2)
+        robot = RobotBridgeClient(bridge_url, timeout_s=2.0, dock_timeout_s=5.0, stop_timeout_s=1.0, stop_tries=2)
         stack.push_async_callback(robot.aclose)
         assert (await robot.state()).pose is not None
         assert map_view.picture(await robot.map()).frame.width_px > 1
@@ -110,19 +110,19 @@ async def test_the_robots_facts_arrive_over_a_real_redis(bridge_url: str, redis_
             settings=Settings(),
             bus=bus,
             robot=world.robot,
-            eyes=world.eyes,
+            inference=world.inference.client(),
             missions=world.missions,
             memory=world.memory,
             clock=SystemClock(),
         )
         desk.start(await stack.enter_async_context(Tasks()))
-        await until(lambda: desk.situation.robot is not None and desk.situation.robot.pose is not None)
-        assert desk.situation.stop is not None
+        await until(lambda: desk.facts.robot is not None and desk.facts.robot.pose is not None)
+        assert desk.facts.stop is not None
 
 
 async def test_missions_are_told_refused_and_ended_by_the_real_coordinator(the_coordinator: Coordinator) -> None:
     async with AsyncExitStack() as stack:
-        missions = CoordinatorMissions(the_coordinator.url, timeout_s=30.0, command_timeout_s=30.0)
+        missions = CoordinatorClient(the_coordinator.url, timeout_s=30.0, command_timeout_s=30.0)
         stack.push_async_callback(missions.aclose)
         await the_coordinator.clock.advance(0.5)
         assert (await missions.status()).state is MissionState.IDLE

@@ -10,14 +10,14 @@ from contracts.problem import Dependency
 from mesh.app import make_app
 from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock
+from mesh.http import ServiceClient
 from mesh.tasks import Tasks, end_this_process
 from ui import i18n, page
-from ui.adapters.coordinator import CoordinatorMissions
-from ui.adapters.inference import InferenceEyes
-from ui.adapters.memory import MemoryService
-from ui.adapters.robot_bridge import BridgeRobot
+from ui.adapters.coordinator import CoordinatorClient
+from ui.adapters.memory import MemoryClient
+from ui.adapters.robot_bridge import RobotBridgeClient
 from ui.desk import Desk
-from ui.ports import Eyes, Memory, Missions, Robot
+from ui.ports import Memory, Missions, Robot
 from ui.prefix import BelowPrefix
 from ui.routes import routers
 from ui.routes.deps import desk_of
@@ -33,7 +33,7 @@ def create_app(
     *,
     bus: Bus | None = None,
     robot: Robot | None = None,
-    eyes: Eyes | None = None,
+    inference: ServiceClient | None = None,
     missions: Missions | None = None,
     memory: Memory | None = None,
     clock: Clock | None = None,
@@ -50,7 +50,7 @@ def create_app(
                 settings=settings,
                 bus=bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url)),
                 robot=robot if robot is not None else _robot(settings, stack),
-                eyes=eyes if eyes is not None else _eyes(settings, stack),
+                inference=inference if inference is not None else _inference(settings, stack),
                 missions=missions if missions is not None else _missions(settings, stack),
                 memory=memory if memory is not None else _memory(settings, stack),
                 clock=clock if clock is not None else SystemClock(),
@@ -79,8 +79,8 @@ def create_app(
     return app
 
 
-def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> BridgeRobot:
-    robot = BridgeRobot(
+def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> RobotBridgeClient:
+    robot = RobotBridgeClient(
         settings.robot_bridge_url,
         timeout_s=settings.call_timeout_s,
         dock_timeout_s=settings.dock_timeout_s,
@@ -91,22 +91,22 @@ def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> BridgeRobot:
     return robot
 
 
-def _eyes(settings: Settings, stack: contextlib.AsyncExitStack) -> InferenceEyes:
-    eyes = InferenceEyes(settings.inference_url, timeout_s=settings.call_timeout_s)
-    stack.push_async_callback(eyes.aclose)
-    return eyes
+def _inference(settings: Settings, stack: contextlib.AsyncExitStack) -> ServiceClient:
+    inference = ServiceClient("inference", settings.inference_url, timeout_s=settings.call_timeout_s)
+    stack.push_async_callback(inference.aclose)
+    return inference
 
 
-def _missions(settings: Settings, stack: contextlib.AsyncExitStack) -> CoordinatorMissions:
-    missions = CoordinatorMissions(
+def _missions(settings: Settings, stack: contextlib.AsyncExitStack) -> CoordinatorClient:
+    missions = CoordinatorClient(
         settings.coordinator_url, timeout_s=settings.call_timeout_s, command_timeout_s=settings.command_timeout_s
     )
     stack.push_async_callback(missions.aclose)
     return missions
 
 
-def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryService:
-    memory = MemoryService(
+def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryClient:
+    memory = MemoryClient(
         settings.memory_url, timeout_s=settings.call_timeout_s, transfer_timeout_s=settings.transfer_timeout_s
     )
     stack.push_async_callback(memory.aclose)

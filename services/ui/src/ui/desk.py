@@ -24,18 +24,19 @@ from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError
+from mesh.http import ServiceClient
 from mesh.tasks import Tasks
 from ui import map_view, overlay
-from ui.event_pictures import Album
+from ui.event_pictures import EventPictures
 from ui.frames import Frames
-from ui.i18n import t
-from ui.latest_facts import Remembered, Situation
-from ui.map_layers import Marks
-from ui.notifications import News
-from ui.ports import Eyes, Memory, Missions, Robot
+from ui.i18n import _
+from ui.latest_facts import LatestFacts, Remembered
+from ui.map_layers import MapLayers
+from ui.notifications import Notifications
+from ui.ports import Memory, Missions, Robot
 from ui.settings import Settings
+from ui.stop_probe import StopProbe
 from ui.thumbnails import Thumbnails
-from ui.watch import Watch
 
 log = structlog.get_logger()
 
@@ -54,7 +55,7 @@ class Desk:
         settings: Settings,
         bus: Bus,
         robot: Robot,
-        eyes: Eyes,
+        inference: ServiceClient,
         missions: Missions,
         memory: Memory,
         clock: Clock,
@@ -64,23 +65,23 @@ class Desk:
         self.robot = robot
         self.missions = missions
         self.memory = memory
-        self.situation = Situation(
+        self.facts = LatestFacts(
             events_kept=settings.events_kept,
             trail_points_max=settings.trail_points_max,
             trail_step_m=settings.trail_step_m,
         )
-        self.news = News()
-        self.album = Album(settings.album_pictures_max)
+        self.notifications = Notifications()
+        self.event_pictures = EventPictures(settings.album_pictures_max)
         self.thumbnails = Thumbnails(settings.album_pictures_max)
-        self.watch = Watch(robot, clock)
+        self.stop_probe = StopProbe(robot, clock)
         self.frames = Frames(robot, clock, period_s=1.0 / settings.camera_fps_max, about=self._about)
         self.driver: object | None = None
         """Whoever drives by hand now; one at a time."""
-        self.marks = Marks(settings.silence_s_max)
+        self.map_layers = MapLayers(settings.silence_s_max)
         self.picture: map_view.MapPicture | None = None
         self.memory_heard = False
         self._bus = bus
-        self._eyes = eyes
+        self._inference = inference
         self._tasks: Tasks | None = None
         self._refreshing = asyncio.Lock()
         self._scanning = False
@@ -102,24 +103,24 @@ class Desk:
         tasks.start("listen-detections", listen(VISION_DETECTIONS, self._on_detections))
 
     async def _on_robot(self, state: RobotState) -> None:
-        self.situation.take_robot(state, self.clock.now_s())
+        self.facts.take_robot(state, self.clock.now_s())
 
     async def _on_stop(self, stop: EmergencyStop) -> None:
-        self.situation.take_stop(stop, self.clock.now_s())
-        self.news.take_stop(stop)
+        self.facts.take_stop(stop, self.clock.now_s())
+        self.notifications.take_stop(stop)
 
     async def _on_goal(self, goal: Goal) -> None:
-        self.situation.take_goal(goal)
+        self.facts.take_goal(goal)
 
     async def _on_mission(self, status: MissionStatus) -> None:
-        self.situation.take_mission(status, self.clock.now_s())
-        self.news.take_mission(status)
+        self.facts.take_mission(status, self.clock.now_s())
+        self.notifications.take_mission(status)
 
     async def _on_target(self, wanted: MissionTarget) -> None:
-        self.situation.target = wanted.target
+        self.facts.target = wanted.target
 
     async def _on_detections(self, seen: Detections) -> None:
-        self.situation.detections = seen
+        self.facts.detections = seen
         if self._tasks is not None and seen.detections and not self._cropping and self._watched():
             self._cropping = True
             self._tasks.start("thumbnails", self._keep_things(seen), forever=False)
@@ -136,33 +137,33 @@ class Desk:
             self.thumbnails.put(seen, shown.frame)
 
     async def _on_event(self, event: MissionEvent) -> None:
-        self.situation.take_events((event,))
+        self.facts.take_events((event,))
         if self._tasks is not None and event.mission_id:
             self._tasks.start("picture", self._keep_picture(event), forever=False)
 
     async def _keep_picture(self, event: MissionEvent) -> None:
         shown = await self.frames.other_than(None, wait_s=PICTURE_WAIT_S)
         if shown is not None:
-            self.album.put(event.mission_id, event.id, shown)
+            self.event_pictures.put(event.mission_id, event.id, shown)
 
     def _about(self, frame: overlay.CameraFrame) -> Mapping[str, Any]:
         """What the browser draws over a frame."""
-        target = self.situation.target
+        target = self.facts.target
         return {
             "stamp_s": round(frame.stamp_s, 6),
             "width": frame.width_px,
             "height": frame.height_px,
-            "boxes": overlay.boxes(frame, self.situation.detections, target),
-            "line": t("Looking for: {what}", what=target.description)
+            "boxes": overlay.boxes(frame, self.facts.detections, target),
+            "line": _("Looking for: {what}", what=target.description)
             if target is not None
-            else t("Waiting for next command..."),
+            else _("Waiting for next command..."),
         }
 
     # what is asked for
 
     async def dependencies(self) -> Sequence[Dependency]:
         answers = await asyncio.gather(
-            self.missions.dependency(), self._eyes.dependency(), self.memory.dependency(), self.robot.dependency()
+            self.missions.dependency(), self._inference.dependency(), self.memory.dependency(), self.robot.dependency()
         )
         return (redis_dependency(self._bus), *answers)
 
@@ -172,17 +173,17 @@ class Desk:
             return
         async with self._refreshing:
             services = await self.dependencies()
-            self.situation.bus_connected = self._bus.connected
-            self.situation.services = tuple(services)
+            self.facts.bus_connected = self._bus.connected
+            self.facts.services = tuple(services)
             away = {service.name for service in services if service.state is DependencyState.UNREACHABLE}
             silent_since_s = self.clock.now_s() - self.settings.silence_s_max
             if "robot_bridge" not in away:
                 await self._try(self._refresh_map)
-                if self.situation.robot_at_s < silent_since_s:
+                if self.facts.robot_at_s < silent_since_s:
                     await self._try(self._ask_robot)
                 await self._try(self._refresh_plan)
             if "coordinator" not in away:
-                if self.situation.mission_at_s < silent_since_s:
+                if self.facts.mission_at_s < silent_since_s:
                     await self._try(self._ask_mission)
                 await self._try(self._ask_timeline)
             if "memory" not in away:
@@ -211,12 +212,12 @@ class Desk:
             self.picture = await asyncio.to_thread(map_view.picture, grid)
 
     async def _refresh_plan(self) -> None:
-        goal = self.situation.goal
+        goal = self.facts.goal
         if goal is None or not self._due("plan", self.settings.plan_period_s):
             return
         found = await self.robot.path(PathRequest(goal=goal.pose))
-        if self.situation.goal is not None and found.reachable:
-            self.situation.take_plan(found.poses)
+        if self.facts.goal is not None and found.reachable:
+            self.facts.take_plan(found.poses)
 
     async def refresh_memory(self, *, now: bool = False) -> None:
         if not self._due("memory", 0.0 if now else self.settings.memory_period_s):
@@ -228,8 +229,8 @@ class Desk:
         self.memory_heard = True
         self.thumbnails.match(objects)
         found = Remembered(tuple(labels), tuple(objects), tuple(views))
-        if found != self.situation.remembered:
-            self.situation.remembered = found
+        if found != self.facts.remembered:
+            self.facts.remembered = found
 
     def refresh_scan(self) -> None:
         """Asks for the laser, for as long as a map is open; nobody waits for it."""
@@ -240,24 +241,24 @@ class Desk:
     async def _ask_scan(self) -> None:
         """A silent laser leaves nothing to draw."""
         try:
-            self.situation.scan = await self.robot.scan()
+            self.facts.scan = await self.robot.scan()
         except MeshError:
-            self.situation.scan = None
+            self.facts.scan = None
         finally:
             self._scanning = False
 
     async def _ask_robot(self) -> None:
-        self.situation.take_robot(await self.robot.state(), self.clock.now_s())
+        self.facts.take_robot(await self.robot.state(), self.clock.now_s())
 
     async def _ask_mission(self) -> None:
         await self._on_mission(await self.missions.status())
 
     async def _ask_timeline(self) -> None:
         """Once a mission, for what was told before this process listened; while the bus is away, every time."""
-        mission_id = self.situation.mission_id
+        mission_id = self.facts.mission_id
         if mission_id is None or (mission_id == self._timeline_of and self._bus.connected):
             return
-        self.situation.take_events(await self.missions.events(mission_id))
+        self.facts.take_events(await self.missions.events(mission_id))
         self._timeline_of = mission_id if self._bus.connected else None
 
     async def history(self) -> Sequence[Mission]:

@@ -5,7 +5,7 @@ from collections import OrderedDict
 from ui.frames import Shown
 
 
-class Album:
+class EventPictures:
     """By mission and event; the oldest leave first."""
 
     def __init__(self, pictures_max: int) -> None:

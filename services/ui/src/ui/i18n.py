@@ -12,12 +12,12 @@ _IN_SCRIPTS: Final = re.compile(r"""\bt\(\s*"((?:[^"\\]|\\.)*)\"""")
 _catalogue: dict[str, str] = {}
 
 
-def mark(text: str) -> str:
-    """Names a text that is looked up later, by `t`."""
+def N_(text: str) -> str:  # noqa: N802 - gettext's word
+    """Names a text that is looked up later, by `_`."""
     return text
 
 
-def t(text: str, **values: Any) -> str:
+def _(text: str, **values: Any) -> str:
     """The text in the language in use, with its {places} filled; English where there is no translation."""
     found = _catalogue.get(text, text)
     return found.format(**values) if values else found
@@ -42,7 +42,7 @@ def load(path: Path | None) -> dict[str, str]:
 
 def for_scripts() -> dict[str, str]:
     """What the scripts in the browser need of the language in use."""
-    return {text: t(text) for text in sorted(_script_texts())}
+    return {text: _(text) for text in sorted(_script_texts())}
 
 
 def all_texts() -> tuple[str, ...]:
@@ -50,7 +50,7 @@ def all_texts() -> tuple[str, ...]:
     found = _script_texts()
     for module in HERE.rglob("*.py"):
         for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in {"t", "mark"}:
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in {"_", "N_"}:
                 found |= {arg.value for arg in node.args[:1] if _is_text(arg) and isinstance(arg.value, str)}  # type: ignore[attr-defined]
     return tuple(sorted(found))
 

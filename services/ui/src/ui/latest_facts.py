@@ -28,7 +28,7 @@ class Remembered:
 
 
 @dataclass(slots=True)
-class Situation:
+class LatestFacts:
     """Facts with the time they came in (`*_at_s`, this process's clock), so that old ones can be told."""
 
     events_kept: int = 300

@@ -17,7 +17,7 @@ from contracts.reading import Mood
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest, Goal, GoalRequest, GoalStatus
 from mesh.errors import ConflictError, MeshError, UpstreamError
 from ui.desk import Desk
-from ui.i18n import t
+from ui.i18n import _
 from vocabulary.orders import order_in
 
 log = structlog.get_logger()
@@ -28,14 +28,14 @@ OBEYED_S: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ActionResult:
     """What came of an action, in words for a person."""
 
     ok: bool
     text: str
 
 
-class Acts:
+class OperatorActions:
     """Stateless but for the desk: every act names what it acts on."""
 
     def __init__(self, desk: Desk) -> None:
@@ -47,27 +47,27 @@ class Acts:
         """Straight to robot_bridge; needs neither Redis nor any other service."""
         desk = self._desk
         reply = await desk.robot.emergency_stop(EmergencyStopRequest(reason=reason, by=by))
-        desk.situation.take_stop_reply(reply, desk.clock.now_s())
+        desk.facts.take_stop_reply(reply, desk.clock.now_s())
         log.warning("emergency stop", reason=reason, by=by, first_zero_ms=reply.first_zero_ms)
         return reply
 
-    async def reset(self, *, by: str) -> Told:
+    async def reset(self, *, by: str) -> ActionResult:
         async def do() -> str:
             desk = self._desk
             reply = await desk.robot.reset(EmergencyStopRequest(reason="RESUME confirmed on the page", by=by))
-            desk.situation.take_stop_reply(reply, desk.clock.now_s())
-            return t("Motion is permitted again. Nothing moves until it is asked to.")
+            desk.facts.take_stop_reply(reply, desk.clock.now_s())
+            return _("Motion is permitted again. Nothing moves until it is asked to.")
 
-        return await told(do())
+        return await result_of(do())
 
     # missions
 
-    async def command(self, text: str) -> Told:
+    async def command(self, text: str) -> ActionResult:
         words = text.strip()
         if not words:
-            return Told(False, t("Say what to find, for example: find the red bottle"))
+            return ActionResult(False, _("Say what to find, for example: find the red bottle"))
         if len(words) > COMMAND_MAX:
-            return Told(False, t("That is {n} characters; {max} is the limit.", n=len(words), max=COMMAND_MAX))
+            return ActionResult(False, _("That is {n} characters; {max} is the limit.", n=len(words), max=COMMAND_MAX))
 
         order = order_in(words)
         if order is not None and order.mood is not Mood.RESUME:
@@ -79,58 +79,60 @@ class Acts:
                 return mission.text
             what = mission.target.description if mission.target is not None else mission.command
             if mission.queue_position is not None:
-                return t("Queued: {what}", what=what)
-            return t("Looking for: {what}", what=what)
+                return _("Queued: {what}", what=what)
+            return _("Looking for: {what}", what=what)
 
-        return await told(do())
+        return await result_of(do())
 
-    async def _obey(self, words: str, mood: Mood) -> Told:
+    async def _obey(self, words: str, mood: Mood) -> ActionResult:
         """A typed stop. Where the coordinator does not confirm it soon, it becomes the emergency stop."""
         if mood is not Mood.EMERGENCY:
             try:
                 async with asyncio.timeout(OBEYED_S):
                     heard = await self._desk.missions.start(words, key=uuid.uuid4().hex)
                 if not isinstance(heard, Heard) or heard.still or mood is Mood.PAUSE:
-                    return Told(True, heard.text if isinstance(heard, Heard) else t("Looking for: {what}", what=words))
+                    return ActionResult(
+                        True, heard.text if isinstance(heard, Heard) else _("Looking for: {what}", what=words)
+                    )
             except (MeshError, TimeoutError) as error:
                 log.warning("a typed stop was not confirmed: the emergency stop instead", error=str(error))
 
         async def do() -> str:
             await self.emergency_stop(reason=f"typed: {words[:100]}", by="page")
-            return t("Emergency stop.")
+            return _("Emergency stop.")
 
-        return await told(do())
+        return await result_of(do())
 
-    async def ask(self, text: str) -> Answer | Told:
+    async def ask(self, text: str) -> Answer | ActionResult:
         words = text.strip()
         if not words or len(words) > COMMAND_MAX:
-            return Told(False, t("Ask something, for example: where did you last see my keys?"))
+            return ActionResult(False, _("Ask something, for example: where did you last see my keys?"))
         if order_in(words) is not None:
             return await self.command(words)
         try:
             return await self._desk.missions.ask(words)
         except MeshError as error:
-            return Told(False, in_words(error))
+            return ActionResult(False, in_words(error))
 
-    async def pause(self) -> Told:
-        return await self._with_mission(self._desk.missions.pause, t("Paused."))
+    async def pause(self) -> ActionResult:
+        return await self._with_mission(self._desk.missions.pause, _("Paused."))
 
-    async def resume(self) -> Told:
-        return await self._with_mission(self._desk.missions.resume, t("Going on."))
+    async def resume(self) -> ActionResult:
+        return await self._with_mission(self._desk.missions.resume, _("Going on."))
 
-    async def cancel(self) -> Told:
-        return await self._with_mission(self._desk.missions.cancel, t("Cancelled."))
+    async def cancel(self) -> ActionResult:
+        return await self._with_mission(self._desk.missions.cancel, _("Cancelled."))
 
-    async def take_from_queue(self, mission_id: str) -> Told:
+    async def take_from_queue(self, mission_id: str) -> ActionResult:
         async def do() -> str:
             await self._desk.missions.cancel(mission_id)
-            return t("Taken from the queue.")
+            return _("Taken from the queue.")
 
-        return await told(do())
+        return await result_of(do())
 
     # driving there
 
-    async def go(self, x: float, y: float) -> Told:
+    async def go(self, x: float, y: float) -> ActionResult:
         """Drives to a place of the map (m), facing the way it came to it."""
 
         async def do() -> str:
@@ -143,12 +145,12 @@ class Acts:
             )
             if goal.status in {GoalStatus.REJECTED, GoalStatus.ABORTED}:
                 raise UpstreamError("robot_bridge", 200, goal_end_in_words(goal))
-            desk.situation.take_goal(goal)
-            return t("Driving there.")
+            desk.facts.take_goal(goal)
+            return _("Driving there.")
 
-        return await told(do())
+        return await result_of(do())
 
-    async def look(self, x: float, y: float) -> Told:
+    async def look(self, x: float, y: float) -> ActionResult:
         """Turns until the camera looks at a place of the map (m)."""
 
         async def do() -> str:
@@ -156,23 +158,23 @@ class Acts:
             angle_rad = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.yaw, math.tau)
             epoch = (await self._desk.robot.stop_state()).epoch
             moving = self._desk.robot.rotate(RotateRequest(angle_rad=angle_rad, speed_rad_s=1.0, epoch=epoch))
-            return await moved(moving, t("Looking there."), t("It did not turn"))
+            return await moved(moving, _("Looking there."), _("It did not turn"))
 
-        return await told(do())
+        return await result_of(do())
 
-    async def halt(self) -> Told:
+    async def halt(self) -> ActionResult:
         """Ends the drive or turn asked for by hand; refused while a mission drives, whose goal it would end."""
 
         async def do() -> str:
             if mission_drives(self._desk):
-                raise ConflictError(t("A mission is driving: pause it first."))
-            goal = self._desk.situation.goal
+                raise ConflictError(_("A mission is driving: pause it first."))
+            goal = self._desk.facts.goal
             if goal is not None:
                 await self._desk.robot.cancel_goal(goal.id)
             await self._desk.robot.end_motion()
-            return t("Given up.")
+            return _("Given up.")
 
-        return await told(do())
+        return await result_of(do())
 
     def _free_to_move(self) -> Pose2D:
         """Where the robot stands. Raises `ConflictError` while a mission drives, or nobody knows where it is."""
@@ -180,67 +182,67 @@ class Acts:
         why = why_not_by_hand(desk)
         if why:
             raise ConflictError(why)
-        robot = desk.situation.robot
-        if robot is None or robot.pose is None or desk.clock.now_s() - desk.situation.robot_at_s > 5.0:
-            raise ConflictError(t("The robot does not know where it is."))
+        robot = desk.facts.robot
+        if robot is None or robot.pose is None or desk.clock.now_s() - desk.facts.robot_at_s > 5.0:
+            raise ConflictError(_("The robot does not know where it is."))
         return robot.pose
 
     # the base
 
-    async def dock(self) -> Told:
-        return await told(moved(self._desk.robot.dock(), t("On the dock."), t("It did not dock")))
+    async def dock(self) -> ActionResult:
+        return await result_of(moved(self._desk.robot.dock(), _("On the dock."), _("It did not dock")))
 
-    async def undock(self) -> Told:
-        return await told(moved(self._desk.robot.undock(), t("Off the dock."), t("It did not undock")))
+    async def undock(self) -> ActionResult:
+        return await result_of(moved(self._desk.robot.undock(), _("Off the dock."), _("It did not undock")))
 
-    async def celebrate(self) -> Told:
-        return await told(moved(self._desk.robot.celebrate(), t("Celebrating."), t("It did not celebrate")))
+    async def celebrate(self) -> ActionResult:
+        return await result_of(moved(self._desk.robot.celebrate(), _("Celebrating."), _("It did not celebrate")))
 
     # memory
 
-    async def forget_object(self, object_id: int) -> Told:
+    async def forget_object(self, object_id: int) -> ActionResult:
         return await self._forget(self._desk.memory.forget_object(object_id))
 
-    async def forget_label(self, label: str) -> Told:
+    async def forget_label(self, label: str) -> ActionResult:
         return await self._forget(self._desk.memory.forget_label(label))
 
-    async def _forget(self, forgetting: Awaitable[int]) -> Told:
+    async def _forget(self, forgetting: Awaitable[int]) -> ActionResult:
         async def do() -> str:
             deleted = await forgetting
             await self._desk.refresh_memory(now=True)
-            return t("Forgotten: {n} records.", n=deleted)
+            return _("Forgotten: {n} records.", n=deleted)
 
-        return await told(do())
+        return await result_of(do())
 
-    async def import_memory(self, data: bytes) -> Told:
+    async def import_memory(self, data: bytes) -> ActionResult:
         async def do() -> str:
             reply = await self._desk.memory.import_(data)
             await self._desk.refresh_memory(now=True)
-            return t("Imported: {objects} objects, {views} views.", objects=reply.objects, views=reply.views)
+            return _("Imported: {objects} objects, {views} views.", objects=reply.objects, views=reply.views)
 
-        return await told(do())
+        return await result_of(do())
 
-    async def _with_mission(self, act: Callable[[str], Awaitable[object]], done: str) -> Told:
-        mission_id = self._desk.situation.mission_id
+    async def _with_mission(self, act: Callable[[str], Awaitable[object]], done: str) -> ActionResult:
+        mission_id = self._desk.facts.mission_id
         if mission_id is None:
-            return Told(False, t("There is no mission."))
+            return ActionResult(False, _("There is no mission."))
 
         async def do() -> str:
             await act(mission_id)
             return done
 
-        return await told(do())
+        return await result_of(do())
 
 
 def why_not_by_hand(desk: Desk) -> str:
     """'' when nothing else is about to move the robot."""
-    if desk.situation.stop is not None and desk.situation.stop.latched:
-        return t("The robot is stopped: resume first.")
-    return t("A mission is driving: pause it first.") if mission_drives(desk) else ""
+    if desk.facts.stop is not None and desk.facts.stop.latched:
+        return _("The robot is stopped: resume first.")
+    return _("A mission is driving: pause it first.") if mission_drives(desk) else ""
 
 
 def mission_drives(desk: Desk) -> bool:
-    status = desk.situation.mission
+    status = desk.facts.mission
     mission = status.mission if status is not None else None
     return mission is not None and mission.outcome is None and not mission.paused and mission.queue_position is None
 
@@ -248,15 +250,15 @@ def mission_drives(desk: Desk) -> bool:
 async def moved(motion: Awaitable[BaseReply | RotateReply], done: str, failed: str) -> str:
     reply = await motion
     if not reply.end.completed:
-        raise UpstreamError("robot_bridge", 200, f"{failed}: {reply.text or t('no reason given')}")
+        raise UpstreamError("robot_bridge", 200, f"{failed}: {reply.text or _('no reason given')}")
     return done
 
 
-async def told(doing: Awaitable[str]) -> Told:
+async def result_of(doing: Awaitable[str]) -> ActionResult:
     try:
-        return Told(True, await doing)
+        return ActionResult(True, await doing)
     except MeshError as error:
-        return Told(False, in_words(error))
+        return ActionResult(False, in_words(error))
 
 
 def in_words(error: MeshError) -> str:
@@ -268,4 +270,4 @@ def goal_end_in_words(goal: Goal) -> str:
     """Why a goal came to nothing: the bridge's words, else what its type says; no reason is made up."""
     if goal.error_msg:
         return goal.error_msg
-    return goal.cause.sentence if goal.cause is not None else t("no reason given")
+    return goal.cause.sentence if goal.cause is not None else _("no reason given")

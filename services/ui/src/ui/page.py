@@ -14,16 +14,16 @@ from starlette.staticfiles import StaticFiles
 from ui import i18n, timeline_lines
 from ui import page_model as words
 from ui.desk import Desk
-from ui.i18n import t
-from ui.operator_actions import Acts
-from ui.panels.camera_panel import Live
-from ui.panels.command import Command
-from ui.panels.header import Top
-from ui.panels.history import History
+from ui.i18n import _
+from ui.operator_actions import OperatorActions
+from ui.panels.camera_panel import CameraPanel
+from ui.panels.command_panel import CommandPanel
+from ui.panels.header import Header
+from ui.panels.history_panel import HistoryPanel
 from ui.panels.map_panel import MapPanel
 from ui.panels.memory_panel import MemoryPanel
-from ui.panels.robot_panel import Machine
-from ui.panels.stop import Stopped, stop_html
+from ui.panels.robot_panel import RobotPanel
+from ui.panels.stop import StoppedPanel, stop_html
 from ui.panels.timeline import Timeline
 from ui.panels.widgets import box
 from ui.routes.deps import desk_of, operator
@@ -64,69 +64,69 @@ class OperatorPage:
 
     def __init__(self, desk: Desk, who: str, *, root_path: str) -> None:
         self._desk = desk
-        self._news_shown = desk.news.newest
-        acts = Acts(desk)
+        self._news_shown = desk.notifications.newest
+        actions = OperatorActions(desk)
         nicegui_ui.add_head_html(_head(root_path))
         nicegui_ui.add_body_html(stop_html(desk.settings.robot_bridge_url))
         nicegui_ui.colors(primary="#1d56cf", negative="#c81e1e", positive="#15803d", warning="#a15c07")
-        self._top = Top()
+        self._top = Header()
         with box("board"):
             with box("say-or-stopped"):
-                self._command = Command(acts)
-                self._stopped = Stopped(acts, who)
-            self._live = Live()
+                self._command = CommandPanel(actions)
+                self._stopped = StoppedPanel(actions, who)
+            self._live = CameraPanel()
             self._map = MapPanel(desk)
-            self._build_side(desk, acts)
+            self._build_side(desk, actions)
         self._show()
         settings = desk.settings
         nicegui_ui.timer(settings.state_period_s, self._show)
         nicegui_ui.timer(1.0, desk.refresh)
         nicegui_ui.timer(settings.memory_period_s, self._show_tab)
 
-    def _build_side(self, desk: Desk, acts: Acts) -> None:
-        with nicegui_ui.element("section").classes("card side").props(f'aria-label="{t("Mission and robot")}"'):
+    def _build_side(self, desk: Desk, actions: OperatorActions) -> None:
+        with nicegui_ui.element("section").classes("card side").props(f'aria-label="{_("Mission and robot")}"'):
             with nicegui_ui.tabs(on_change=self._show_tab).props(
                 "dense no-caps align=justify inline-label"
             ) as self._tabs:
                 for name, label in (
-                    ("timeline", t("Timeline")),
-                    ("memory", t("Memory")),
-                    ("history", t("Missions")),
-                    ("robot", t("Robot")),
+                    ("timeline", _("Timeline")),
+                    ("memory", _("Memory")),
+                    ("history", _("Missions")),
+                    ("robot", _("Robot")),
                 ):
                     nicegui_ui.tab(name, label=label)
             with nicegui_ui.tab_panels(self._tabs, value="timeline", animated=False, keep_alive=True).classes("panels"):
                 with nicegui_ui.tab_panel("timeline"):
                     self._timeline = Timeline(desk)
                 with nicegui_ui.tab_panel("memory"):
-                    self._memory = MemoryPanel(desk, acts)
+                    self._memory = MemoryPanel(desk, actions)
                 with nicegui_ui.tab_panel("history"):
-                    self._history = History(desk, self._timeline, self._open_timeline)
+                    self._history = HistoryPanel(desk, self._timeline, self._open_timeline)
                 with nicegui_ui.tab_panel("robot"):
-                    self._machine = Machine(acts)
+                    self._machine = RobotPanel(actions)
 
     def _open_timeline(self) -> None:
         self._tabs.set_value("timeline")
 
-    def _view(self) -> words.View:
-        return words.view(
-            self._desk.situation, now_s=self._desk.clock.now_s(), silence_s_max=self._desk.settings.silence_s_max
+    def _view(self) -> words.PageModel:
+        return words.page_model(
+            self._desk.facts, now_s=self._desk.clock.now_s(), silence_s_max=self._desk.settings.silence_s_max
         )
 
     def _show(self) -> None:
-        view, situation = self._view(), self._desk.situation
-        mission = situation.mission.mission if situation.mission is not None else None
+        view, facts = self._view(), self._desk.facts
+        mission = facts.mission.mission if facts.mission is not None else None
         self._top.show(view)
-        self._command.show(view, situation.remembered)
+        self._command.show(view, facts.remembered)
         self._stopped.show(view)
         self._live.show(timeline_lines.vote_chips(mission.votes) if mission is not None else ())
         self._machine.show(view)
         self._map.show(view)
         self._timeline.show()
-        for item in self._desk.news.after(self._news_shown):
+        for item in self._desk.notifications.after(self._news_shown):
             self._news_shown = item.number
             nicegui_ui.notify(
-                item.text, type=NOTES.get(item.tone), position="bottom-left", timeout=12_000, close_button=t("Close")
+                item.text, type=NOTES.get(item.tone), position="bottom-left", timeout=12_000, close_button=_("Close")
             )
 
     async def _show_tab(self) -> None:

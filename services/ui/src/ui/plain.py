@@ -5,7 +5,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from contracts.robot import EmergencyStopReply
-from ui.i18n import t
+from ui.i18n import _
 
 BRIDGE_PORT: Final = 8004
 
@@ -14,23 +14,23 @@ def remedy(robot_bridge_url: str) -> str:
     """What stops the robot where this page cannot. ROBOT is its address, which this machine may not know."""
     port = urlsplit(robot_bridge_url).port or BRIDGE_PORT
     command = f"curl -X POST http://ROBOT:{port}/emergency-stop"
-    return t("Use the robot's own button, or in a terminal: {command}, or: atom stop", command=command)
+    return _("Use the robot's own button, or in a terminal: {command}, or: atom stop", command=command)
 
 
 def stopped(reply: EmergencyStopReply) -> str:
     """The robot confirmed it."""
     if reply.first_zero_ms is None:
-        return _page(t("The robot is stopped."), "")
-    return _page(t("The robot is stopped."), t("First zero velocity after {ms:.1f} ms.", ms=reply.first_zero_ms))
+        return _page(_("The robot is stopped."), "")
+    return _page(_("The robot is stopped."), _("First zero velocity after {ms:.1f} ms.", ms=reply.first_zero_ms))
 
 
 def not_stopped(why: str, otherwise: str) -> str:
     """The robot did not confirm it; `otherwise` says what else stops it."""
-    return _page(t("STOP DID NOT REACH THE ROBOT"), f"{why}. {t('Press again.')} {otherwise}")
+    return _page(_("STOP DID NOT REACH THE ROBOT"), f"{why}. {_('Press again.')} {otherwise}")
 
 
 def _page(headline: str, text: str) -> str:
-    title, press, back = escape(headline), escape(t("STOP")), escape(t("Back to the page"))
+    title, press, back = escape(headline), escape(_("STOP")), escape(_("Back to the page"))
     return f"""<!doctype html>
 <html><head><title>{title}</title><meta name="viewport" content="width=device-width, initial-scale=1">
 <style>

@@ -64,12 +64,6 @@ class Robot(Protocol):
     async def dependency(self) -> Dependency: ...
 
 
-class Eyes(Protocol):
-    """inference."""
-
-    async def dependency(self) -> Dependency: ...
-
-
 class Missions(Protocol):
     """coordinator."""
 

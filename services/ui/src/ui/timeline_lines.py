@@ -9,15 +9,15 @@ from pydantic import TypeAdapter, ValidationError
 
 from contracts.mission import Mission, MissionEvent, MissionState, Outcome
 from contracts.vision import Verdict, Vote
-from ui.i18n import mark, t
+from ui.i18n import N_, _
 from ui.page_model import OUTCOMES, PHASES, Chip, Tone, duration
 
 VERDICTS: Final = {
-    Verdict.YES: (mark("yes"), Tone.GOOD),
-    Verdict.NO: (mark("no"), Tone.BAD),
-    Verdict.ABSTAIN: (mark("–"), Tone.QUIET),
+    Verdict.YES: (N_("yes"), Tone.GOOD),
+    Verdict.NO: (N_("no"), Tone.BAD),
+    Verdict.ABSTAIN: (N_("–"), Tone.QUIET),
 }
-VOTERS: Final = {"detector": mark("Detector"), "clip": mark("CLIP"), "vlm": mark("VLM")}
+VOTERS: Final = {"detector": N_("Detector"), "clip": N_("CLIP"), "vlm": N_("VLM")}
 VOTES: Final = TypeAdapter(tuple[Vote, ...])
 KIND_TONES: Final = {"found": Tone.GOOD, "votes": Tone.BUSY, "failure": Tone.WARN, "end": Tone.WARN}
 
@@ -25,10 +25,10 @@ KIND_TONES: Final = {"found": Tone.GOOD, "votes": Tone.BUSY, "failure": Tone.WAR
 class Show(StrEnum):
     """The timeline's filter."""
 
-    ALL = mark("All")
-    SEEING = mark("Seeing")
-    DRIVING = mark("Driving")
-    TROUBLE = mark("Trouble")
+    ALL = N_("All")
+    SEEING = N_("Seeing")
+    DRIVING = N_("Driving")
+    TROUBLE = N_("Trouble")
 
 
 ABOUT_KIND: Final = {
@@ -76,7 +76,7 @@ def line(event: MissionEvent, started_s: float) -> Line:
         tone = Tone.BAD
     return Line(
         time=duration(max(0.0, event.stamp_s - started_s)),
-        phase=t(PHASES[event.state][0]),
+        phase=_(PHASES[event.state][0]),
         text=event.text,
         tone=tone,
         votes=_votes_in(event.data),
@@ -102,7 +102,7 @@ def vote_chip(vote: Vote) -> Chip:
     word, tone = VERDICTS[vote.verdict]
     score = "" if vote.score is None else f" {vote.score:.2f}"
     threshold = "" if vote.score is None or vote.threshold is None else f" / {vote.threshold:.2f}"
-    return Chip(t(VOTERS.get(vote.voter, vote.voter)), f"{t(word)}{score}{threshold}", tone, vote.reason)
+    return Chip(_(VOTERS.get(vote.voter, vote.voter)), f"{_(word)}{score}{threshold}", tone, vote.reason)
 
 
 def vote_chips(votes: Sequence[Vote]) -> tuple[Chip, ...]:
@@ -112,16 +112,16 @@ def vote_chips(votes: Sequence[Vote]) -> tuple[Chip, ...]:
 def ending_chips(mission: Mission) -> tuple[Chip, ...]:
     """A mission of the history, in a few facts."""
     if mission.outcome is None:
-        word, tone = (t("Queued"), Tone.QUIET) if mission.queue_position is not None else (t("Running"), Tone.BUSY)
+        word, tone = (_("Queued"), Tone.QUIET) if mission.queue_position is not None else (_("Running"), Tone.BUSY)
     else:
         word, tone = OUTCOMES[mission.outcome]
-    facts = [Chip("", t(word), tone)]
+    facts = [Chip("", _(word), tone)]
     if mission.ended_s is not None:
-        facts.append(Chip(t("Time"), duration(max(0.0, mission.ended_s - mission.started_s))))
+        facts.append(Chip(_("Time"), duration(max(0.0, mission.ended_s - mission.started_s))))
     if mission.metres_driven_m > 0.0:
-        facts.append(Chip(t("Driven"), f"{mission.metres_driven_m:.1f} m"))
+        facts.append(Chip(_("Driven"), f"{mission.metres_driven_m:.1f} m"))
     if mission.measured_distance_m is not None:
-        facts.append(Chip(t("Distance"), f"{mission.measured_distance_m:.2f} m"))
+        facts.append(Chip(_("Distance"), f"{mission.measured_distance_m:.2f} m"))
     return tuple(facts)
 
 

@@ -13,7 +13,7 @@ from mesh.http import ServiceClient
 STARTED: TypeAdapter[Mission | Heard] = TypeAdapter(Mission | Heard)
 
 
-class CoordinatorMissions:
+class CoordinatorClient:
     """The port `Missions`, for real."""
 
     def __init__(self, base_url: str, *, timeout_s: float, command_timeout_s: float) -> None:

@@ -11,7 +11,7 @@ OBJECTS_MAX = 500
 VIEWS_MAX = 1000
 
 
-class MemoryService:
+class MemoryClient:
     """The port `Memory`, for real."""
 
     def __init__(self, base_url: str, *, timeout_s: float, transfer_timeout_s: float) -> None:

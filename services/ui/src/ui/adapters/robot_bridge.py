@@ -37,7 +37,7 @@ STOP_ANSWERS_S: Final = 1.0
 """A page counts STOP as dead a little later (assets/stop.js)."""
 
 
-class BridgeWheels:
+class VelocitySocket:
     """The port `Wheels`, for real: WS /velocity."""
 
     def __init__(self, socket: ClientConnection) -> None:
@@ -53,7 +53,7 @@ class BridgeWheels:
             raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
 
 
-class BridgeRobot:
+class RobotBridgeClient:
     """The port `Robot`, for real."""
 
     def __init__(
@@ -145,13 +145,13 @@ class BridgeRobot:
         return await self._client.post("/celebrate", None, BaseReply)
 
     @contextlib.asynccontextmanager
-    async def wheels(self) -> AsyncGenerator[BridgeWheels]:
+    async def wheels(self) -> AsyncGenerator[VelocitySocket]:
         try:
             socket = await connect(self._wheels_url, open_timeout=WHEELS_OPEN_S, close_timeout=1.0, proxy=None)
         except (OSError, TimeoutError, WebSocketException) as error:
             raise UnavailableError("robot_bridge", f"no line to the wheels ({type(error).__name__})") from error
         try:
-            yield BridgeWheels(socket)
+            yield VelocitySocket(socket)
         finally:
             await socket.close()
 

@@ -4,28 +4,28 @@ from collections.abc import Sequence
 
 from nicegui import ui as nicegui_ui
 
-from ui.i18n import t
+from ui.i18n import _
 from ui.page_model import Chip
 from ui.panels.widgets import ChipRow, box, heading, section
 
 
-class Live:
+class CameraPanel:
     def __init__(self) -> None:
-        with section(t("Camera"), "live"):
+        with section(_("Camera"), "live"):
             with box("row between card-head"):
-                heading(t("Camera"))
+                heading(_("Camera"))
                 nicegui_ui.element("button").classes("drive-switch").props(
                     'type=button data-atom=drive-switch aria-pressed=false aria-keyshortcuts="w a s d"'
-                ).add_slot("default", t("Drive by hand"))
+                ).add_slot("default", _("Drive by hand"))
             with box("screen"):
                 nicegui_ui.element("canvas").props("data-atom=live data-old=true role=img width=500 height=500").props(
-                    f'aria-label="{t("What the robot sees")}"'
+                    f'aria-label="{_("What the robot sees")}"'
                 )
                 box("screen-note").props("data-atom=live-note role=status")
                 with (
                     box("stick")
                     .props("data-atom=stick hidden role=application tabindex=0")
-                    .props(f'aria-label="{t("Joystick: drag it, or hold the arrow keys or W A S D")}"')
+                    .props(f'aria-label="{_("Joystick: drag it, or hold the arrow keys or W A S D")}"')
                 ):
                     box("knob").props("data-atom=knob")
                 box("drive-note").props("data-atom=drive-note role=status")

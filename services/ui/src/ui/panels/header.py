@@ -2,25 +2,25 @@
 
 from nicegui import ui as nicegui_ui
 
-from ui.i18n import t
-from ui.page_model import View
+from ui.i18n import _
+from ui.page_model import PageModel
 from ui.panels.widgets import ChipRow, box, heading
 
 
-class Top:
+class Header:
     def __init__(self) -> None:
         with nicegui_ui.element("header").classes("top"):
             with box("brand"):
                 box("mark").props("aria-hidden=true")
                 heading("ATOM", "h1")
-            self._phase = nicegui_ui.label().classes("phase").props(f'role=status aria-label="{t("Mission state")}"')
+            self._phase = nicegui_ui.label().classes("phase").props(f'role=status aria-label="{_("Mission state")}"')
             with box("saying"):
                 self._headline = nicegui_ui.label().classes("headline")
                 self._reason = nicegui_ui.label().classes("reason").props("aria-live=polite")
             self._away = nicegui_ui.label().classes("away").props("role=status")
             self._facts = ChipRow("facts")
 
-    def show(self, view: View) -> None:
+    def show(self, view: PageModel) -> None:
         self._phase.set_text(view.phase)
         self._phase.classes(replace=f"phase tone-{view.phase_tone}")
         self._headline.set_text(view.headline)

@@ -4,18 +4,18 @@ from nicegui import ui as nicegui_ui
 
 from ui import map_view
 from ui.desk import Desk
-from ui.i18n import mark, t
-from ui.page_model import View
+from ui.i18n import N_, _
+from ui.page_model import PageModel
 from ui.panels.widgets import box, heading, section
 
 LEGEND = (
-    ("laser", mark("laser")),
-    ("trail", mark("driven")),
-    ("planned", mark("planned")),
-    ("todo", mark("to look at")),
-    ("done", mark("looked at")),
-    ("thing", mark("remembered")),
-    ("target", mark("target")),
+    ("laser", N_("laser")),
+    ("trail", N_("driven")),
+    ("planned", N_("planned")),
+    ("todo", N_("to look at")),
+    ("done", N_("looked at")),
+    ("thing", N_("remembered")),
+    ("target", N_("target")),
 )
 
 
@@ -23,34 +23,34 @@ class MapPanel:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._picture_version = ""
-        with section(t("Map"), "map"):
+        with section(_("Map"), "map"):
             with box("row between card-head"):
-                heading(t("Map"))
+                heading(_("Map"))
                 self._halt = nicegui_ui.element("button").classes("drive-switch").props("type=button data-atom=halt")
-                self._halt.add_slot("default", t("Stop driving there"))
+                self._halt.add_slot("default", _("Stop driving there"))
             with box("screen"):
                 self._stage = box("stage").props("data-atom=stage")
                 with self._stage:
-                    self._image = nicegui_ui.element("img").props(f'alt="{t("Map of the rooms")}"')
+                    self._image = nicegui_ui.element("img").props(f'alt="{_("Map of the rooms")}"')
                     nicegui_ui.element("canvas").props("data-atom=map role=img").props(
-                        f'aria-label="{t("Robot, laser, paths, search and remembered things")}"'
+                        f'aria-label="{_("Robot, laser, paths, search and remembered things")}"'
                     )
-                    with box("here").props(f'data-atom=here hidden role=group aria-label="{t("This place")}"'):
-                        for what, text in (("go", t("Go there")), ("look", t("Look there")), ("close", t("Close"))):
+                    with box("here").props(f'data-atom=here hidden role=group aria-label="{_("This place")}"'):
+                        for what, text in (("go", _("Go there")), ("look", _("Look there")), ("close", _("Close"))):
                             nicegui_ui.element("button").props(f"type=button data-here={what}").add_slot(
                                 "default", text
                             )
-                self._note = nicegui_ui.label(t("No map yet")).classes("screen-note").props("role=status")
+                self._note = nicegui_ui.label(_("No map yet")).classes("screen-note").props("role=status")
                 box("place-note").props("data-atom=place-note role=status")
             with box("legend").props("aria-hidden=true"):
                 for kind, text in LEGEND:
                     with box("key"):
                         box("swatch", kind)
-                        nicegui_ui.label(t(text))
+                        nicegui_ui.label(_(text))
         self._stage.set_visibility(False)
         self._halt.set_visibility(False)
 
-    def show(self, view: View) -> None:
+    def show(self, view: PageModel) -> None:
         """The picture, when it has changed."""
         self._halt.set_visibility(view.goal_open)
         picture = self._desk.picture

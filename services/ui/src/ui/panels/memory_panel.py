@@ -7,16 +7,16 @@ from nicegui import ui as nicegui_ui
 
 from contracts.memory import LabelCount, ObjectState, RememberedObject
 from ui.desk import Desk
-from ui.i18n import mark, t
-from ui.operator_actions import Acts, Told
+from ui.i18n import N_, _
+from ui.operator_actions import ActionResult, OperatorActions
 from ui.page_model import ago
-from ui.panels.widgets import Rows, box, heading, told_classes
+from ui.panels.widgets import Rows, box, heading, result_classes
 
 STATES = {
-    ObjectState.PRESENT: mark("there"),
-    ObjectState.DOUBTFUL: mark("doubtful"),
-    ObjectState.LOST: mark("gone"),
-    ObjectState.MOVED: mark("moved"),
+    ObjectState.PRESENT: N_("there"),
+    ObjectState.DOUBTFUL: N_("doubtful"),
+    ObjectState.LOST: N_("gone"),
+    ObjectState.MOVED: N_("moved"),
 }
 ROWS_MAX = 80
 T = TypeVar("T")
@@ -24,87 +24,87 @@ Doing = Callable[[T], Coroutine[object, object, None]]
 
 
 class MemoryPanel:
-    def __init__(self, desk: Desk, acts: Acts) -> None:
+    def __init__(self, desk: Desk, actions: OperatorActions) -> None:
         self._desk = desk
-        self._acts = acts
+        self._actions = actions
         with box("memory"):
             self._search = (
-                nicegui_ui.input(placeholder=t("search: bottle, red, gone …"), on_change=self.show)
-                .props(f'outlined dense clearable aria-label="{t("Search the memory")}"')
+                nicegui_ui.input(placeholder=_("search: bottle, red, gone …"), on_change=self.show)
+                .props(f'outlined dense clearable aria-label="{_("Search the memory")}"')
                 .classes("say search")
             )
             self._answer = nicegui_ui.label().classes("answer").props("role=status")
             self._things = Rows[RememberedObject](
-                nicegui_ui.element("ul").classes("things").props(f'aria-label="{t("Remembered things")}"'),
+                nicegui_ui.element("ul").classes("things").props(f'aria-label="{_("Remembered things")}"'),
                 key=lambda one: one.id,
                 make=lambda: ThingRow(desk, look=self._look, forget=self._forget_thing),
             )
-            self._empty = nicegui_ui.label(t("Nothing is remembered yet.")).classes("empty")
-            heading(t("Kinds"), "h3")
+            self._empty = nicegui_ui.label(_("Nothing is remembered yet.")).classes("empty")
+            heading(_("Kinds"), "h3")
             self._kinds = Rows[LabelCount](
-                nicegui_ui.element("ul").classes("things").props(f'aria-label="{t("Remembered kinds")}"'),
+                nicegui_ui.element("ul").classes("things").props(f'aria-label="{_("Remembered kinds")}"'),
                 key=lambda count: count.label,
                 make=lambda: KindRow(desk, forget=self._forget_kind),
             )
             with box("row transfer"):
-                nicegui_ui.link(t("Export"), "memory/export").props("download").classes("act-link")
+                nicegui_ui.link(_("Export"), "memory/export").props("download").classes("act-link")
                 with nicegui_ui.element("label").classes("act-link import"):
-                    nicegui_ui.label(t("Import a file"))
+                    nicegui_ui.label(_("Import a file"))
                     nicegui_ui.element("input").props("type=file data-atom=import accept=.json,.jsonl,.ndjson")
             box("answer").props("data-atom=import-note role=status")
-        self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{t("Forget?")}"')
+        self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{_("Forget?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
             self._question = nicegui_ui.label().classes("headline")
             with box("row end"):
-                nicegui_ui.button(t("Keep"), on_click=lambda: self._dialog.submit(False), color=None).props(
+                nicegui_ui.button(_("Keep"), on_click=lambda: self._dialog.submit(False), color=None).props(
                     "flat no-caps autofocus"
                 )
-                nicegui_ui.button(t("Forget"), on_click=lambda: self._dialog.submit(True)).props(
+                nicegui_ui.button(_("Forget"), on_click=lambda: self._dialog.submit(True)).props(
                     "unelevated no-caps"
                 ).classes("go")
 
     def show(self) -> None:
         """What changed since; ages are told anew each time."""
-        remembered = self._desk.situation.remembered
+        remembered = self._desk.facts.remembered
         words = str(self._search.value or "").strip().lower()
         objects = [one for one in remembered.objects if _matches(words, one)]
         labels = [one for one in remembered.labels if not words or words in one.label]
         self._things.show(sorted(objects, key=lambda one: (-one.belief, one.description, one.id))[:ROWS_MAX])
         self._kinds.show(labels[:ROWS_MAX])
         self._empty.set_text(
-            t("Memory has not been heard of yet.")
+            _("Memory has not been heard of yet.")
             if not self._desk.memory_heard
-            else t("Nothing like that is remembered.")
+            else _("Nothing like that is remembered.")
             if words
-            else t("Nothing is remembered yet.")
+            else _("Nothing is remembered yet.")
         )
         self._empty.set_visibility(not objects and not labels)
 
     async def _look(self, one: RememberedObject) -> None:
-        self._tell(await self._acts.look(one.position.x, one.position.y))
+        self._tell(await self._actions.look(one.position.x, one.position.y))
 
     async def _forget_thing(self, one: RememberedObject) -> None:
-        question = t("Forget the {what}? It cannot be undone.", what=one.description)
-        await self._forget(question, lambda: self._acts.forget_object(one.id))
+        question = _("Forget the {what}? It cannot be undone.", what=one.description)
+        await self._forget(question, lambda: self._actions.forget_object(one.id))
 
     async def _forget_kind(self, count: LabelCount) -> None:
-        question = t("Forget every {what}? It cannot be undone.", what=count.label)
-        await self._forget(question, lambda: self._acts.forget_label(count.label))
+        question = _("Forget every {what}? It cannot be undone.", what=count.label)
+        await self._forget(question, lambda: self._actions.forget_label(count.label))
 
-    async def _forget(self, question: str, forget: Callable[[], Awaitable[Told]]) -> None:
+    async def _forget(self, question: str, forget: Callable[[], Awaitable[ActionResult]]) -> None:
         self._question.set_text(question)
         if await self._dialog:
             self._tell(await forget())
             self.show()
 
-    def _tell(self, told: Told) -> None:
-        self._answer.set_text(told.text)
-        self._answer.classes(replace=told_classes(told))
+    def _tell(self, result: ActionResult) -> None:
+        self._answer.set_text(result.text)
+        self._answer.classes(replace=result_classes(result))
 
 
 def _matches(words: str, one: RememberedObject) -> bool:
     """Every word is in its description, label or state."""
-    text = f"{one.description} {one.label} {one.colour or ''} {t(STATES[one.state])}".lower()
+    text = f"{one.description} {one.label} {one.colour or ''} {_(STATES[one.state])}".lower()
     return all(word in text for word in words.split())
 
 
@@ -120,8 +120,8 @@ class ThingRow:
                 self._name = nicegui_ui.label().classes("headline")
                 self._facts = nicegui_ui.label().classes("reason")
             with box("row"):
-                self._look = small_button(t("Look"), lambda: look(self._shown()))
-                self._forget = small_button(t("Forget"), lambda: forget(self._shown()))
+                self._look = small_button(_("Look"), lambda: look(self._shown()))
+                self._forget = small_button(_("Forget"), lambda: forget(self._shown()))
 
     def _shown(self) -> RememberedObject:
         assert self._one is not None, "a row is shown before it can be pressed"
@@ -133,15 +133,15 @@ class ThingRow:
             self.root.classes(replace=f"item state-{one.state.value}")
             self._belief.style(f"--belief:{one.belief:.2f}")
             self._name.set_text(one.description)
-            self._look.props["aria-label"] = t("Look at {what}", what=one.description)
-            self._forget.props["aria-label"] = t("Forget {what}", what=one.description)
+            self._look.props["aria-label"] = _("Look at {what}", what=one.description)
+            self._forget.props["aria-label"] = _("Forget {what}", what=one.description)
         seen_s = self._desk.thumbnails.version(one.id)
         if seen_s is not None:
             self._picture.style(f"background-image:url(things/{one.id}?v={seen_s})")
         self._facts.set_text(
-            t(
+            _(
                 "{state}, belief {percent:.0f} %, seen {ago}, at {x:.1f} / {y:.1f} m",
-                state=t(STATES[one.state]),
+                state=_(STATES[one.state]),
                 percent=100.0 * one.belief,
                 ago=ago(self._desk.clock.now_s() - one.last_seen_s),
                 x=one.position.x,
@@ -159,7 +159,7 @@ class KindRow:
             with box("saying"):
                 self._name = nicegui_ui.label().classes("headline")
                 self._facts = nicegui_ui.label().classes("reason")
-            self._forget = small_button(t("Forget"), lambda: forget(self._shown()))
+            self._forget = small_button(_("Forget"), lambda: forget(self._shown()))
 
     def _shown(self) -> LabelCount:
         assert self._count is not None, "a row is shown before it can be pressed"
@@ -168,10 +168,10 @@ class KindRow:
     def show(self, count: LabelCount, /) -> None:
         self._count = count
         self._name.set_text(count.label)
-        self._forget.props["aria-label"] = t("Forget every {what}", what=count.label)
-        views = t("1 view") if count.views == 1 else t("{n} views", n=count.views)
+        self._forget.props["aria-label"] = _("Forget every {what}", what=count.label)
+        views = _("1 view") if count.views == 1 else _("{n} views", n=count.views)
         self._facts.set_text(
-            t(
+            _(
                 "{views}, best {best:.2f}, seen {ago}",
                 views=views,
                 best=count.best_confidence,

@@ -4,44 +4,44 @@ from collections.abc import Awaitable, Callable
 
 from nicegui import ui as nicegui_ui
 
-from ui.i18n import t
-from ui.operator_actions import Acts, Told
-from ui.page_model import View
-from ui.panels.widgets import ChipRow, box, heading, told_classes
+from ui.i18n import _
+from ui.operator_actions import ActionResult, OperatorActions
+from ui.page_model import PageModel
+from ui.panels.widgets import ChipRow, box, heading, result_classes
 
 
-class Machine:
-    def __init__(self, acts: Acts) -> None:
+class RobotPanel:
+    def __init__(self, actions: OperatorActions) -> None:
         with box("machine"):
             with box("row"):
-                self._dock = self._act(t("Dock"), acts.dock, t("Docking …"))
-                self._undock = self._act(t("Undock"), acts.undock, t("Leaving the dock …"))
-                self._act(t("Celebrate"), acts.celebrate, t("Six notes and a green spin …"))
+                self._dock = self._act(_("Dock"), actions.dock, _("Docking …"))
+                self._undock = self._act(_("Undock"), actions.undock, _("Leaving the dock …"))
+                self._act(_("Celebrate"), actions.celebrate, _("Six notes and a green spin …"))
             self._answer = nicegui_ui.label().classes("answer").props("role=status")
             with box("group"):
-                heading(t("Services"))
+                heading(_("Services"))
                 self._services = ChipRow("states")
             with box("group"):
-                heading(t("Sensors"))
+                heading(_("Sensors"))
                 self._sensors = ChipRow("states")
-                self._no_sensors = nicegui_ui.label(t("No news from the robot.")).classes("empty")
+                self._no_sensors = nicegui_ui.label(_("No news from the robot.")).classes("empty")
             with box("group"):
-                heading(t("Keys"))
+                heading(_("Keys"))
                 nicegui_ui.label(
-                    t("Esc stops the robot, always. W A S D or the arrow keys drive it while “Drive by hand” is on.")
+                    _("Esc stops the robot, always. W A S D or the arrow keys drive it while “Drive by hand” is on.")
                 )
 
-    def _act(self, text: str, act: Callable[[], Awaitable[Told]], doing: str) -> nicegui_ui.button:
+    def _act(self, text: str, act: Callable[[], Awaitable[ActionResult]], doing: str) -> nicegui_ui.button:
         async def clicked() -> None:
             self._answer.classes(replace="answer")
             self._answer.set_text(doing)
-            told = await act()
-            self._answer.classes(replace=told_classes(told))
-            self._answer.set_text(told.text)
+            result = await act()
+            self._answer.classes(replace=result_classes(result))
+            self._answer.set_text(result.text)
 
         return nicegui_ui.button(text, on_click=clicked, color=None).props("outline no-caps").classes("act")
 
-    def show(self, view: View) -> None:
+    def show(self, view: PageModel) -> None:
         self._services.show(view.services)
         self._sensors.show(view.sensors)
         self._no_sensors.set_visibility(not view.sensors)

@@ -7,9 +7,9 @@ from typing import Final
 
 from nicegui import ui as nicegui_ui
 
-from ui.i18n import t
-from ui.operator_actions import Acts
-from ui.page_model import View
+from ui.i18n import _
+from ui.operator_actions import OperatorActions
+from ui.page_model import PageModel
 from ui.panels.widgets import box, heading
 from ui.plain import remedy
 
@@ -22,16 +22,16 @@ def stop_html(robot_bridge_url: str) -> str:
 
     Without a script it is the form that stops; with one (assets/stop.js) it is watched, and says when it cannot work.
     """
-    otherwise, name = escape(remedy(robot_bridge_url)), escape(t("Emergency stop"))
-    unwatched = t("Nobody watches this STOP: the page's script does not run. Press it: a page says whether it worked.")
-    without = t("JavaScript is off. STOP works without it, the rest of this page does not.")
+    otherwise, name = escape(remedy(robot_bridge_url)), escape(_("Emergency stop"))
+    unwatched = _("Nobody watches this STOP: the page's script does not run. Press it: a page says whether it worked.")
+    without = _("JavaScript is off. STOP works without it, the rest of this page does not.")
     return f"""
 <style>{(ASSETS / "stop.css").read_text(encoding="utf-8")}</style>
 <section class="stop-place" data-atom="stop-place" data-remedy="{otherwise}" aria-label="{name}">
   <form method="post" action="stop?how=form">
     <button class="stop" type="submit" data-atom="stop" aria-label="{name}" aria-keyshortcuts="Escape">
-      <span data-atom="stop-word">{escape(t("STOP"))}</span>
-      <span class="key" aria-hidden="true">{escape(t("Esc"))}</span>
+      <span data-atom="stop-word">{escape(_("STOP"))}</span>
+      <span class="key" aria-hidden="true">{escape(_("Esc"))}</span>
     </button>
   </form>
   <div class="stop-says">
@@ -49,43 +49,43 @@ def stop_html(robot_bridge_url: str) -> str:
 """
 
 
-class Stopped:
+class StoppedPanel:
     """Says that the robot is stopped and by whom, in the place of the command box."""
 
-    def __init__(self, acts: Acts, operator: str) -> None:
-        self._acts = acts
+    def __init__(self, actions: OperatorActions, operator: str) -> None:
+        self._actions = actions
         self._operator = operator
-        self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{t("Resume?")}"')
+        self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{_("Resume?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
-            heading(t("Let the robot move again?"))
+            heading(_("Let the robot move again?"))
             nicegui_ui.label(
-                t("Look at the robot first. Resuming only permits motion: nothing moves until somebody asks for it.")
+                _("Look at the robot first. Resuming only permits motion: nothing moves until somebody asks for it.")
             )
             with box("row end"):
-                nicegui_ui.button(t("Keep stopped"), on_click=self._dialog.close, color=None).props(
+                nicegui_ui.button(_("Keep stopped"), on_click=self._dialog.close, color=None).props(
                     "flat no-caps autofocus"
                 )
-                nicegui_ui.button(t("Resume"), on_click=self._reset).props("unelevated no-caps").classes("go")
+                nicegui_ui.button(_("Resume"), on_click=self._reset).props("unelevated no-caps").classes("go")
         self._root = (
             nicegui_ui.element("section")
             .classes("card stopped")
-            .props(f'data-atom=stopped aria-label="{t("The robot is stopped")}"')
+            .props(f'data-atom=stopped aria-label="{_("The robot is stopped")}"')
         )
         with self._root:
-            self._ask = nicegui_ui.button(t("Resume …"), on_click=self._dialog.open, color=None)
-            self._ask.props(f'outline no-caps aria-label="{t("Resume after the emergency stop")}"').classes("resume")
+            self._ask = nicegui_ui.button(_("Resume …"), on_click=self._dialog.open, color=None)
+            self._ask.props(f'outline no-caps aria-label="{_("Resume after the emergency stop")}"').classes("resume")
             with box("saying"):
-                nicegui_ui.label(t("The robot is stopped and stays stopped.")).classes("headline")
+                nicegui_ui.label(_("The robot is stopped and stays stopped.")).classes("headline")
                 self._detail = nicegui_ui.label().classes("reason")
             self._refusal = nicegui_ui.label().classes("refusal").props("role=alert")
         self._root.set_visibility(False)
 
     async def _reset(self) -> None:
         self._dialog.close()
-        told = await self._acts.reset(by=self._operator)
-        self._refusal.set_text("" if told.ok else told.text)
+        result = await self._actions.reset(by=self._operator)
+        self._refusal.set_text("" if result.ok else result.text)
 
-    def show(self, view: View) -> None:
+    def show(self, view: PageModel) -> None:
         self._root.set_visibility(view.stopped)
         self._detail.set_text(view.stop_detail)
         if not view.stopped:

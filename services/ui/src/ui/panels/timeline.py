@@ -9,7 +9,7 @@ from nicegui.events import ValueChangeEventArguments
 from contracts.mission import Mission, MissionEvent
 from ui import timeline_lines
 from ui.desk import Desk
-from ui.i18n import t
+from ui.i18n import _
 from ui.panels.widgets import ChipRow, box
 
 LINES_MAX = 150
@@ -29,20 +29,20 @@ class Timeline:
         with box("timeline"):
             with box("row between opened") as self._opened_row:
                 self._opened_name = nicegui_ui.label().classes("headline")
-                nicegui_ui.button(t("Back to now"), on_click=self.follow, color=None).props("flat dense no-caps")
-            with box("row filters").props(f'role=group aria-label="{t("Show")}"'):
+                nicegui_ui.button(_("Back to now"), on_click=self.follow, color=None).props("flat dense no-caps")
+            with box("row filters").props(f'role=group aria-label="{_("Show")}"'):
                 self._filters = {show: self._filter(show) for show in timeline_lines.Show}
             self._slider = (
                 nicegui_ui.slider(min=0, max=1, step=1, value=0, on_change=self._scrubbed)
-                .props(f'aria-label="{t("Moment")}" dense')
+                .props(f'aria-label="{_("Moment")}" dense')
                 .classes("scrub")
             )
             self._moment = box("moment")
-            self._empty = nicegui_ui.label(t("Nothing has happened yet.")).classes("empty")
+            self._empty = nicegui_ui.label(_("Nothing has happened yet.")).classes("empty")
             self._list = (
                 nicegui_ui.element("ol")
                 .classes("events")
-                .props(f'aria-label="{t("Timeline, newest first")}" role=log aria-live=polite tabindex=0')
+                .props(f'aria-label="{_("Timeline, newest first")}" role=log aria-live=polite tabindex=0')
             )
         self._opened_row.set_visibility(False)
         self._moment.set_visibility(False)
@@ -72,7 +72,7 @@ class Timeline:
             self.show()
 
         button = nicegui_ui.element("button").classes("filter").props("type=button").on("click", clicked)
-        button.add_slot("default", t(show.value))
+        button.add_slot("default", _(show.value))
         return button
 
     def _press_filter(self) -> None:
@@ -100,18 +100,18 @@ class Timeline:
         line = timeline_lines.line(event, self._started_s())
         self._moment.clear()
         with self._moment:
-            if self._desk.album.has(*key):
+            if self._desk.event_pictures.has(*key):
                 nicegui_ui.element("img").props(f"src=album/{event.mission_id}/{event.id}").props(
-                    f'alt="{t("What the camera saw then")}"'
+                    f'alt="{_("What the camera saw then")}"'
                 )
             if line.crop is not None:
                 nicegui_ui.element("img").props(f"src=crops/{event.mission_id}/{line.crop}").classes("crop").props(
-                    f'alt="{t("The crop that was voted on")}"'
+                    f'alt="{_("The crop that was voted on")}"'
                 )
             with box("saying"):
                 with box("row between"):
                     nicegui_ui.label(f"{line.time} {line.phase}").classes("event-phase")
-                    nicegui_ui.button(t("Close"), on_click=self._clear_moment, color=None).props("flat dense no-caps")
+                    nicegui_ui.button(_("Close"), on_click=self._clear_moment, color=None).props("flat dense no-caps")
                 nicegui_ui.label(line.text).classes("event-text")
                 ChipRow("votes").show(line.votes)
         self._moment.set_visibility(True)
@@ -126,14 +126,14 @@ class Timeline:
     # lines
 
     def _started_s(self) -> float:
-        status = self._desk.situation.mission
+        status = self._desk.facts.mission
         mission = self._opened or (status.mission if status is not None else None)
         if mission is not None:
             return mission.started_s
         return self._events[0].stamp_s if self._events else 0.0
 
     def show(self) -> None:
-        source = self._opened_events if self._opened is not None else self._desk.situation.events
+        source = self._opened_events if self._opened is not None else self._desk.facts.events
         events = tuple(event for event in source if timeline_lines.shown(event, self._show_what))[-LINES_MAX:]
         if events == self._events:
             return

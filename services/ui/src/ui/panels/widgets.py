@@ -6,7 +6,7 @@ from typing import Generic, Protocol, TypeVar
 from nicegui import ui as nicegui_ui
 from nicegui.element import Element
 
-from ui.operator_actions import Told
+from ui.operator_actions import ActionResult
 from ui.page_model import Chip
 
 T = TypeVar("T")
@@ -30,8 +30,8 @@ def box(*classes: str) -> Element:
     return nicegui_ui.element("div").classes(" ".join(classes))
 
 
-def told_classes(told: Told) -> str:
-    return f"answer {'good' if told.ok else 'refused'}"
+def result_classes(result: ActionResult) -> str:
+    return f"answer {'good' if result.ok else 'refused'}"
 
 
 class ChipRow:

@@ -5,9 +5,8 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from contracts.base import Message
 from ui.desk import Desk
-from ui.operator_actions import Acts
+from ui.operator_actions import OperatorActions
 
 
 def desk_of(connection: HTTPConnection) -> Desk:
@@ -20,8 +19,8 @@ async def get_desk(connection: HTTPConnection) -> Desk:
     return desk_of(connection)
 
 
-async def get_acts(connection: HTTPConnection) -> Acts:
-    return Acts(desk_of(connection))
+async def get_actions(connection: HTTPConnection) -> OperatorActions:
+    return OperatorActions(desk_of(connection))
 
 
 def operator(connection: HTTPConnection | None) -> str:
@@ -30,12 +29,5 @@ def operator(connection: HTTPConnection | None) -> str:
     return f"ui {client.host}" if client is not None else "ui"
 
 
-class Said(Message):
-    """What came of an act, in words for a person."""
-
-    ok: bool
-    text: str
-
-
 DeskDep = Annotated[Desk, Depends(get_desk)]
-ActsDep = Annotated[Acts, Depends(get_acts)]
+ActionsDep = Annotated[OperatorActions, Depends(get_actions)]

@@ -59,7 +59,7 @@ def _changed(desk: Desk, sent: dict[str, int]) -> list[str]:
         return []
     desk.refresh_scan()
     changed: list[str] = []
-    for name, part in desk.marks.parts(desk.picture, desk.situation, desk.clock.now_s()).items():
+    for name, part in desk.map_layers.newest(desk.picture, desk.facts, desk.clock.now_s()).items():
         if sent.get(name) != part.version:
             sent[name] = part.version
             changed.append(f'"{name}":{part.text}')

@@ -6,7 +6,8 @@ from fastapi import APIRouter
 from fastapi.responses import Response
 from starlette.requests import Request
 
-from ui.routes.deps import ActsDep, DeskDep, Said
+from ui.operator_actions import ActionResult
+from ui.routes.deps import ActionsDep, DeskDep
 
 router = APIRouter(tags=["memory"])
 
@@ -28,7 +29,6 @@ async def export(desk: DeskDep) -> Response:
 
 
 @router.post("/memory/import", openapi_extra=BODY)
-async def import_memory(request: Request, acts: ActsDep) -> Said:
+async def import_memory(request: Request, actions: ActionsDep) -> ActionResult:
     """Takes an exported file back. A refusal is an answer: `ok` is false and `text` says why."""
-    told = await acts.import_memory(await request.body())
-    return Said(ok=told.ok, text=told.text)
+    return await actions.import_memory(await request.body())

@@ -33,7 +33,7 @@ async def map_png(desk: DeskDep, v: Annotated[str, Query(max_length=40)] = "") -
 @router.get("/album/{mission_id}/{event_id}", responses=JPEG, response_class=Response)
 async def moment(mission_id: MissionId, event_id: Number, desk: DeskDep) -> Response:
     """What the camera saw when this happened, with its boxes. 404 when it is no longer kept."""
-    shown = desk.album.get(mission_id, event_id)
+    shown = desk.event_pictures.get(mission_id, event_id)
     if shown is None:
         raise NotFoundError("no picture of that moment is kept")
     return Response(await asyncio.to_thread(annotated, shown), media_type="image/jpeg", headers=LASTING)

@@ -5,7 +5,8 @@ from pydantic import Field
 
 from contracts.base import Message
 from mesh.errors import UnprocessableError
-from ui.routes.deps import ActsDep, DeskDep, Said
+from ui.operator_actions import ActionResult
+from ui.routes.deps import ActionsDep, DeskDep
 
 router = APIRouter(prefix="/place", tags=["place"])
 
@@ -19,24 +20,21 @@ class Click(Message):
 
 
 @router.post("/go")
-async def go(click: Click, desk: DeskDep, acts: ActsDep) -> Said:
+async def go(click: Click, desk: DeskDep, actions: ActionsDep) -> ActionResult:
     """Drives there. A refusal is an answer: `ok` is false and `text` says why."""
-    told = await acts.go(*await _metres(click, desk))
-    return Said(ok=told.ok, text=told.text)
+    return await actions.go(*await _metres(click, desk))
 
 
 @router.post("/look")
-async def look(click: Click, desk: DeskDep, acts: ActsDep) -> Said:
+async def look(click: Click, desk: DeskDep, actions: ActionsDep) -> ActionResult:
     """Turns to look there; answers when it does."""
-    told = await acts.look(*await _metres(click, desk))
-    return Said(ok=told.ok, text=told.text)
+    return await actions.look(*await _metres(click, desk))
 
 
 @router.post("/halt")
-async def halt(acts: ActsDep) -> Said:
+async def halt(actions: ActionsDep) -> ActionResult:
     """Gives up the drive or turn asked for here."""
-    told = await acts.halt()
-    return Said(ok=told.ok, text=told.text)
+    return await actions.halt()
 
 
 async def _metres(click: Click, desk: DeskDep) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from contracts.robot import EmergencyStop, EmergencyStopReply
 from mesh.errors import MeshError
 from ui import plain
 from ui.operator_actions import in_words
-from ui.routes.deps import ActsDep, DeskDep, operator
+from ui.routes.deps import ActionsDep, DeskDep, operator
 
 router = APIRouter(tags=["emergency stop"])
 
@@ -23,18 +23,18 @@ NOW: Final = {"Cache-Control": "no-store"}
 async def would_stop(desk: DeskDep, response: Response) -> EmergencyStop:
     """Whether the robot is stopped, asked over the way a stop takes. 503 while a stop would not reach it."""
     response.headers.update(NOW)
-    return await desk.watch.look()
+    return await desk.stop_probe.ask()
 
 
 @router.post("/stop", response_model=EmergencyStopReply, responses=PAGE)
-async def stop(request: Request, desk: DeskDep, acts: ActsDep) -> EmergencyStopReply | Response:
+async def stop(request: Request, desk: DeskDep, actions: ActionsDep) -> EmergencyStopReply | Response:
     """Stops the robot at once; nothing in the request can make it fail. 503 when robot_bridge cannot be reached.
 
     A browser's plain form (`Accept: text/html`) is answered with a page that says which.
     """
     reason = HOW.get(request.query_params.get("how", ""), "STOP pressed on the page")
     try:
-        reply = await acts.emergency_stop(reason=reason, by=operator(request))
+        reply = await actions.emergency_stop(reason=reason, by=operator(request))
     except MeshError as error:
         if not _wants_page(request):
             raise

@@ -9,7 +9,7 @@ from contracts.geometry import Twist2D
 from contracts.robot import Priority, VelocityRequest
 from mesh.errors import MeshError
 from ui.desk import Desk
-from ui.i18n import t
+from ui.i18n import _
 from ui.operator_actions import in_words, why_not_by_hand
 from ui.ports import Wheels
 from ui.routes.deps import desk_of
@@ -36,7 +36,7 @@ async def teleop(socket: WebSocket) -> None:
     desk = desk_of(socket)
     await socket.accept()
     if desk.driver is not None:
-        await socket.close(1013, t("Another page is driving."))
+        await socket.close(1013, _("Another page is driving."))
         return
     desk.driver = socket
     try:
@@ -83,7 +83,7 @@ class Hold:
         if self._refused:
             return Driven(ok=False, text=self._refused)
         if delay_s > settings.teleop_delay_s_max:
-            return Driven(ok=False, text=t("The connection is too slow to drive by hand."))
+            return Driven(ok=False, text=_("The connection is too slow to drive by hand."))
         self._refused = why_not_by_hand(self._desk)
         if self._refused:
             return Driven(ok=False, text=self._refused)
@@ -104,7 +104,7 @@ class Hold:
             )
         )
         if not reply.accepted:
-            self._refused = reply.reason or t("refused")
+            self._refused = reply.reason or _("refused")
         return Driven(
             ok=reply.accepted, text=reply.reason, linear_x=reply.sent.linear_x, angular_z=reply.sent.angular_z
         )

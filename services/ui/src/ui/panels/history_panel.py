@@ -9,21 +9,21 @@ from contracts.mission import Candidate, Mission
 from mesh.errors import MeshError
 from ui import timeline_lines
 from ui.desk import Desk
-from ui.i18n import t
+from ui.i18n import _
 from ui.operator_actions import in_words
 from ui.panels.timeline import Timeline
 from ui.panels.widgets import ChipRow, Rows, box
 
 
-class History:
+class HistoryPanel:
     def __init__(self, desk: Desk, timeline: Timeline, open_timeline: Callable[[], None]) -> None:
         self._desk = desk
         self._timeline = timeline
         self._open_timeline = open_timeline
         with box("history"):
-            self._note = nicegui_ui.label(t("No mission yet.")).classes("empty").props("role=status")
+            self._note = nicegui_ui.label(_("No mission yet.")).classes("empty").props("role=status")
             self._rows = Rows[Mission](
-                nicegui_ui.element("ol").classes("missions").props(f'aria-label="{t("Missions, newest first")}"'),
+                nicegui_ui.element("ol").classes("missions").props(f'aria-label="{_("Missions, newest first")}"'),
                 key=lambda mission: mission.id,
                 make=lambda: PastRow(self._fill),
             )
@@ -36,7 +36,7 @@ class History:
             self._note.set_text(in_words(error))
             self._note.set_visibility(True)
             return
-        self._note.set_text(t("No mission yet."))
+        self._note.set_text(_("No mission yet."))
         self._note.set_visibility(not missions)
         self._rows.show(missions)
 
@@ -51,9 +51,9 @@ class History:
             if report is not None:
                 for candidate in (*((report.found,) if report.found is not None else ()), *report.candidates):
                     self._candidate(mission, candidate)
-            nicegui_ui.button(t("Replay"), on_click=self._opener(mission), color=None).props(
+            nicegui_ui.button(_("Replay"), on_click=self._opener(mission), color=None).props(
                 "outline dense no-caps"
-            ).classes("act").props["aria-label"] = t("Open the timeline of {command}", command=mission.command)
+            ).classes("act").props["aria-label"] = _("Open the timeline of {command}", command=mission.command)
 
     def _candidate(self, mission: Mission, candidate: Candidate) -> None:
         with box("row candidate"):

@@ -7,51 +7,51 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from contracts.asking import Answer
-from ui.i18n import t
+from ui.i18n import _
 from ui.latest_facts import Remembered
-from ui.operator_actions import COMMAND_MAX, Acts, Told
-from ui.page_model import View
-from ui.panels.widgets import ChipRow, box, section, told_classes
+from ui.operator_actions import COMMAND_MAX, ActionResult, OperatorActions
+from ui.page_model import PageModel
+from ui.panels.widgets import ChipRow, box, result_classes, section
 from ui.suggestions import is_question, suggestions
 
 WHAT_IS_SAID = "() => emit(window.atom.said())"
 """A press takes along what the box shows then: until the page is connected, keys and presses arrive in any order."""
 
 
-class Command:
-    def __init__(self, acts: Acts) -> None:
-        self._acts = acts
+class CommandPanel:
+    def __init__(self, actions: OperatorActions) -> None:
+        self._actions = actions
         self._remembered: Remembered | None = None
         self._queued: tuple[tuple[str, str], ...] = ()
         self._begun = self._running = False
-        self._root = section(t("Command"), "command")
+        self._root = section(_("Command"), "command")
         with self._root:
             with box("row say-row"):
                 self._input = (
-                    nicegui_ui.input(placeholder=t("find the red bottle"))
+                    nicegui_ui.input(placeholder=_("find the red bottle"))
                     .props(f"outlined dense maxlength={COMMAND_MAX} autocomplete=off enterkeyhint=send autofocus")
-                    .props(f'aria-label="{t("What to find")}" data-atom-say')
+                    .props(f'aria-label="{_("What to find")}" data-atom-say')
                     .classes("say")
                     .on("keydown.enter", self._entered, js_handler=WHAT_IS_SAID)
                 )
                 self._suggestions = nicegui_ui.element("datalist").props(f"id={self._input.html_id}-datalist")
                 nicegui_ui.element("button").classes("mic").props(
-                    f'type=button hidden data-atom=mic aria-label="{t("Hold to speak")}"'
+                    f'type=button hidden data-atom=mic aria-label="{_("Hold to speak")}"'
                 )
-                self._find = nicegui_ui.button(t("Find")).props("unelevated no-caps").classes("send")
+                self._find = nicegui_ui.button(_("Find")).props("unelevated no-caps").classes("send")
                 self._find.on("click", self._entered, js_handler=WHAT_IS_SAID)
-                self._ask = nicegui_ui.button(t("Ask"), color=None).props("outline no-caps").classes("act ask")
+                self._ask = nicegui_ui.button(_("Ask"), color=None).props("outline no-caps").classes("act ask")
                 self._ask.on("click", self._question, js_handler=WHAT_IS_SAID)
             with box("row between"):
                 self._facts = ChipRow()
                 with box("row"):
-                    self._pause = self._act(t("Pause"), t("Pause the mission"), acts.pause)
-                    self._resume = self._act(t("Go on"), t("Go on with the mission"), acts.resume)
-                    self._cancel = self._act(t("Cancel"), t("Cancel the mission"), acts.cancel)
+                    self._pause = self._act(_("Pause"), _("Pause the mission"), actions.pause)
+                    self._resume = self._act(_("Go on"), _("Go on with the mission"), actions.resume)
+                    self._cancel = self._act(_("Cancel"), _("Cancel the mission"), actions.cancel)
             self._answer = nicegui_ui.label().classes("answer").props("role=status aria-live=assertive")
-            self._queue = nicegui_ui.element("ol").classes("queue").props(f'aria-label="{t("Queue")}"')
+            self._queue = nicegui_ui.element("ol").classes("queue").props(f'aria-label="{_("Queue")}"')
 
-    def _act(self, text: str, label: str, act: Callable[[], Awaitable[Told]]) -> nicegui_ui.button:
+    def _act(self, text: str, label: str, act: Callable[[], Awaitable[ActionResult]]) -> nicegui_ui.button:
         async def clicked() -> None:
             self._tell(await act())
 
@@ -63,28 +63,28 @@ class Command:
 
     async def _command(self, press: GenericEventArguments) -> None:
         self._find.props("loading")
-        told = await self._acts.command(_said(press))
+        result = await self._actions.command(_said(press))
         self._find.props(remove="loading")
-        self._tell(told, begun=told.ok)
-        if told.ok:
+        self._tell(result, begun=result.ok)
+        if result.ok:
             self._input.set_value("")
 
     async def _question(self, press: GenericEventArguments) -> None:
         self._ask.props("loading")
-        answer = await self._acts.ask(_said(press))
+        answer = await self._actions.ask(_said(press))
         self._ask.props(remove="loading")
-        if isinstance(answer, Told):
+        if isinstance(answer, ActionResult):
             self._tell(answer)
             return
-        self._tell(Told(True, _in_words(answer)))
+        self._tell(ActionResult(True, _in_words(answer)))
 
-    def _tell(self, told: Told, *, begun: bool = False) -> None:
+    def _tell(self, result: ActionResult, *, begun: bool = False) -> None:
         """`begun`: it says what a mission looks for, and goes when that is over."""
         self._begun = begun
-        self._answer.set_text(told.text if told.ok else t("Refused: {why}", why=told.text))
-        self._answer.classes(replace=told_classes(told))
+        self._answer.set_text(result.text if result.ok else _("Refused: {why}", why=result.text))
+        self._answer.classes(replace=result_classes(result))
 
-    def show(self, view: View, remembered: Remembered) -> None:
+    def show(self, view: PageModel, remembered: Remembered) -> None:
         self._root.set_visibility(not view.stopped)
         self._facts.show(view.mission_facts)
         self._pause.set_visibility(not view.can_resume)
@@ -92,7 +92,7 @@ class Command:
         self._resume.set_visibility(view.can_resume)
         self._cancel.set_enabled(view.can_cancel)
         if self._begun and self._running and not view.can_cancel:
-            self._tell(Told(True, ""))
+            self._tell(ActionResult(True, ""))
         self._running = view.can_cancel
         if remembered is not self._remembered:
             self._remembered = remembered
@@ -112,15 +112,15 @@ class Command:
         with self._queue:
             for mission_id, command in queue:
                 with nicegui_ui.element("li").classes("row between"):
-                    nicegui_ui.label(t("next: {command}", command=command))
+                    nicegui_ui.label(_("next: {command}", command=command))
                     self._take_out(mission_id, command)
 
     def _take_out(self, mission_id: str, command: str) -> Element:
         async def clicked() -> None:
-            self._tell(await self._acts.take_from_queue(mission_id))
+            self._tell(await self._actions.take_from_queue(mission_id))
 
-        button = nicegui_ui.button(t("Take out"), on_click=clicked, color=None).props("flat dense no-caps")
-        button.props["aria-label"] = t("Take {command} from the queue", command=command)
+        button = nicegui_ui.button(_("Take out"), on_click=clicked, color=None).props("flat dense no-caps")
+        button.props["aria-label"] = _("Take {command} from the queue", command=command)
         return button
 
 

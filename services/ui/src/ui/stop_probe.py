@@ -11,7 +11,7 @@ from ui.ports import Robot
 FRESH_S: Final = 0.2
 
 
-class Watch:
+class StopProbe:
     """Keeps the newest answer of the way a stop takes, for a moment."""
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
@@ -21,7 +21,7 @@ class Watch:
         self._answer: EmergencyStop | MeshError | None = None
         self._at_s = float("-inf")
 
-    async def look(self) -> EmergencyStop:
+    async def ask(self) -> EmergencyStop:
         """What the robot's side says. Raises `MeshError` naming why it says nothing: a stop would not arrive either."""
         async with self._asking:
             answer = self._answer

@@ -6,14 +6,14 @@ from contracts.mission import MissionState, Outcome
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import EmergencyStop, EmergencyStopReply, NavigationState, SensorState, SensorStatus
 from support.ui_world import mission, robot_state, status
-from ui.latest_facts import Situation
-from ui.page_model import PHASES, Tone, View, ago, duration, view
+from ui.latest_facts import LatestFacts
+from ui.page_model import PHASES, PageModel, Tone, ago, duration, page_model
 
 NOW_S = 100.0
 
 
-def seen(situation: Situation, now_s: float = NOW_S) -> View:
-    return view(situation, now_s=now_s, silence_s_max=2.0)
+def seen(facts: LatestFacts, now_s: float = NOW_S) -> PageModel:
+    return page_model(facts, now_s=now_s, silence_s_max=2.0)
 
 
 def test_every_mission_state_has_words() -> None:
@@ -21,16 +21,16 @@ def test_every_mission_state_has_words() -> None:
 
 
 def test_nothing_known_is_said_and_nothing_can_be_pressed() -> None:
-    shown = seen(Situation())
+    shown = seen(LatestFacts())
     assert shown.phase == "No news of missions"
     assert shown.robot_facts[0].value == "no news yet"
     assert not any((shown.can_pause, shown.can_resume, shown.can_cancel, shown.can_dock, shown.can_undock))
 
 
 def test_a_running_mission_shows_phase_command_reason_and_numbers() -> None:
-    situation = Situation()
-    situation.take_mission(status(mission(measured_distance_m=1.32)), NOW_S)
-    shown = seen(situation)
+    facts = LatestFacts()
+    facts.take_mission(status(mission(measured_distance_m=1.32)), NOW_S)
+    shown = seen(facts)
     assert (shown.phase, shown.phase_tone) == ("Looking around", Tone.BUSY)
     assert shown.headline == "“find the red bottle”"
     assert shown.reason == "turning to the next of 8 headings"
@@ -40,29 +40,29 @@ def test_a_running_mission_shows_phase_command_reason_and_numbers() -> None:
 
 
 def test_a_paused_mission_can_go_on_but_not_be_paused() -> None:
-    situation = Situation()
-    situation.take_mission(status(mission(paused=True)), NOW_S)
-    shown = seen(situation)
+    facts = LatestFacts()
+    facts.take_mission(status(mission(paused=True)), NOW_S)
+    shown = seen(facts)
     assert (shown.phase, shown.can_pause, shown.can_resume) == ("Paused", False, True)
 
 
 @pytest.mark.parametrize("outcome", list(Outcome))
 def test_an_ended_mission_says_how_and_why(outcome: Outcome) -> None:
-    situation = Situation()
-    situation.take_mission(status(mission(outcome=outcome, reason="because"), state=MissionState.IDLE), NOW_S)
-    shown = seen(situation)
+    facts = LatestFacts()
+    facts.take_mission(status(mission(outcome=outcome, reason="because"), state=MissionState.IDLE), NOW_S)
+    shown = seen(facts)
     assert shown.phase.lower().replace(" ", "_") in {outcome.value, "not_sure", "cancelled"}
     assert shown.reason == "because"
     assert not shown.can_cancel
 
 
 def test_a_stop_comes_before_everything_else() -> None:
-    situation = Situation()
-    situation.take_mission(status(mission()), NOW_S)
-    situation.take_robot(robot_state(), NOW_S)
+    facts = LatestFacts()
+    facts.take_mission(status(mission()), NOW_S)
+    facts.take_robot(robot_state(), NOW_S)
     stop = EmergencyStop(latched=True, epoch=1, reason="STOP pressed on the page", by="ui 10.0.0.7")
-    situation.take_stop_reply(EmergencyStopReply(state=stop, first_zero_ms=2.44), NOW_S)
-    shown = seen(situation)
+    facts.take_stop_reply(EmergencyStopReply(state=stop, first_zero_ms=2.44), NOW_S)
+    shown = seen(facts)
     assert shown.stopped
     assert (shown.phase, shown.phase_tone) == ("Stopped", Tone.BAD)
     assert shown.stop_detail == "STOP pressed on the page · by ui 10.0.0.7 · first zero velocity after 2.4 ms"
@@ -71,18 +71,18 @@ def test_a_stop_comes_before_everything_else() -> None:
 
 
 def test_a_silent_robot_is_told_with_the_time_it_has_been_silent() -> None:
-    situation = Situation()
-    situation.take_robot(robot_state(), NOW_S)
-    shown = seen(situation, now_s=NOW_S + 75.0)
+    facts = LatestFacts()
+    facts.take_robot(robot_state(), NOW_S)
+    shown = seen(facts, now_s=NOW_S + 75.0)
     assert shown.robot_facts[0].value == "no news for 1:15"
     assert not shown.robot_fresh
     assert not shown.can_dock
 
 
 def test_a_stale_sensor_is_told_by_name() -> None:
-    situation = Situation()
-    situation.take_robot(robot_state(), NOW_S)
-    tones = {chip.label: chip.tone for chip in seen(situation).sensors}
+    facts = LatestFacts()
+    facts.take_robot(robot_state(), NOW_S)
+    tones = {chip.label: chip.tone for chip in seen(facts).sensors}
     assert tones["depth"] is Tone.BAD
     assert tones["scan"] is Tone.GOOD
 
@@ -93,9 +93,9 @@ def test_a_sensor_that_is_not_understood_is_told_with_its_reason_and_one_with_a_
         "rgb": SensorStatus(state=SensorState.FRESH, age_s=0.1, detail="it carries no time"),
         "map": SensorStatus(state=SensorState.NEVER),
     }
-    situation = Situation()
-    situation.take_robot(robot_state().model_copy(update={"sensors": sensors}), NOW_S)
-    chips = {chip.label: chip for chip in seen(situation).sensors}
+    facts = LatestFacts()
+    facts.take_robot(robot_state().model_copy(update={"sensors": sensors}), NOW_S)
+    chips = {chip.label: chip for chip in seen(facts).sensors}
     assert (chips["scan"].value, chips["scan"].tone) == ("not understood", Tone.BAD)
     assert chips["scan"].title == "scan: not understood, its range_max is 0 m"
     assert (chips["rgb"].tone, chips["rgb"].title) == (Tone.WARN, "rgb: fresh, it carries no time")
@@ -103,39 +103,39 @@ def test_a_sensor_that_is_not_understood_is_told_with_its_reason_and_one_with_a_
 
 
 def test_the_dock_buttons_follow_the_robot() -> None:
-    situation = Situation()
-    situation.take_robot(robot_state(docked=True), NOW_S)
-    assert (seen(situation).can_dock, seen(situation).can_undock) == (False, True)
-    situation.take_robot(robot_state(docked=False), NOW_S)
-    assert (seen(situation).can_dock, seen(situation).can_undock) == (True, False)
+    facts = LatestFacts()
+    facts.take_robot(robot_state(docked=True), NOW_S)
+    assert (seen(facts).can_dock, seen(facts).can_undock) == (False, True)
+    facts.take_robot(robot_state(docked=False), NOW_S)
+    assert (seen(facts).can_dock, seen(facts).can_undock) == (True, False)
     driving = robot_state(docked=False).model_copy(update={"navigation": NavigationState.NAVIGATING})
-    situation.take_robot(driving, NOW_S)
-    assert not seen(situation).can_dock
+    facts.take_robot(driving, NOW_S)
+    assert not seen(facts).can_dock
 
 
 def test_who_is_missing_is_named() -> None:
-    situation = Situation()
+    facts = LatestFacts()
     ok = Dependency.of("memory", ok=True)
     away = Dependency(name="redis", state=DependencyState.UNREACHABLE, detail="not reachable")
-    situation.services = (away, ok)
-    assert seen(situation).away == "Redis not reachable"
+    facts.services = (away, ok)
+    assert seen(facts).away == "Redis not reachable"
     ready = Dependency.of("inference", ok=False, detail="not ready")
-    situation.services = (away, ready)
-    assert seen(situation).away == "Redis not reachable"
+    facts.services = (away, ready)
+    assert seen(facts).away == "Redis not reachable"
     slow = Dependency.of("memory", ok=False, detail="not ready in time")
-    situation.services = (ready, slow)
-    assert seen(situation).away == "inference, memory not ready"
+    facts.services = (ready, slow)
+    assert seen(facts).away == "inference, memory not ready"
 
 
 def test_a_service_that_warns_is_shown_as_one_that_works_and_says_of_what() -> None:
-    situation = Situation()
+    facts = LatestFacts()
     wrong = "ollama:small: answers, but never as asked: its answer was empty"
     warns = Dependency(name="inference", state=DependencyState.WARNING, detail=wrong)
-    situation.services = (warns, Dependency.of("memory", ok=True))
-    chips = seen(situation).services
+    facts.services = (warns, Dependency.of("memory", ok=True))
+    chips = seen(facts).services
     assert [(one.value, one.tone) for one in chips] == [(wrong[:60], Tone.WARN), ("", Tone.GOOD)]
     assert wrong in chips[0].title
-    assert seen(situation).away == ""
+    assert seen(facts).away == ""
 
 
 def test_durations_read_like_a_clock() -> None:
@@ -149,13 +149,13 @@ def test_ages_read_as_a_person_says_them() -> None:
 
 
 def test_a_service_that_is_waited_for_is_the_reason_shown() -> None:
-    situation = Situation()
-    situation.take_mission(status(mission(), waiting_for="robot_bridge, at most 20 s"), NOW_S)
-    assert seen(situation).reason == "Waiting for robot_bridge, at most 20 s"
+    facts = LatestFacts()
+    facts.take_mission(status(mission(), waiting_for="robot_bridge, at most 20 s"), NOW_S)
+    assert seen(facts).reason == "Waiting for robot_bridge, at most 20 s"
 
 
 def test_what_is_queued_is_listed() -> None:
-    situation = Situation()
+    facts = LatestFacts()
     waiting = mission("find the book", id="m-2", queue_position=0)
-    situation.take_mission(status(mission(), queue=(waiting,)), NOW_S)
-    assert seen(situation).queue == (("m-2", "find the book"),)
+    facts.take_mission(status(mission(), queue=(waiting,)), NOW_S)
+    assert seen(facts).queue == (("m-2", "find the book"),)
