@@ -50,4 +50,4 @@ def test_nothing_the_page_is_made_of_names_an_address_from_the_root(path: Path) 
 
 def test_the_scan_has_something_to_look_at() -> None:
     assert {"base.js", "stop.js", "drive.js"} <= {path.name for path in SCRIPTS}
-    assert {"page.py", "stop.py", "history.py"} <= {path.name for path in SHOWN}
+    assert {"page.py", "stop.py", "history_panel.py"} <= {path.name for path in SHOWN}
