@@ -62,7 +62,7 @@ def scenario(seed: int, *, faults: Faults | None = None) -> Scenario:
     count = 0 if rng.random() < 0.2 else int(rng.integers(1, 5))
     rules: dict[str, Any] = {}
     if rng.random() < 0.12:
-        rules["approach_rule"] = "seeds"
+        rules["approach_rule"] = "straight"
     if rng.random() < 0.12:
         rules["centering_rule"] = "proportional"
     if rng.random() < 0.12:

@@ -10,7 +10,7 @@ from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detection, Detections, Target, Validation, Verdict, Vote
 from coordinator.core import actions as do
 from coordinator.core import events as ev
-from coordinator.core.mission import Mission, Place
+from coordinator.core.mission import Mission, SearchPose
 from coordinator.core.rules import Rules
 from coordinator.core.step import step
 
@@ -55,7 +55,7 @@ class Script:
         )
 
     def begin(self, *views: Pose2D, colour: str | None = "red") -> "Script":
-        places = tuple(Place(view, "seen before") for view in views)
+        places = tuple(SearchPose(view, "seen before") for view in views)
         return self.feed(ev.MissionStarted("m1", "find the red bottle", TARGET, "rules", colour, places))
 
     def wait(self, seconds: float) -> "Script":

@@ -101,7 +101,7 @@ async def test_a_narrow_refusal_makes_the_ending_unsure_with_its_votes(open_mesh
 
 
 async def test_the_plain_rules_find_it_too(open_mesh: OpenMesh) -> None:
-    plain = {"coverage_rule": "lawnmower", "centering_rule": "proportional", "approach_rule": "seeds"}
+    plain = {"coverage_rule": "lawnmower", "centering_rule": "proportional", "approach_rule": "straight"}
     async with open_mesh(RED, **plain) as mesh:
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.FOUND

@@ -194,7 +194,7 @@ def test_what_was_seen_from_afar_only_and_not_from_near_is_no_find() -> None:
 
 
 def test_the_plain_approach_drives_by_leases_and_measures_twice_a_second() -> None:
-    script = approaching(approach_rule="seeds")
+    script = approaching(approach_rule="straight")
     script.robot(speed_m_s=0.15).wait(1.0)
     assert script.last(do.SetVelocity).twist.linear_x == pytest.approx(0.15)
     script.localized(0.44, 1.26)
@@ -202,18 +202,18 @@ def test_the_plain_approach_drives_by_leases_and_measures_twice_a_second() -> No
 
 
 def test_the_plain_approach_centres_again_after_a_drift() -> None:
-    script = approaching(approach_rule="seeds").wait(0.2).see(box(220))
+    script = approaching(approach_rule="straight").wait(0.2).see(box(220))
     assert script.mission.state is S.CENTERING
 
 
 def test_the_plain_approach_ends_at_an_obstacle() -> None:
-    script = approaching(approach_rule="seeds").feed(ev.LeaseAnswered(MotionEnd.BLOCKED)).wait(3.3)
+    script = approaching(approach_rule="straight").feed(ev.LeaseAnswered(MotionEnd.BLOCKED)).wait(3.3)
     assert script.mission.outcome is Outcome.FOUND
     assert "obstacle" in script.mission.reason
 
 
 def test_the_plain_step_takes_a_metre_at_its_speed() -> None:
-    script = Script(approach_rule="seeds").begin().centred().measured(2.8).wait(6.5)
+    script = Script(approach_rule="straight").begin().centred().measured(2.8).wait(6.5)
     assert script.mission.state is S.DRIVING_1M
     assert script.wait(0.3).mission.state is S.CENTERING
 

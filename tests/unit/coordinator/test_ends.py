@@ -11,7 +11,7 @@ from contracts.robot import GoalStatus
 from contracts.vision import Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
-from coordinator.core.activities import Driving, Steering, Turning, Waiting
+from coordinator.core.activities import Driving, Rotating, Steering, Waiting
 from coordinator.core.reactions import REACTIONS, Reaction
 from support.mission_script import Script, box
 
@@ -75,7 +75,7 @@ def test_each_end_does_in_each_state_what_the_table_says(where: str, end: Motion
     begin, state = MOVING[where]
     script = begin()
     assert script.mission.state is state
-    assert isinstance(script.mission.activity, Turning | Driving)
+    assert isinstance(script.mission.activity, Rotating | Driving)
     before = len(script.asked(do.StopMotion))
     end_motion(script, end)
     mission = script.mission
@@ -152,7 +152,7 @@ def test_a_wheel_in_the_air_for_a_second_pauses_whatever_it_is_at(begin: Callabl
     held(script, 0.9)
     assert not script.mission.paused
     assert held(script, 0.3).mission.paused
-    script.feed(ev.ResumeAsked())
+    script.feed(ev.ResumeRequested())
     assert not script.mission.paused
     assert held(script, 0.1).mission.paused
 
@@ -173,7 +173,7 @@ def held(script: Script, seconds: float) -> Script:
 def test_by_the_plain_rule_too_only_an_obstacle_ends_the_approach_as_a_find(
     held_by: MotionEnd, outcome: Outcome | None
 ) -> None:
-    script = approaching(approach_rule="seeds")
+    script = approaching(approach_rule="straight")
     assert isinstance(script.mission.activity, Steering)
     script.feed(ev.LeaseAnswered(held_by)).wait(3.3)
     assert script.mission.outcome is outcome

@@ -27,7 +27,7 @@ def test_beyond_two_and_a_half_metres_it_goes_closer_without_asking() -> None:
 
 
 def test_the_plain_rule_counts_reach_as_done_without_asking() -> None:
-    script = Script(approach_rule="seeds").begin().centred().measured(0.44, 3)
+    script = Script(approach_rule="straight").begin().centred().measured(0.44, 3)
     assert script.mission.state is S.DONE
     assert not script.asked(do.Validate)
 

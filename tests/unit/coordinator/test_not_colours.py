@@ -4,7 +4,7 @@ import pytest
 
 from contracts.vision import Detection, Detections, ParsedTask, Target
 from coordinator.core.mission import Mission
-from coordinator.core.report import with_seen
+from coordinator.core.report import count_objects_in
 from coordinator.core.rules import Rules
 from coordinator.core.sightings import sightings
 from coordinator.queue.parse_validation import check_parse
@@ -26,7 +26,7 @@ def test_only_a_thing_of_another_or_no_known_colour_is_a_candidate(colour: str |
 
 
 def test_what_was_excluded_is_told_as_seen_instead() -> None:
-    others = with_seen((), WANTED, None, frame("blue", "red", None))
+    others = count_objects_in((), WANTED, None, frame("blue", "red", None))
     assert [(one.label, one.colour) for one in others] == [("bottle", "blue")]
 
 

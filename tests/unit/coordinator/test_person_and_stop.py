@@ -60,7 +60,7 @@ def test_after_a_reset_it_is_idle_and_asks_for_no_motion(state: MissionState) ->
 
 @pytest.mark.parametrize("state", REACH)
 def test_cancel_ends_it_at_once_and_stops(state: MissionState) -> None:
-    script = REACH[state]().feed(ev.CancelAsked())
+    script = REACH[state]().feed(ev.CancelRequested())
     assert script.mission.outcome is Outcome.CANCELED
     assert script.mission.state is S.IDLE
     assert isinstance(script.asked(do.StopMotion)[-1], do.StopMotion)
@@ -68,13 +68,13 @@ def test_cancel_ends_it_at_once_and_stops(state: MissionState) -> None:
 
 @pytest.mark.parametrize("state", REACH)
 def test_a_pause_stops_and_resume_goes_on_in_the_same_state(state: MissionState) -> None:
-    script = REACH[state]().feed(ev.PauseAsked())
+    script = REACH[state]().feed(ev.PauseRequested())
     assert script.mission.paused
     asked = len([a for a in script.actions if isinstance(a, MOTION)])
     script.wait(2.0).see(box(20))
     assert len([a for a in script.actions if isinstance(a, MOTION)]) == asked
     assert script.mission.state is state
-    script.feed(ev.ResumeAsked())
+    script.feed(ev.ResumeRequested())
     assert not script.mission.paused
     assert script.mission.running
 
@@ -82,12 +82,12 @@ def test_a_pause_stops_and_resume_goes_on_in_the_same_state(state: MissionState)
 def test_time_spent_paused_does_not_count_against_the_deadline() -> None:
     script = Script().begin()
     before = script.mission.deadline_s
-    script.feed(ev.PauseAsked()).wait(30.0).feed(ev.ResumeAsked())
+    script.feed(ev.PauseRequested()).wait(30.0).feed(ev.ResumeRequested())
     assert script.mission.deadline_s == pytest.approx(before + 30.0)
 
 
 def test_a_mission_paused_for_too_long_is_aborted() -> None:
-    script = Script(pause_timeout_s=5.0).begin().feed(ev.PauseAsked()).wait(5.2)
+    script = Script(pause_timeout_s=5.0).begin().feed(ev.PauseRequested()).wait(5.2)
     assert script.mission.outcome is Outcome.ABORTED
 
 
@@ -158,7 +158,7 @@ def test_a_robot_that_falls_silent_aborts_the_mission() -> None:
 def test_answers_to_calls_given_up_are_ignored() -> None:
     script = Script().begin(VIEW).path()
     late = script.last(do.Navigate).call
-    script.feed(ev.PauseAsked()).feed(ev.ResumeAsked())
+    script.feed(ev.PauseRequested()).feed(ev.ResumeRequested())
     assert script.feed(ev.CallFailed(late, "robot_bridge", "late")).mission.failures == 0
 
 

@@ -18,25 +18,25 @@ from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.actions import MOTION
 from coordinator.core.activities import (
+    AwaitingFrame,
     CheckingPlace,
     ChoosingPath,
     Docking,
     Driving,
-    Entering,
-    Going,
-    Looking,
+    Idle,
     Measuring,
-    Nothing,
+    Navigating,
     Paused,
     PlanningCoverage,
+    Rotating,
+    Starting,
     Steering,
-    Turning,
     Undocking,
     Validating,
     Waiting,
     Waking,
 )
-from coordinator.core.mission import Mission, Place
+from coordinator.core.mission import Mission, SearchPose
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule
 from coordinator.core.states import ALLOWED, RESTING
 from coordinator.core.step import step
@@ -92,11 +92,11 @@ noise = st.one_of(
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
 )
 anything = st.one_of(
-    st.tuples(st.just("start"), st.lists(st.builds(Place, poses), max_size=3).map(tuple)),
+    st.tuples(st.just("start"), st.lists(st.builds(SearchPose, poses), max_size=3).map(tuple)),
     st.tuples(st.just("tick"), st.sampled_from([0.1, 0.1, 1.0, 5.0, 40.0, 200.0])),
     st.tuples(st.just("latch"), st.booleans()),
     st.tuples(st.just("reset")),
-    st.tuples(st.just("person"), st.sampled_from([ev.CancelAsked(), ev.PauseAsked(), ev.ResumeAsked()])),
+    st.tuples(st.just("person"), st.sampled_from([ev.CancelRequested(), ev.PauseRequested(), ev.ResumeRequested()])),
     st.tuples(st.just("dock")),
     noise,
     noise,
@@ -137,7 +137,7 @@ class Player:
             return ANSWERS[kind](self.mission.calls + rest[0], *rest[1:])
         return getattr(self, f"on_{kind}")(*rest)
 
-    def on_start(self, views: tuple[Place, ...]) -> ev.Event:
+    def on_start(self, views: tuple[SearchPose, ...]) -> ev.Event:
         return ev.MissionStarted("m", "find the red bottle", TARGET, "rules", "red", views)
 
     def on_dock(self) -> ev.Event:
@@ -160,7 +160,7 @@ class Player:
     def on_end(self, end: MotionEnd) -> ev.Event:
         """The motion under way ends so; what else is waited for goes well."""
         activity = self.mission.activity
-        if isinstance(activity, Turning | Driving):
+        if isinstance(activity, Rotating | Driving):
             return ev.MotionEnded(activity.call, end, driven_m=0.1, text=end.sentence)
         return self.on_fit(True, 1.3, 0.0)
 
@@ -175,12 +175,12 @@ class Player:
         activity, call = self.mission.activity, self.mission.activity.call
         point = Pose2D(x=distance_m, y=0.0 if good else x, yaw=0.0)
         match activity:
-            case Nothing() if self.mission.state in {MissionState.IDLE, MissionState.DONE}:
-                return self.on_start((Place(point),) if good else ())
-            case Nothing():
+            case Idle() if self.mission.state in {MissionState.IDLE, MissionState.DONE}:
+                return self.on_start((SearchPose(point),) if good else ())
+            case Idle():
                 return self.on_reset()
             case Paused():
-                return ev.ResumeAsked()
+                return ev.ResumeRequested()
             case Undocking():
                 return ev.Undocked(call)
             case PlanningCoverage():
@@ -189,11 +189,11 @@ class Player:
                 return ev.PathChosen(call, 0 if good else None, 1.0, "NO_VALID_PATH")
             case Docking():
                 return ev.Docked(call) if good else ev.CallFailed(call, "robot_bridge", "the base gave up")
-            case Going(goal=goal) if good and self.mission.robot.pose != goal:
+            case Navigating(goal=goal) if good and self.mission.robot.pose != goal:
                 return self.on_robot(goal, False, 0.0)
-            case Going():
+            case Navigating():
                 return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
-            case Turning() | Driving():
+            case Rotating() | Driving():
                 return ev.MotionEnded(call, MotionEnd.COMPLETED if good else MotionEnd.BLOCKED, driven_m=0.3)
             case Measuring() | CheckingPlace():
                 return localized(call, distance_m, point)
@@ -201,9 +201,9 @@ class Player:
                 return localized(call, distance_m, point)
             case Validating():
                 return validated(call, good, 0.38)
-            case Looking() | Waking():
+            case AwaitingFrame() | Waking():
                 return self.on_see([(160.0 if good else 60.0, "red", 0.9)])
-            case Waiting() | Entering() | Steering():
+            case Waiting() | Starting() | Steering():
                 return self.on_tick(2.5)
             case _:
                 assert_never(activity)

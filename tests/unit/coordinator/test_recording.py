@@ -1,10 +1,11 @@
 """A mission as data: written down, read back, decided again in the same way."""
 
 import json
+from pathlib import Path
 
 import pytest
 
-from contracts.mission import MissionState
+from contracts.mission import MissionState, Outcome
 from contracts.motion import MotionEnd
 from contracts.vision import Verdict
 from coordinator.core import actions as do
@@ -12,9 +13,11 @@ from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.mission import Mission
 from coordinator.core.recording import MalformedRecordingError, Recording, Step
-from coordinator.core.rules import Rules
+from coordinator.core.rules import ApproachRule, Rules
 from coordinator.core.step import step
 from support.mission_script import Script
+
+RECORDINGS = Path(__file__).parents[2] / "data" / "recordings"
 
 
 class Recorded(Script):
@@ -59,7 +62,7 @@ def test_other_rules_decide_otherwise_and_it_is_noticed() -> None:
             form=written.header.form,
             mission_id="m1",
             begun_s=written.header.begun_s,
-            rules=Rules(approach_rule="seeds"),  # type: ignore[arg-type]
+            rules=Rules(approach_rule="straight"),  # type: ignore[arg-type]
             robot=written.header.robot,
             calls=written.header.calls,
         ),
@@ -88,7 +91,7 @@ def test_what_changed_nothing_may_be_left_out() -> None:
         [],
         ["{"],
         ['{"form": 99}'],
-        [found().lines[0].replace('"form":2', '"form":3')],
+        [found().lines[0].replace('"form":3', '"form":4')],
         [found().lines[0], '{"now_s": 1}'],
         [found().lines[0], '{"now_s": 1, "event": {"is": "Explode"}, "actions": [], "state": "IDLE"}'],
         [found().lines[0], '{"now_s": 1, "event": {"is": "Tick"}, "actions": [], "state": "ASLEEP"}'],
@@ -121,7 +124,16 @@ def test_a_recording_of_the_first_form_still_opens_with_its_ends_as_types(
 ) -> None:
     event = {"is": "MotionEnded", "call": 7, "completed": completed, "moved": 0.4, "reason": reason}
     line = json.dumps({"now_s": 101.0, "event": event, "actions": [], "state": "APPROACHING"})
-    header = found().lines[0].replace('"form":2', '"form":1').replace(',"lifted_s":null', "")
+    header = found().lines[0].replace('"form":3', '"form":1').replace(',"lifted_s":null', "")
     read = recording.read([header, line])
     assert read.steps[0].event == ev.MotionEnded(7, end, turned_rad=0.4, driven_m=0.4, text=reason)
     assert len(list(recording.replay(read))) == 1
+
+
+def test_a_mission_recorded_by_the_version_before_is_decided_the_same_way() -> None:
+    """Paused, resumed and cancelled on the plain approach: by the names those had in form 2."""
+    lines = (RECORDINGS / "form-2.jsonl").read_text(encoding="utf-8").splitlines()
+    again = list(recording.replay(recording.read(lines)))
+    assert all(one.same for one in again)
+    assert again[-1].after.rules.approach_rule is ApproachRule.STRAIGHT
+    assert again[-1].after.outcome is Outcome.CANCELED

@@ -12,7 +12,7 @@ from contracts.robot import GoalStatus
 from contracts.vision import Detection
 from coordinator.core import actions as do
 from coordinator.core import events as ev
-from coordinator.core.activities import Looking, Waking
+from coordinator.core.activities import AwaitingFrame, Waking
 from support.mission_script import ORIGIN, Script, box
 
 S = MissionState
@@ -216,7 +216,7 @@ def test_off_the_dock_the_first_picture_is_waited_for_before_anything_else() -> 
     script.wait(50.0)
     assert isinstance(script.mission.activity, Waking)
     script.see().wait(0.2)
-    assert isinstance(script.mission.activity, Looking)
+    assert isinstance(script.mission.activity, AwaitingFrame)
 
 
 def test_a_camera_that_stays_off_after_the_dock_is_told_and_ends_the_mission_as_ever() -> None:

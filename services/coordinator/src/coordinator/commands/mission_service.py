@@ -214,20 +214,22 @@ class Missions:
 
     async def cancel(self, mission_id: str) -> Mission:
         if not self._dispatcher.cancel(mission_id):
-            return await self._tell(mission_id, ev.CancelAsked())
+            return await self._tell(mission_id, ev.CancelRequested())
         return await self.get(mission_id)
 
     async def pause(self, mission_id: str) -> Mission:
         if (await self.get(mission_id)).paused:
             raise ConflictError("it is paused already")
-        return await self._tell(mission_id, ev.PauseAsked())
+        return await self._tell(mission_id, ev.PauseRequested())
 
     async def resume(self, mission_id: str) -> Mission:
         if not (await self.get(mission_id)).paused:
             raise ConflictError("it is not paused")
-        return await self._tell(mission_id, ev.ResumeAsked())
+        return await self._tell(mission_id, ev.ResumeRequested())
 
-    async def _tell(self, mission_id: str, event: ev.CancelAsked | ev.PauseAsked | ev.ResumeAsked) -> Mission:
+    async def _tell(
+        self, mission_id: str, event: ev.CancelRequested | ev.PauseRequested | ev.ResumeRequested
+    ) -> Mission:
         mission = await self.get(mission_id)
         if mission.queue_position is not None:
             raise ConflictError("it has not begun: it waits in the queue, and can only be cancelled")

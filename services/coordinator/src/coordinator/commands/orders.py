@@ -101,7 +101,7 @@ class Orders:
 
     def _pause(self) -> Heard:
         if not self._runner.mission.paused:
-            self._runner.feed(ev.PauseAsked())
+            self._runner.feed(ev.PauseRequested())
         return Heard(mood=Mood.PAUSE, text="Paused: say 'go on' or 'stop'.")
 
     def _resume(self) -> Heard:
@@ -109,7 +109,7 @@ class Orders:
             raise ConflictError("the emergency stop is latched: reset it first", code=Mood.RESUME.value)
         if not self._runner.mission.paused:
             raise ConflictError("nothing is paused", code=Mood.RESUME.value)
-        self._runner.feed(ev.ResumeAsked())
+        self._runner.feed(ev.ResumeRequested())
         return Heard(mood=Mood.RESUME, text="Going on.")
 
 

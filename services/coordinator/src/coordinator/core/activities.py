@@ -13,13 +13,13 @@ FOREVER_S = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
-class Nothing:
+class Idle:
     call: int = 0
     until_s: float = FOREVER_S
 
 
 @dataclass(frozen=True, slots=True)
-class Entering:
+class Starting:
     """The state was just entered (or is taken up again): its own `begin` decides what to do."""
 
     call: int = 0
@@ -81,7 +81,7 @@ class ChoosingPath:
 
 
 @dataclass(frozen=True, slots=True)
-class Going:
+class Navigating:
     """`tries` counts the times this goal was given up and sent again."""
 
     call: int
@@ -91,7 +91,7 @@ class Going:
 
 
 @dataclass(frozen=True, slots=True)
-class Turning:
+class Rotating:
     """Looking meanwhile at frames taken after `looking_s` on the robot's clock, where that is set."""
 
     call: int
@@ -100,7 +100,7 @@ class Turning:
 
 
 @dataclass(frozen=True, slots=True)
-class Looking:
+class AwaitingFrame:
     """For a frame taken after `after_s` on the robot's clock."""
 
     after_s: float
@@ -149,8 +149,8 @@ class Steering:
 
 
 Activity = (
-    Nothing | Entering | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | ChoosingPath | Going
-    | Turning | Looking | CheckingPlace | Measuring | Validating | Driving | Steering
+    Idle | Starting | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | ChoosingPath | Navigating
+    | Rotating | AwaitingFrame | CheckingPlace | Measuring | Validating | Driving | Steering
 )  # fmt: skip
 
 

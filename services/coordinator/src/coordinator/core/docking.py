@@ -9,28 +9,28 @@ from coordinator.core import actions as do
 from coordinator.core.activities import Docking
 from coordinator.core.events import Docked, Event
 from coordinator.core.outcomes import abort, end
-from coordinator.core.step_context import Draft
+from coordinator.core.step_context import StepContext
 
 
-def begin(draft: Draft) -> None:
-    if draft.mission.robot.docked is True:
-        end(draft, Outcome.DOCKED, "it stands on its dock", None)
+def begin(context: StepContext) -> None:
+    if context.mission.robot.docked is True:
+        end(context, Outcome.DOCKED, "it stands on its dock", None)
         return
-    call, limit_s = draft.call(), draft.rules.dock_timeout_s
-    draft.act(do.Dock(call, limit_s))
-    draft.be(Docking(call, draft.now_s + limit_s + draft.rules.call_margin_s))
-    draft.say(EventKind.DOCK, "driving to the dock and onto it")
+    call, limit_s = context.call(), context.rules.dock_timeout_s
+    context.request(do.Dock(call, limit_s))
+    context.set_activity(Docking(call, context.now_s + limit_s + context.rules.call_margin_s))
+    context.log_event(EventKind.DOCK, "driving to the dock and onto it")
 
 
-def handle(draft: Draft, event: Event) -> None:
-    if isinstance(draft.mission.activity, Docking) and isinstance(event, Docked):
-        end(draft, Outcome.DOCKED, "docked: charging", None)
+def handle(context: StepContext, event: Event) -> None:
+    if isinstance(context.mission.activity, Docking) and isinstance(event, Docked):
+        end(context, Outcome.DOCKED, "docked: charging", None)
 
 
-def on_failure(draft: Draft, detail: str) -> bool:
+def on_failure(context: StepContext, detail: str) -> bool:
     """True when that was the last try: the ending says why."""
-    draft.set(dock_tries=draft.mission.dock_tries + 1)
-    if draft.mission.dock_tries < draft.rules.dock_tries:
+    context.update(dock_tries=context.mission.dock_tries + 1)
+    if context.mission.dock_tries < context.rules.dock_tries:
         return False
-    abort(draft, EndCause.NOT_DOCKED, f"could not dock in {draft.mission.dock_tries} tries: {detail}")
+    abort(context, EndCause.NOT_DOCKED, f"could not dock in {context.mission.dock_tries} tries: {detail}")
     return True

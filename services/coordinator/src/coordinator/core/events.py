@@ -8,7 +8,7 @@ from contracts.mission import LastSeen, MapTrouble
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Detections, Target, Validation
-from coordinator.core.mission import FIRST, Order, Place
+from coordinator.core.mission import FIRST, Order, SearchPose
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,7 @@ class MissionStarted:
     target: Target
     parser: str
     colour: str | None
-    views: tuple[Place, ...]
+    views: tuple[SearchPose, ...]
     notes: str = ""
     order: Order = FIRST
     last_seen: LastSeen | None = None
@@ -65,17 +65,17 @@ class StopReset:
 
 
 @dataclass(frozen=True, slots=True)
-class CancelAsked:
+class CancelRequested:
     pass
 
 
 @dataclass(frozen=True, slots=True)
-class PauseAsked:
+class PauseRequested:
     pass
 
 
 @dataclass(frozen=True, slots=True)
-class ResumeAsked:
+class ResumeRequested:
     pass
 
 
@@ -187,6 +187,6 @@ Answer = (
 """To a call the core asked for, by its number."""
 
 Event = (
-    MissionStarted | DockingStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelAsked | PauseAsked
-    | ResumeAsked | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
+    MissionStarted | DockingStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelRequested | PauseRequested
+    | ResumeRequested | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
 )  # fmt: skip

@@ -8,12 +8,12 @@ from contracts.mission import LastSeen, MapTrouble, MissionKind, MissionState, O
 from contracts.motion import MotionEnd
 from contracts.robot import BoxQuery, LocalizeReply
 from contracts.vision import Target, Vote
-from coordinator.core.activities import Activity, Nothing, Paused, Stage
+from coordinator.core.activities import Activity, Idle, Paused, Stage
 from coordinator.core.rules import Rules
 
 
 @dataclass(frozen=True, slots=True)
-class Robot:
+class RobotSnapshot:
     """The newest the bridge said; `offset_s` is its clock minus ours."""
 
     pose: Pose2D | None = None
@@ -39,7 +39,7 @@ class Robot:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SearchPose:
     """Somewhere to go and look, and why."""
 
     pose: Pose2D
@@ -142,25 +142,25 @@ class Approach:
 class Search:
     """Where to look still, and where it has been done."""
 
-    views: tuple[Place, ...] = ()
+    views: tuple[SearchPose, ...] = ()
     points: tuple[Pose2D, ...] = ()
     plans: int = 0
-    looked: tuple[Pose2D, ...] = ()
+    visited: tuple[Pose2D, ...] = ()
     unreachable: tuple[Pose2D, ...] = ()
-    missed_in_row: int = 0
-    glimpsed: tuple[Sighting, ...] = ()
+    consecutive_unreachable: int = 0
+    tentative_sightings: tuple[Sighting, ...] = ()
     """What the last picture on the way showed of it."""
     headings: tuple[float, ...] = ()
     sweeps: int = 0
     scan_from: Pose2D | None = None
-    share: float | None = None
+    explored_fraction: float | None = None
     blind_looks: int = 0
     place_failures: int = 0
     refusals: int = 0
     undocks: int = 0
     rejections: tuple[Rejection, ...] = ()
     losses: tuple[Loss, ...] = ()
-    others: tuple[SeenInstead, ...] = ()
+    other_objects: tuple[SeenInstead, ...] = ()
     map_trouble: MapTrouble | None = None
 
 
@@ -182,9 +182,9 @@ class Mission:
     """`id` is empty until the first mission; after an ending the outcome stays until the next one starts."""
 
     rules: Rules = field(default_factory=Rules)
-    robot: Robot = Robot()
+    robot: RobotSnapshot = RobotSnapshot()
     state: MissionState = MissionState.IDLE
-    activity: Activity = field(default_factory=Nothing)
+    activity: Activity = field(default_factory=Idle)
     calls: int = 0
     failures: int = 0
     cut_off: int = 0

@@ -1,8 +1,13 @@
-"""Recordings of form 1, written when the bridge told ends in words: the one table that still knows those words."""
+"""Recordings of older forms as they are written today: the one place that still knows the old words and names.
+
+Form 1 told ends in words; form 2 had other names for what a person asks and for the plain approach.
+"""
 
 from typing import Any
 
 from contracts.motion import Hazard, MotionEnd
+
+OLD_FORMS = frozenset({1, 2})
 
 SAID: dict[str, MotionEnd] = {
     "obstacle ahead": MotionEnd.BLOCKED,
@@ -23,13 +28,37 @@ SAID: dict[str, MotionEnd] = {
 } | {f"hazard: {hazard.value}": MotionEnd.HAZARD for hazard in Hazard}
 
 
-def from_form_1(step: dict[str, Any]) -> dict[str, Any]:
-    """A recorded step as it is written today. Whether `moved` was of a turn or of a drive was not told: it is both."""
-    event: dict[str, Any] = step["event"]
-    if event["is"] != "MotionEnded":
+EVENTS: dict[str, str] = {
+    "CancelAsked": "CancelRequested",
+    "PauseAsked": "PauseRequested",
+    "ResumeAsked": "ResumeRequested",
+}
+"""Events of forms 1 and 2, and their names today."""
+
+APPROACH_RULES: dict[str, str] = {"seeds": "straight"}
+
+
+def translated_header(header: dict[str, Any]) -> dict[str, Any]:
+    if header.get("form") not in OLD_FORMS:
+        return header
+    rules: dict[str, Any] = header["rules"]
+    rule = rules["approach_rule"]
+    return header | {"rules": rules | {"approach_rule": APPROACH_RULES.get(rule, rule)}}
+
+
+def translated_step(form: int, step: dict[str, Any]) -> dict[str, Any]:
+    if form not in OLD_FORMS:
         return step
+    event: dict[str, Any] = step["event"]
+    event = event | {"is": EVENTS.get(event["is"], event["is"])}
+    if form == 1 and event["is"] == "MotionEnded":
+        event = _typed_end(event)
+    return step | {"event": event}
+
+
+def _typed_end(event: dict[str, Any]) -> dict[str, Any]:
+    """Form 1 did not say whether `moved` was of a turn or of a drive: it is both."""
     last = event["reason"].split("; ")[-1]
     end = MotionEnd.COMPLETED if event["completed"] else SAID.get(last, MotionEnd.HELD_BACK)
     lengths = {"turned_rad": event["moved"], "driven_m": event["moved"]}
-    told = {"is": "MotionEnded", "call": event["call"], "end": end.value, "text": event["reason"]}
-    return step | {"event": told | lengths}
+    return {"is": "MotionEnded", "call": event["call"], "end": end.value, "text": event["reason"]} | lengths

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from contracts.robot import GoalStatus, LocalizeReply
 from contracts.vision import Validation, Verdict
-from coordinator.core.activities import Going
+from coordinator.core.activities import Navigating
 from coordinator.core.events import GoalEnded
 from coordinator.core.mission import Mission
 from coordinator.core.rules import Rules
@@ -20,7 +20,7 @@ def is_of_now(mission: Mission, stamp_s: float, now_s: float) -> bool:
 def checked_arrival(mission: Mission, event: GoalEnded) -> GoalEnded:
     """Nav2's word that it arrived counts only where the robot's own place does not say otherwise."""
     going, here = mission.activity, mission.robot.pose
-    if not isinstance(going, Going) or here is None or event.status is not GoalStatus.SUCCEEDED:
+    if not isinstance(going, Navigating) or here is None or event.status is not GoalStatus.SUCCEEDED:
         return event
     off_m = math.hypot(here.x - going.goal.x, here.y - going.goal.y)
     if off_m <= mission.rules.arrived_m:

@@ -7,7 +7,7 @@ from contracts.mission import EndCause, MissionState
 from contracts.motion import MotionEnd
 from coordinator.core.events import MotionEnded
 from coordinator.core.outcomes import abort
-from coordinator.core.step_context import Draft
+from coordinator.core.step_context import StepContext
 
 
 class Reaction(StrEnum):
@@ -69,16 +69,16 @@ REACTIONS: dict[MissionState, dict[MotionEnd, Reaction]] = {
 }
 
 
-def react(draft: Draft, ended: MotionEnded) -> Reaction:
+def react(context: StepContext, ended: MotionEnded) -> Reaction:
     """The reaction; what is the same in every state (REPEAT, PAUSE) is done here already."""
-    reaction = REACTIONS[draft.mission.state][ended.end]
+    reaction = REACTIONS[context.mission.state][ended.end]
     match reaction:
         case Reaction.REPEAT:
-            _repeat(draft, ended)
+            _repeat(context, ended)
         case Reaction.PAUSE:
-            lifted(draft)
+            lifted(context)
         case Reaction.GO_ON | Reaction.AS_NEAR_AS_IT_GETS:
-            draft.set(cut_off=0)
+            context.update(cut_off=0)
         case Reaction.SET_ASIDE | Reaction.IGNORE:
             pass
         case _:
@@ -86,20 +86,22 @@ def react(draft: Draft, ended: MotionEnded) -> Reaction:
     return reaction
 
 
-def lifted(draft: Draft) -> None:
+def lifted(context: StepContext) -> None:
     """Pauses. Where the candidate was measured to be does not hold for a robot that was carried: it is forgotten."""
-    if draft.mission.candidate is not None:
-        draft.set_candidate(map_xy=None, odom_xy=None)
-    draft.pause(f"{MotionEnd.LIFTED.sentence}: paused until a person resumes it")
+    if context.mission.candidate is not None:
+        context.update_candidate(map_xy=None, odom_xy=None)
+    context.pause(f"{MotionEnd.LIFTED.sentence}: paused until a person resumes it")
 
 
-def _repeat(draft: Draft, ended: MotionEnded) -> None:
+def _repeat(context: StepContext, ended: MotionEnded) -> None:
     why = ended.text or ended.end.sentence
-    draft.set(cut_off=draft.mission.cut_off + 1)
-    if draft.mission.cut_off >= draft.rules.failures_max:
-        abort(draft, EndCause.CANNOT_MOVE, f"the robot would not move, {draft.mission.cut_off} times in a row: {why}")
+    context.update(cut_off=context.mission.cut_off + 1)
+    if context.mission.cut_off >= context.rules.failures_max:
+        abort(
+            context, EndCause.CANNOT_MOVE, f"the robot would not move, {context.mission.cut_off} times in a row: {why}"
+        )
     else:
-        draft.fail("robot_bridge", f"the motion ended early ({why})", stopped=ended.end is MotionEnd.STOPPED)
+        context.retry_later("robot_bridge", f"the motion ended early ({why})", stopped=ended.end is MotionEnd.STOPPED)
 
 
 def section() -> str:

@@ -13,13 +13,13 @@ from pydantic import TypeAdapter
 from contracts.mission import MissionState
 from coordinator.core.actions import Action
 from coordinator.core.events import Event
-from coordinator.core.mission import Mission, Robot
-from coordinator.core.old_recordings import from_form_1
+from coordinator.core.mission import Mission, RobotSnapshot
+from coordinator.core.old_recordings import OLD_FORMS, translated_header, translated_step
 from coordinator.core.rules import Rules
 from coordinator.core.step import step
 
-FORM = 2
-"""Of what is written; form 1 told ends in words, and is read still (`old_recordings`)."""
+FORM = 3
+"""Of what is written. Raise it when a recorded name or field changes; `old_recordings` reads the forms before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Header:
     mission_id: str
     begun_s: float
     rules: Rules
-    robot: Robot
+    robot: RobotSnapshot
     calls: int
 
 
@@ -102,11 +102,11 @@ def read(lines: Iterable[str]) -> Recording:
     """Raises `MalformedRecordingError`."""
     rows = iter(lines)
     try:
-        header = _HEADER.validate_json(next(rows))
-        if header.form not in {1, FORM}:
-            raise MalformedRecordingError(f"form {header.form} of a recording; this program reads 1 and {FORM}")
+        header = _HEADER.validate_python(translated_header(_PLAIN.validate_json(next(rows))))
+        if header.form not in {*OLD_FORMS, FORM}:
+            raise MalformedRecordingError(f"form {header.form} of a recording; this program reads 1 to {FORM}")
         plain = (_PLAIN.validate_json(row) for row in rows if row.strip())
-        return Recording(header, tuple(_step(one if header.form == FORM else from_form_1(one)) for one in plain))
+        return Recording(header, tuple(_step(translated_step(header.form, one)) for one in plain))
     except StopIteration:
         raise MalformedRecordingError("it is empty") from None
     except (KeyError, TypeError) as error:

@@ -49,19 +49,19 @@ def report(
     return Report(
         text=text[:1000],
         found=found,
-        candidates=tuple(doubtful(mission)) if outcome is not Outcome.FOUND else (),
-        looked_share=None if search.share is None else min(1.0, max(0.0, search.share)),
-        places_looked=len(search.looked),
+        candidates=tuple(unconfirmed_candidates(mission)) if outcome is not Outcome.FOUND else (),
+        looked_share=None if search.explored_fraction is None else min(1.0, max(0.0, search.explored_fraction)),
+        places_looked=len(search.visited),
         places_unreachable=len(search.unreachable),
         last_seen=mission.last_seen,
-        seen_instead=search.others[:OTHERS_TOLD],
+        seen_instead=search.other_objects[:OTHERS_TOLD],
         ended_by=by,
         cause=cause[:500],
         map_trouble=search.map_trouble,
     )
 
 
-def doubtful(mission: Mission) -> list[CandidateRecord]:
+def unconfirmed_candidates(mission: Mission) -> list[CandidateRecord]:
     """What was not taken, the likeliest first: validated but lost, then refused narrowly, then the rest."""
     judged: list[Rejection | Loss] = [*mission.search.losses, *mission.search.rejections]
     records = [one.record for one in judged if one.record is not None]
@@ -69,13 +69,13 @@ def doubtful(mission: Mission) -> list[CandidateRecord]:
     return records[:CANDIDATES_MAX]
 
 
-def maybes(mission: Mission) -> list[str]:
+def possible_matches(mission: Mission) -> list[str]:
     """What may have been it after all, in words."""
     narrow = [r.text for r in mission.search.rejections if r.narrow]
     return narrow + [loss.text for loss in mission.search.losses if loss.confirmed]
 
 
-def with_seen(
+def count_objects_in(
     others: tuple[SeenInstead, ...], target: Target, colour: str | None, seen: Detections
 ) -> tuple[SeenInstead, ...]:
     """The tally with one more frame in it: everything but the target (its colour too, where one was asked for)."""
@@ -103,8 +103,12 @@ def _may_be(seen: str | None, colour: str | None, excluded: Sequence[str]) -> bo
 
 def looked_in_words(mission: Mission) -> str:
     search = mission.search
-    looked = "" if search.share is None else f"{search.share * 100:.0f} % of the free space looked at "
-    looked += f"from {len(search.looked)} places" if looked else f"{len(search.looked)} places looked at"
+    looked = (
+        ""
+        if search.explored_fraction is None
+        else f"{search.explored_fraction * 100:.0f} % of the free space looked at "
+    )
+    looked += f"from {len(search.visited)} places" if looked else f"{len(search.visited)} places looked at"
     if search.unreachable:
         looked += f", {len(search.unreachable)} could not be reached"
     return looked
@@ -117,7 +121,7 @@ def last_seen_in_words(last: LastSeen | None, now_s: float) -> str:
 
 
 def others_in_words(mission: Mission) -> str:
-    named = [f"{one.colour} {one.label}" if one.colour else one.label for one in mission.search.others[:4]]
+    named = [f"{one.colour} {one.label}" if one.colour else one.label for one in mission.search.other_objects[:4]]
     return f"seen instead: {', '.join(named)}" if named else ""
 
 

@@ -5,66 +5,66 @@ from typing import assert_never
 
 from contracts.mission import EndCause, EventKind, MapTrouble, MissionState, Outcome
 from coordinator.core import events as ev
-from coordinator.core.activities import Nothing
+from coordinator.core.activities import Idle
 from coordinator.core.geometry import distance_m
-from coordinator.core.mission import Robot
+from coordinator.core.mission import RobotSnapshot
 from coordinator.core.outcomes import abort_for_the_map, close
 from coordinator.core.reactions import lifted
-from coordinator.core.step_context import Draft
+from coordinator.core.step_context import StepContext
 
 ODOMETRY_JUMP_M = 0.5
 ODOMETRY_STEP_M = 0.005
 LATE_STATE_S = 1.0
 
 
-def handle(draft: Draft, event: ev.RobotUpdated | ev.StopLatched | ev.StopReset) -> None:
+def handle(context: StepContext, event: ev.RobotUpdated | ev.StopLatched | ev.StopReset) -> None:
     match event:
         case ev.RobotUpdated():
-            _robot_updated(draft, event)
+            _robot_updated(context, event)
         case ev.StopLatched(epoch=epoch, reason=reason):
-            _stopped(draft, epoch, reason)
+            _stopped(context, epoch, reason)
         case ev.StopReset(epoch=epoch):
-            _reset(draft, epoch)
+            _reset(context, epoch)
         case _:
             assert_never(event)
 
 
-def _stopped(draft: Draft, epoch: int, reason: str) -> None:
+def _stopped(context: StepContext, epoch: int, reason: str) -> None:
     """The bridge may tell of a stop before it knows why ('' then): the reason is written in when it comes."""
-    draft.set(robot=replace(draft.mission.robot, stopped=True, epoch=epoch, epoch_s=draft.now_s))
+    context.update(robot=replace(context.mission.robot, stopped=True, epoch=epoch, epoch_s=context.now_s))
     why = f"emergency stop: {reason}" if reason else "emergency stop"
-    if draft.mission.state is MissionState.EMERGENCY_STOP:
-        if reason and draft.mission.stop_unexplained:
-            draft.set(stop_unexplained=False)
-            close(draft, Outcome.ABORTED, why, EndCause.STOPPED, why)
-            draft.say(EventKind.STOP, why)
+    if context.mission.state is MissionState.EMERGENCY_STOP:
+        if reason and context.mission.stop_unexplained:
+            context.update(stop_unexplained=False)
+            close(context, Outcome.ABORTED, why, EndCause.STOPPED, why)
+            context.log_event(EventKind.STOP, why)
         return
-    draft.stop_motion()
-    if draft.mission.running:
-        close(draft, Outcome.ABORTED, why, EndCause.STOPPED, why)
-        draft.set(candidate=None, approach=None, stop_unexplained=not reason)
-        draft.say(EventKind.END, f"aborted: {why}", outcome=Outcome.ABORTED.value)
-    draft.go(MissionState.EMERGENCY_STOP, why)
-    draft.be(Nothing())
+    context.stop_motion()
+    if context.mission.running:
+        close(context, Outcome.ABORTED, why, EndCause.STOPPED, why)
+        context.update(candidate=None, approach=None, stop_unexplained=not reason)
+        context.log_event(EventKind.END, f"aborted: {why}", outcome=Outcome.ABORTED.value)
+    context.transition_to(MissionState.EMERGENCY_STOP, why)
+    context.set_activity(Idle())
 
 
-def _reset(draft: Draft, epoch: int) -> None:
-    known = draft.mission.robot
-    told_s = draft.now_s if epoch > known.epoch else known.epoch_s
-    draft.set(robot=replace(known, stopped=False, epoch=epoch, epoch_s=told_s))
-    if draft.mission.state is MissionState.EMERGENCY_STOP:
-        draft.go(MissionState.IDLE, "the emergency stop was reset: idle, nothing resumes by itself")
-        draft.be(Nothing())
+def _reset(context: StepContext, epoch: int) -> None:
+    known = context.mission.robot
+    told_s = context.now_s if epoch > known.epoch else known.epoch_s
+    context.update(robot=replace(known, stopped=False, epoch=epoch, epoch_s=told_s))
+    if context.mission.state is MissionState.EMERGENCY_STOP:
+        context.transition_to(MissionState.IDLE, "the emergency stop was reset: idle, nothing resumes by itself")
+        context.set_activity(Idle())
 
 
-def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
-    mission = draft.mission
+def _robot_updated(context: StepContext, event: ev.RobotUpdated) -> None:
+    mission = context.mission
     missed_a_stop = mission.running and event.epoch > mission.epoch
     told_s = mission.robot.epoch_s
-    if event.epoch < mission.robot.epoch and told_s is not None and draft.now_s - told_s < LATE_STATE_S:
+    if event.epoch < mission.robot.epoch and told_s is not None and context.now_s - told_s < LATE_STATE_S:
         return  # published before a stop that is known already
-    draft.set(
-        robot=Robot(
+    context.update(
+        robot=RobotSnapshot(
             pose=event.pose,
             odometry=event.odometry,
             docked=event.docked,
@@ -72,51 +72,51 @@ def _robot_updated(draft: Draft, event: ev.RobotUpdated) -> None:
             stopped=event.stopped,
             epoch=event.epoch,
             epoch_s=mission.robot.epoch_s,
-            received_s=draft.now_s,
-            offset_s=event.stamp_s - draft.now_s,
-            localized_s=draft.now_s if event.pose is not None else mission.robot.localized_s,
+            received_s=context.now_s,
+            offset_s=event.stamp_s - context.now_s,
+            localized_s=context.now_s if event.pose is not None else mission.robot.localized_s,
             map_id=event.map_id or mission.robot.map_id,
-            lifted_s=(mission.robot.lifted_s or draft.now_s) if event.lifted else None,
+            lifted_s=(mission.robot.lifted_s or context.now_s) if event.lifted else None,
         )
     )
-    _count_metres(draft)
+    _count_metres(context)
     if event.stopped:
-        _stopped(draft, event.epoch, event.stop_reason)
+        _stopped(context, event.epoch, event.stop_reason)
     elif missed_a_stop:
-        _stopped(draft, event.epoch, "it came and went unseen")
+        _stopped(context, event.epoch, "it came and went unseen")
     if not event.stopped:
-        _reset(draft, event.epoch)
-    _check_the_map(draft)
-    _lifted(draft)
+        _reset(context, event.epoch)
+    _check_the_map(context)
+    _lifted(context)
 
 
-def _check_the_map(draft: Draft) -> None:
+def _check_the_map(context: StepContext) -> None:
     """Its places, what it has looked at and where it stands mean nothing in another map."""
-    mission = draft.mission
+    mission = context.mission
     if not mission.running or mission.robot.map_id is None:
         return
     if mission.map_id is None:
-        draft.set(map_id=mission.robot.map_id)
+        context.update(map_id=mission.robot.map_id)
     elif mission.map_id != mission.robot.map_id:
-        abort_for_the_map(draft, MapTrouble.ANOTHER_MAP)
+        abort_for_the_map(context, MapTrouble.ANOTHER_MAP)
 
 
-def _lifted(draft: Draft) -> None:
+def _lifted(context: StepContext) -> None:
     """In whatever state it is: a robot that was carried must not drive off by itself when it is put down."""
-    mission, since_s = draft.mission, draft.mission.robot.lifted_s
-    lasts = since_s is not None and draft.now_s - since_s >= mission.rules.lifted_s
+    mission, since_s = context.mission, context.mission.robot.lifted_s
+    lasts = since_s is not None and context.now_s - since_s >= mission.rules.lifted_s
     if lasts and mission.running and not mission.paused:
-        lifted(draft)
+        lifted(context)
 
 
-def _count_metres(draft: Draft) -> None:
-    here, before = draft.mission.robot.odometry, draft.mission.metres_from
-    if not draft.mission.running or here is None:
+def _count_metres(context: StepContext) -> None:
+    here, before = context.mission.robot.odometry, context.mission.metres_from
+    if not context.mission.running or here is None:
         return
     if before is None:
-        draft.set(metres_from=here)
+        context.update(metres_from=here)
         return
     moved = distance_m(here, before)
     if moved >= ODOMETRY_STEP_M:
         counted = moved if moved < ODOMETRY_JUMP_M else 0.0
-        draft.set(metres_from=here, metres_m=draft.mission.metres_m + counted)
+        context.update(metres_from=here, metres_m=context.mission.metres_m + counted)

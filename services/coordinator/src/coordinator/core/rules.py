@@ -22,7 +22,7 @@ class CenteringRule(StrEnum):
 
 class ApproachRule(StrEnum):
     LOCALIZED = "localized"
-    SEEDS = "seeds"
+    STRAIGHT = "straight"
 
 
 class Rules(BaseModel):

@@ -6,147 +6,151 @@ from contracts.geometry import Pose2D
 from contracts.mission import EndCause, EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
-from coordinator.core.activities import ChoosingPath, Entering, Going, PlanningCoverage, Undocking, Waking
+from coordinator.core.activities import ChoosingPath, Navigating, PlanningCoverage, Starting, Undocking, Waking
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
 from coordinator.core.geometry import around, distance_m, near_any, wrap
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, abort_for_the_map, give_up
 from coordinator.core.rules import CoverageRule
-from coordinator.core.sightings import may_be_rejected, new_candidate, sightings, worth_it
-from coordinator.core.step_context import Draft
+from coordinator.core.sightings import is_near_rejected, is_worth_pursuing, new_candidate, sightings
+from coordinator.core.step_context import StepContext
 
 ARRIVED_M = 0.3
 GLIMPSE_S = 2.0
 
 
-def undock_first(draft: Draft) -> bool:
+def undock_first(context: StepContext) -> bool:
     """True when the robot stands on its dock and was asked to leave it: the state is taken up again afterwards.
 
     Once a mission: what the base says of its dock lags behind.
     """
-    if draft.mission.robot.docked is not True or draft.search.undocks > 0:
+    if context.mission.robot.docked is not True or context.search.undocks > 0:
         return False
-    call, limit_s = draft.call(), draft.rules.undock_timeout_s
-    draft.act(do.Undock(call, limit_s))
-    draft.be(Undocking(call, draft.now_s + limit_s + draft.rules.call_margin_s))
-    draft.say(EventKind.UNDOCK, "leaving the dock first")
+    call, limit_s = context.call(), context.rules.undock_timeout_s
+    context.request(do.Undock(call, limit_s))
+    context.set_activity(Undocking(call, context.now_s + limit_s + context.rules.call_margin_s))
+    context.log_event(EventKind.UNDOCK, "leaving the dock first")
     return True
 
 
-def undocked(draft: Draft) -> None:
-    draft.set_search(undocks=draft.search.undocks + 1)
-    draft.say(
+def undocked(context: StepContext) -> None:
+    context.update_search(undocks=context.search.undocks + 1)
+    context.log_event(
         EventKind.UNDOCK,
         "off the dock; waiting for a picture, for a robot may turn its camera and lidar off on the dock",
     )
-    draft.be(Waking(draft.now_s + draft.rules.wake_s_max))
+    context.set_activity(Waking(context.now_s + context.rules.wake_s_max))
 
 
-def awake(draft: Draft) -> None:
+def awake(context: StepContext) -> None:
     """The first picture after the dock has come, or the time for it is up."""
-    draft.be(Entering())
+    context.set_activity(Starting())
 
 
-def new_scan(draft: Draft, reason: str, *, start_rad: float | None = None) -> None:
+def new_scan(context: StepContext, reason: str, *, start_rad: float | None = None) -> None:
     """A 420 degree look round in equal steps that overlap in the picture, from the heading that promises most."""
-    rules = draft.rules
-    start = draft.mission.robot.yaw if start_rad is None else start_rad
+    rules = context.rules
+    start = context.mission.robot.yaw if start_rad is None else start_rad
     widest = rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)
     count = math.ceil(rules.scan_angle_rad / min(rules.scan_step_rad, widest) - 1e-6)
     step = rules.scan_angle_rad / count
     headings = tuple(start + k * step for k in range(count + 1))
-    draft.set_search(headings=headings, sweeps=0, scan_from=draft.mission.robot.pose)
-    draft.go(MissionState.SCANNING, reason)
+    context.update_search(headings=headings, sweeps=0, scan_from=context.mission.robot.pose)
+    context.transition_to(MissionState.SCANNING, reason)
 
 
-def next_place(draft: Draft, reason: str) -> None:
+def next_place(context: StepContext, reason: str) -> None:
     """After a scan: the next remembered view, else exploration."""
-    drop_views_looked_at(draft)
-    if draft.search.views:
-        draft.go(MissionState.MEMORY_NAV, f"{reason}; next remembered place ({draft.search.views[0].reason})")
+    drop_views_looked_at(context)
+    if context.search.views:
+        context.transition_to(
+            MissionState.MEMORY_NAV, f"{reason}; next remembered place ({context.search.views[0].reason})"
+        )
     else:
-        draft.go(MissionState.MOVING_TO_SCAN, f"{reason}; on to the next place of the search")
+        context.transition_to(MissionState.MOVING_TO_SCAN, f"{reason}; on to the next place of the search")
 
 
-def drop_views_looked_at(draft: Draft) -> None:
-    search, near_m = draft.search, draft.rules.view_separation_m
-    draft.set_search(views=tuple(v for v in search.views if not near_any(v.pose, search.looked, near_m)))
+def drop_views_looked_at(context: StepContext) -> None:
+    search, near_m = context.search, context.rules.view_separation_m
+    context.update_search(views=tuple(v for v in search.views if not near_any(v.pose, search.visited, near_m)))
 
 
-def begin_memory_nav(draft: Draft) -> None:
-    if undock_first(draft):
+def begin_memory_nav(context: StepContext) -> None:
+    if undock_first(context):
         return
-    drop_views_looked_at(draft)
-    if not draft.search.views:
-        if draft.search.looked:
-            draft.go(MissionState.MOVING_TO_SCAN, "no remembered place is left: exploring")
+    drop_views_looked_at(context)
+    if not context.search.views:
+        if context.search.visited:
+            context.transition_to(MissionState.MOVING_TO_SCAN, "no remembered place is left: exploring")
         else:
-            new_scan(draft, "no remembered place could be reached: looking round here first")
+            new_scan(context, "no remembered place could be reached: looking round here first")
         return
-    place = draft.search.views[0]
-    if _is_here(draft, place.pose):
-        _arrive(draft)
+    place = context.search.views[0]
+    if _is_here(context, place.pose):
+        _arrive(context)
         return
-    draft.say(EventKind.NAVIGATION, f"to a remembered place: {place.reason}", goal=place.pose.model_dump())
-    _choose(draft, place.pose)
+    context.log_event(EventKind.NAVIGATION, f"to a remembered place: {place.reason}", goal=place.pose.model_dump())
+    _choose(context, place.pose)
 
 
-def begin_moving(draft: Draft) -> None:
-    if undock_first(draft):
+def begin_moving(context: StepContext) -> None:
+    if undock_first(context):
         return
-    rules, search = draft.rules, draft.search
+    rules, search = context.rules, context.search
     if rules.coverage_rule is CoverageRule.VIEWPOINTS or search.plans == 0:
-        action = do.PlanCoverage(draft.call(), (*search.looked, *search.unreachable), rules.plan_timeout_s)
-        draft.act(action)
-        draft.be(PlanningCoverage(action.call, draft.now_s + action.timeout_s + rules.call_margin_s))
+        action = do.PlanCoverage(context.call(), (*search.visited, *search.unreachable), rules.plan_timeout_s)
+        context.request(action)
+        context.set_activity(PlanningCoverage(action.call, context.now_s + action.timeout_s + rules.call_margin_s))
         return
-    _to_next_point(draft)
+    _to_next_point(context)
 
 
-def handle(draft: Draft, event: Event) -> None:
+def handle(context: StepContext, event: Event) -> None:
     """Both states: they differ in where the next place comes from."""
-    match draft.mission.activity, event:
+    match context.mission.activity, event:
         case Undocking(), Undocked():
-            undocked(draft)
+            undocked(context)
         case Waking(), DetectionsSeen():
-            awake(draft)
+            awake(context)
         case PlanningCoverage(), CoveragePlanned(trouble=trouble) if trouble is not None:
-            abort_for_the_map(draft, trouble)
+            abort_for_the_map(context, trouble)
         case PlanningCoverage(), CoveragePlanned(points=points):
-            draft.set_search(points=points[: draft.rules.scan_points_max], plans=draft.search.plans + 1)
-            _to_next_point(draft)
+            context.update_search(points=points[: context.rules.scan_points_max], plans=context.search.plans + 1)
+            _to_next_point(context)
         case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
-            draft.navigate(poses[index])
+            context.navigate(poses[index])
         case ChoosingPath(), PathChosen(error=error):
-            _skip(draft, f"no path there ({error or 'no reason given'})")
-        case Going(), GoalEnded():
-            _goal_ended(draft, event)
-        case ((ChoosingPath() | Going() | PlanningCoverage()), DetectionsSeen()):
-            _maybe_seen(draft, event)
+            _skip(context, f"no path there ({error or 'no reason given'})")
+        case Navigating(), GoalEnded():
+            _goal_ended(context, event)
+        case ((ChoosingPath() | Navigating() | PlanningCoverage()), DetectionsSeen()):
+            _maybe_seen(context, event)
         case _:
             pass
 
 
-def _maybe_seen(draft: Draft, event: DetectionsSeen) -> None:
+def _maybe_seen(context: StepContext, event: DetectionsSeen) -> None:
     """A drive is stopped for what two pictures in a row show: for a flicker it would end in one more look round."""
     sure = tuple(
         s
-        for s in sightings(draft.mission, event.detections)
-        if s.confidence >= draft.rules.moving_confidence_min
-        and worth_it(draft.mission, s)
-        and not may_be_rejected(draft.mission, s)
+        for s in sightings(context.mission, event.detections)
+        if s.confidence >= context.rules.moving_confidence_min
+        and is_worth_pursuing(context.mission, s)
+        and not is_near_rejected(context.mission, s)
     )
-    before = draft.search.glimpsed
+    before = context.search.tentative_sightings
     if sure != before:
-        draft.set_search(glimpsed=sure)
-    sighting = next((s for s in sure if not draft.rules.moving_twice or _again(s, before, draft.rules.track_rad)), None)
+        context.update_search(tentative_sightings=sure)
+    sighting = next(
+        (s for s in sure if not context.rules.moving_twice or _again(s, before, context.rules.track_rad)), None
+    )
     if sighting is None:
         return
-    draft.stop_motion()
-    new_candidate(draft, sighting)
-    draft.set_search(headings=(), glimpsed=())
-    draft.say(EventKind.SIGHTING, "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
-    draft.go(MissionState.CENTERING, "seen on the way: stopping to look")
+    context.stop_motion()
+    new_candidate(context, sighting)
+    context.update_search(headings=(), tentative_sightings=())
+    context.log_event(EventKind.SIGHTING, "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
+    context.transition_to(MissionState.CENTERING, "seen on the way: stopping to look")
 
 
 def _again(sighting: Sighting, before: tuple[Sighting, ...], within_rad: float) -> bool:
@@ -157,104 +161,104 @@ def _again(sighting: Sighting, before: tuple[Sighting, ...], within_rad: float) 
     )
 
 
-def _goal_ended(draft: Draft, event: GoalEnded) -> None:
-    going = draft.mission.activity
-    assert isinstance(going, Going)
+def _goal_ended(context: StepContext, event: GoalEnded) -> None:
+    going = context.mission.activity
+    assert isinstance(going, Navigating)
     what = f"{event.status.value} {event.error_code or ''} {event.error}".strip()
     if event.status not in {GoalStatus.REJECTED, GoalStatus.CANCELED}:
-        draft.set_search(refusals=0)
+        context.update_search(refusals=0)
     match event.status:
         case GoalStatus.SUCCEEDED:
-            _arrive(draft)
+            _arrive(context)
         case GoalStatus.ABORTED if going.tries == 0:
-            draft.say(EventKind.NAVIGATION, f"{what}: clearing the costmaps and trying once more from here",
+            context.log_event(EventKind.NAVIGATION, f"{what}: clearing the costmaps and trying once more from here",
                       error_code=event.error_code)  # fmt: skip
-            draft.navigate(going.goal, tries=1)
+            context.navigate(going.goal, tries=1)
         case GoalStatus.REJECTED | GoalStatus.CANCELED:
-            _refused(draft, what, stopped=event.stopped)
+            _refused(context, what, stopped=event.stopped)
         case _:
-            _skip(draft, what)
+            _skip(context, what)
 
 
-def _refused(draft: Draft, what: str, *, stopped: bool) -> None:
+def _refused(context: StepContext, what: str, *, stopped: bool) -> None:
     """A rejecting server is likely inactive, and a goal that others cancelled was cut off: once more after a pause."""
-    search = draft.search
-    draft.set_search(place_failures=search.place_failures + 1, refusals=search.refusals + 1)
-    if draft.search.refusals >= draft.rules.failures_max:
-        abort(draft, EndCause.NAVIGATION, f"navigation refused {draft.search.refusals} goals in a row: {what}")
-    elif draft.search.place_failures > 1:
-        _skip(draft, what)
+    search = context.search
+    context.update_search(place_failures=search.place_failures + 1, refusals=search.refusals + 1)
+    if context.search.refusals >= context.rules.failures_max:
+        abort(context, EndCause.NAVIGATION, f"navigation refused {context.search.refusals} goals in a row: {what}")
+    elif context.search.place_failures > 1:
+        _skip(context, what)
     else:
-        draft.fail("navigation", what, stopped=stopped)
+        context.retry_later("navigation", what, stopped=stopped)
 
 
-def skip_after_failure(draft: Draft) -> bool:
+def skip_after_failure(context: StepContext) -> bool:
     """True when the call for this place failed twice in a row: another place is tried."""
-    draft.set_search(place_failures=draft.search.place_failures + 1)
-    if draft.search.place_failures <= 1 or not isinstance(draft.mission.activity, Going | ChoosingPath):
+    context.update_search(place_failures=context.search.place_failures + 1)
+    if context.search.place_failures <= 1 or not isinstance(context.mission.activity, Navigating | ChoosingPath):
         return False
-    _skip(draft, "its calls failed twice")
+    _skip(context, "its calls failed twice")
     return True
 
 
-def _skip(draft: Draft, why: str) -> None:
-    search = draft.search
-    missed = search.missed_in_row + 1
-    draft.set_search(missed_in_row=missed)
-    if missed >= draft.rules.places_missed_max:
+def _skip(context: StepContext, why: str) -> None:
+    search = context.search
+    missed = search.consecutive_unreachable + 1
+    context.update_search(consecutive_unreachable=missed)
+    if missed >= context.rules.places_missed_max:
         abort(
-            draft,
+            context,
             EndCause.NAVIGATION,
             f"navigation reached none of {missed} places in a row, the last one because: {why}",
         )
         return
-    if draft.mission.state is MissionState.MEMORY_NAV:
+    if context.mission.state is MissionState.MEMORY_NAV:
         lost, views = search.views[0].pose, search.views[1:]
-        draft.set_search(views=views, unreachable=(*search.unreachable, lost), place_failures=0)
+        context.update_search(views=views, unreachable=(*search.unreachable, lost), place_failures=0)
     elif search.points:
-        draft.set_search(
+        context.update_search(
             points=search.points[1:], unreachable=(*search.unreachable, search.points[0]), place_failures=0
         )
-    draft.go(draft.mission.state, f"skipping this place: {why}")
+    context.transition_to(context.mission.state, f"skipping this place: {why}")
 
 
-def _arrive(draft: Draft) -> None:
-    draft.set_search(place_failures=0, missed_in_row=0)
-    if draft.mission.state is MissionState.MEMORY_NAV:
-        place = draft.search.views[0]
-        draft.set_search(views=draft.search.views[1:])
-        new_scan(draft, "arrived where it was seen: looking round", start_rad=place.pose.yaw)
+def _arrive(context: StepContext) -> None:
+    context.update_search(place_failures=0, consecutive_unreachable=0)
+    if context.mission.state is MissionState.MEMORY_NAV:
+        place = context.search.views[0]
+        context.update_search(views=context.search.views[1:])
+        new_scan(context, "arrived where it was seen: looking round", start_rad=place.pose.yaw)
     else:
-        draft.set_search(points=draft.search.points[1:])
-        new_scan(draft, "arrived at the next place: looking round")
+        context.update_search(points=context.search.points[1:])
+        new_scan(context, "arrived at the next place: looking round")
 
 
-def _to_next_point(draft: Draft) -> None:
-    search, near_m = draft.search, 0.35
-    done = (*search.looked, *search.unreachable)
+def _to_next_point(context: StepContext) -> None:
+    search, near_m = context.search, 0.35
+    done = (*search.visited, *search.unreachable)
     points = tuple(p for p in search.points if not near_any(p, done, near_m))
-    draft.set_search(points=points)
+    context.update_search(points=points)
     if not points:
         if search.unreachable:
-            give_up(draft, EndCause.NO_PLACE_LEFT, "no other place could be reached")
+            give_up(context, EndCause.NO_PLACE_LEFT, "no other place could be reached")
         else:
-            give_up(draft, EndCause.ALL_LOOKED, "every place was looked at")
+            give_up(context, EndCause.ALL_LOOKED, "every place was looked at")
         return
-    draft.say(
+    context.log_event(
         EventKind.NAVIGATION, f"to the next place of the search, {len(points)} to go", goal=points[0].model_dump()
     )
-    if _is_here(draft, points[0]):
-        _arrive(draft)
+    if _is_here(context, points[0]):
+        _arrive(context)
     else:
-        _choose(draft, points[0])
+        _choose(context, points[0])
 
 
-def _choose(draft: Draft, pose: Pose2D) -> None:
+def _choose(context: StepContext, pose: Pose2D) -> None:
     """The wanted pose itself, else one of a ring round it (half the failures in A19 were path rejections)."""
     groups = ((pose,), around(pose, 0.35, 6), around(pose, 0.7, 8))
-    draft.choose_path(groups, tuple(0.0 for group in groups for _ in group))
+    context.choose_path(groups, tuple(0.0 for group in groups for _ in group))
 
 
-def _is_here(draft: Draft, pose: Pose2D) -> bool:
-    here = draft.mission.robot.pose
+def _is_here(context: StepContext, pose: Pose2D) -> bool:
+    here = context.mission.robot.pose
     return here is not None and distance_m(here, pose) <= ARRIVED_M

@@ -8,8 +8,8 @@ from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
 from coordinator.core.geometry import distance_m, pixel_bearing_rad, relative, wrap
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighting
-from coordinator.core.report import candidate_record, with_seen
-from coordinator.core.step_context import Draft
+from coordinator.core.report import candidate_record, count_objects_in
+from coordinator.core.step_context import StepContext
 
 FRAME_PX = 320
 """The width the requirements' pixel numbers belong to; other widths are scaled to it."""
@@ -55,11 +55,13 @@ def _sighting(mission: Mission, seen: Detections, detection: Detection, yaw: flo
     )
 
 
-def tally_others(draft: Draft, seen: Detections) -> None:
+def count_other_objects(context: StepContext, seen: Detections) -> None:
     """What else this frame shows, for the ending that has to say what was seen instead."""
-    target = draft.mission.target
+    target = context.mission.target
     if target is not None:
-        draft.set_search(others=with_seen(draft.search.others, target, draft.mission.colour, seen))
+        context.update_search(
+            other_objects=count_objects_in(context.search.other_objects, target, context.mission.colour, seen)
+        )
 
 
 def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:
@@ -97,17 +99,17 @@ def _nearest(some: Sequence[Sighting], expected_rad: float, within_rad: float) -
     return min(near, key=lambda s: abs(wrap(s.bearing_rad - expected_rad)), default=None)
 
 
-def follow(draft: Draft, sighting: Sighting) -> None:
-    named = draft.candidate.colour_named or sighting.colour is not None
-    draft.set_candidate(sighting=sighting, seen_s=draft.now_s, colour_named=named)
+def follow(context: StepContext, sighting: Sighting) -> None:
+    named = context.candidate.colour_named or sighting.colour is not None
+    context.update_candidate(sighting=sighting, seen_s=context.now_s, colour_named=named)
 
 
-def new_candidate(draft: Draft, sighting: Sighting) -> None:
-    named, here = sighting.colour is not None, draft.mission.robot.pose
-    draft.set(candidate=Candidate(sighting=sighting, seen_s=draft.now_s, colour_named=named, origin=here))
+def new_candidate(context: StepContext, sighting: Sighting) -> None:
+    named, here = sighting.colour is not None, context.mission.robot.pose
+    context.update(candidate=Candidate(sighting=sighting, seen_s=context.now_s, colour_named=named, origin=here))
 
 
-def worth_it(mission: Mission, sighting: Sighting) -> bool:
+def is_worth_pursuing(mission: Mission, sighting: Sighting) -> bool:
     """False for what was lost twice in this direction, and for unlocalised rejections in it."""
     lost = sum(_same_direction(mission, loss.origin, loss.bearing_rad, sighting) for loss in mission.search.losses)
     refused = any(
@@ -117,7 +119,7 @@ def worth_it(mission: Mission, sighting: Sighting) -> bool:
     return lost < 2 and not refused
 
 
-def may_be_rejected(mission: Mission, sighting: Sighting) -> bool:
+def is_near_rejected(mission: Mission, sighting: Sighting) -> bool:
     """True when something rejected stands in that direction: it takes a measurement to tell the two apart."""
     pose = mission.robot.pose
     if pose is None:
@@ -148,10 +150,10 @@ def _much_nearer(mission: Mission, now_m: float | None, then_m: float | None) ->
     return now_m is not None and then_m is not None and now_m <= mission.rules.rejudge_share * then_m
 
 
-def reject(draft: Draft, text: str, *, narrow: bool) -> None:
+def reject(context: StepContext, text: str, *, narrow: bool) -> None:
     """Remembers the candidate as not the target; the search goes on without it."""
-    candidate, pose = draft.candidate, draft.mission.robot.pose
-    record = candidate_record(draft.mission, candidate, text, narrow=narrow, now_s=draft.now_s)
+    candidate, pose = context.candidate, context.mission.robot.pose
+    record = candidate_record(context.mission, candidate, text, narrow=narrow, now_s=context.now_s)
     rejection = Rejection(
         map_xy=candidate.map_xy,
         origin=pose,
@@ -162,22 +164,26 @@ def reject(draft: Draft, text: str, *, narrow: bool) -> None:
         record=record,
         distance_m=candidate.distance_m,
     )
-    draft.set_search(rejections=(*draft.search.rejections, rejection)[-100:])
-    draft.set(candidate=None, approach=None)
+    context.update_search(rejections=(*context.search.rejections, rejection)[-100:])
+    context.update(candidate=None, approach=None)
 
 
-def lose(draft: Draft, why: str = "could not be seen again") -> None:
+def lose(context: StepContext, why: str = "could not be seen again") -> None:
     """Remembers where the candidate was last seen from, and `why` it is left."""
-    candidate = draft.candidate
+    candidate = context.candidate
     where = "" if candidate.map_xy is None else f" at x {candidate.map_xy[0]:.1f} m, y {candidate.map_xy[1]:.1f} m"
     text = f"what was seen{where} and {why}"
     judged = candidate.confirmed or bool(candidate.votes)
-    record = candidate_record(draft.mission, candidate, text, narrow=candidate.confirmed, now_s=draft.now_s)
+    record = candidate_record(context.mission, candidate, text, narrow=candidate.confirmed, now_s=context.now_s)
     loss = Loss(
-        draft.mission.robot.pose, candidate.sighting.bearing_rad, candidate.confirmed, text, record if judged else None
+        context.mission.robot.pose,
+        candidate.sighting.bearing_rad,
+        candidate.confirmed,
+        text,
+        record if judged else None,
     )
-    draft.set_search(losses=(*draft.search.losses, loss)[-100:])
-    draft.set(candidate=None, approach=None)
+    context.update_search(losses=(*context.search.losses, loss)[-100:])
+    context.update(candidate=None, approach=None)
 
 
 def _same_direction(mission: Mission, origin: Pose2D | None, bearing_rad: float, sighting: Sighting) -> bool:

@@ -8,7 +8,7 @@ from contracts.mission import EndCause, EventKind, MissionKind, MissionState
 from coordinator.core import actions as do
 from coordinator.core import (
     approach,
-    approach_seeds,
+    approach_straight,
     centering,
     depth_check,
     docking,
@@ -20,19 +20,19 @@ from coordinator.core import (
 )
 from coordinator.core import events as ev
 from coordinator.core.activities import (
+    AwaitingFrame,
     CheckingPlace,
     ChoosingPath,
     Docking,
     Driving,
-    Entering,
-    Going,
-    Looking,
+    Idle,
     Measuring,
-    Nothing,
+    Navigating,
     Paused,
     PlanningCoverage,
+    Rotating,
+    Starting,
     Steering,
-    Turning,
     Undocking,
     Validating,
     Waiting,
@@ -42,7 +42,7 @@ from coordinator.core.mission import Mission
 from coordinator.core.outcomes import abort, give_up
 from coordinator.core.plausibility import checked_arrival, is_of_now
 from coordinator.core.rules import ApproachRule
-from coordinator.core.step_context import Draft
+from coordinator.core.step_context import StepContext
 
 BEGINS_MAX = 40
 
@@ -53,188 +53,196 @@ def step(mission: Mission, event: ev.Event, now_s: float) -> tuple[Mission, tupl
     Pure: the same mission, event and time give the same answer. Raises `ForbiddenTransitionError` when the core would
     leave its table (a bug, which the property tests look for).
     """
-    draft = Draft(mission, now_s)
-    _apply(draft, event)
+    context = StepContext(mission, now_s)
+    _apply(context, event)
     for _ in range(BEGINS_MAX):
-        if not isinstance(draft.mission.activity, Entering):
+        if not isinstance(context.mission.activity, Starting):
             break
-        _begin(draft)
-    return draft.mission, tuple(draft.actions)
+        _begin(context)
+    return context.mission, tuple(context.actions)
 
 
-def _apply(draft: Draft, event: ev.Event) -> None:
+def _apply(context: StepContext, event: ev.Event) -> None:
     match event:
         case ev.RobotUpdated() | ev.StopLatched() | ev.StopReset():
-            robot_updates.handle(draft, event)
-        case ev.MissionStarted() | ev.DockingStarted() | ev.CancelAsked() | ev.PauseAsked() | ev.ResumeAsked():
-            operator_commands.handle(draft, event)
+            robot_updates.handle(context, event)
+        case (
+            ev.MissionStarted()
+            | ev.DockingStarted()
+            | ev.CancelRequested()
+            | ev.PauseRequested()
+            | ev.ResumeRequested()
+        ):
+            operator_commands.handle(context, event)
         case ev.CoverageLooked(share=share):
-            if draft.mission.running:
-                draft.set_search(share=share)
+            if context.mission.running:
+                context.update_search(explored_fraction=share)
         case ev.Tick():
-            _tick(draft)
+            _tick(context)
         case ev.LeaseAnswered():
-            _handle(draft, event)
+            _handle(context, event)
         case ev.DetectionsSeen(detections=seen):
-            if is_of_now(draft.mission, seen.stamp_s, draft.now_s):
-                _handle(draft, event)
+            if is_of_now(context.mission, seen.stamp_s, context.now_s):
+                _handle(context, event)
         case _:
-            if _awaited(draft, event.call):
-                _answered(draft, event)
+            if _awaited(context, event.call):
+                _answered(context, event)
 
 
-def _answered(draft: Draft, event: ev.Answer) -> None:
+def _answered(context: StepContext, event: ev.Answer) -> None:
     match event:
         case ev.CallFailed(service=service, detail=detail):
-            _call_failed(draft, service, detail, stopped=event.stopped)
+            _call_failed(context, service, detail, stopped=event.stopped)
         case ev.GoalEnded():
-            draft.set(failures=0)
-            _handle(draft, checked_arrival(draft.mission, event))
+            context.update(failures=0)
+            _handle(context, checked_arrival(context.mission, event))
         case ev.MotionEnded(end=end) if not end.completed:
-            _handle(draft, event)
+            _handle(context, event)
         case _:
-            draft.set(failures=0)
-            _handle(draft, event)
+            context.update(failures=0)
+            _handle(context, event)
 
 
-def _awaited(draft: Draft, call: int) -> bool:
+def _awaited(context: StepContext, call: int) -> bool:
     """Answers to calls that were given up are too late."""
-    return draft.mission.running and call != 0 and draft.mission.activity.call == call
+    return context.mission.running and call != 0 and context.mission.activity.call == call
 
 
 # states
 
 
-def _approach_module(draft: Draft) -> ModuleType:
-    return approach if draft.rules.approach_rule is ApproachRule.LOCALIZED else approach_seeds
+def _approach_module(context: StepContext) -> ModuleType:
+    return approach if context.rules.approach_rule is ApproachRule.LOCALIZED else approach_straight
 
 
-def _begin(draft: Draft) -> None:
-    match draft.mission.state:
-        case MissionState.MEMORY_NAV if draft.mission.kind is MissionKind.DOCK:
-            docking.begin(draft)
+def _begin(context: StepContext) -> None:
+    match context.mission.state:
+        case MissionState.MEMORY_NAV if context.mission.kind is MissionKind.DOCK:
+            docking.begin(context)
         case MissionState.MEMORY_NAV:
-            search.begin_memory_nav(draft)
+            search.begin_memory_nav(context)
         case MissionState.MOVING_TO_SCAN:
-            search.begin_moving(draft)
+            search.begin_moving(context)
         case MissionState.SCANNING:
-            scan.begin(draft)
+            scan.begin(context)
         case MissionState.CENTERING:
-            centering.begin(draft)
+            centering.begin(context)
         case MissionState.DEPTH_CHECK:
-            depth_check.begin(draft)
+            depth_check.begin(context)
         case MissionState.APPROACHING:
-            _approach_module(draft).begin(draft)
+            _approach_module(context).begin(context)
         case MissionState.DRIVING_1M:
-            step_drive.begin(draft)
+            step_drive.begin(context)
         case MissionState.IDLE | MissionState.DONE | MissionState.EMERGENCY_STOP:
-            draft.be(Nothing())
+            context.set_activity(Idle())
         case _:
-            assert_never(draft.mission.state)
+            assert_never(context.mission.state)
 
 
-def _handle(draft: Draft, event: ev.Event) -> None:
-    match draft.mission.state:
-        case MissionState.MEMORY_NAV if draft.mission.kind is MissionKind.DOCK:
-            docking.handle(draft, event)
+def _handle(context: StepContext, event: ev.Event) -> None:
+    match context.mission.state:
+        case MissionState.MEMORY_NAV if context.mission.kind is MissionKind.DOCK:
+            docking.handle(context, event)
         case MissionState.MEMORY_NAV | MissionState.MOVING_TO_SCAN:
-            search.handle(draft, event)
+            search.handle(context, event)
         case MissionState.SCANNING:
-            scan.handle(draft, event)
+            scan.handle(context, event)
         case MissionState.CENTERING:
-            centering.handle(draft, event)
+            centering.handle(context, event)
         case MissionState.DEPTH_CHECK:
-            depth_check.handle(draft, event)
+            depth_check.handle(context, event)
         case MissionState.APPROACHING:
-            _approach_module(draft).handle(draft, event)
+            _approach_module(context).handle(context, event)
         case MissionState.DRIVING_1M:
-            step_drive.handle(draft, event)
+            step_drive.handle(context, event)
         case MissionState.IDLE | MissionState.DONE | MissionState.EMERGENCY_STOP:
             pass
         case _:
-            assert_never(draft.mission.state)
+            assert_never(context.mission.state)
 
 
 # time
 
 
-def _tick(draft: Draft) -> None:
-    mission, now = draft.mission, draft.now_s
+def _tick(context: StepContext) -> None:
+    mission, now = context.mission, context.now_s
     if mission.state is MissionState.DONE:
         if now >= mission.activity.until_s:
-            draft.go(MissionState.IDLE, "the mission is over")
-            draft.be(Nothing())
+            context.transition_to(MissionState.IDLE, "the mission is over")
+            context.set_activity(Idle())
         return
     if not mission.running:
         return
     if isinstance(mission.activity, Paused):
         if now >= mission.activity.until_s:
             abort(
-                draft,
+                context,
                 EndCause.STAYED_PAUSED,
                 f"it stayed paused for {mission.rules.pause_timeout_s:.0f} s ({mission.activity.why})",
             )
         return
     if now >= mission.deadline_s:
-        _out_of_time(draft)
+        _out_of_time(context)
     elif now - max(mission.robot.received_s, mission.started_s) > mission.rules.robot_silent_s:
         abort(
-            draft,
+            context,
             EndCause.BRIDGE_SILENT,
             f"robot_bridge has said nothing for {mission.rules.robot_silent_s:.0f} s: it or Redis is away",
         )
     elif now - max(mission.robot.localized_s, mission.started_s) > mission.rules.lost_pose_s:
         abort(
-            draft, EndCause.LOST, f"the robot has not known its place in the map for {mission.rules.lost_pose_s:.0f} s"
+            context,
+            EndCause.LOST,
+            f"the robot has not known its place in the map for {mission.rules.lost_pose_s:.0f} s",
         )
     elif now >= mission.activity.until_s:
-        _overdue(draft)
-    elif mission.state is MissionState.APPROACHING and now >= draft.approach.until_s:
-        approach.on_overtime(draft)
+        _overdue(context)
+    elif mission.state is MissionState.APPROACHING and now >= context.approach.until_s:
+        approach.on_overtime(context)
     else:
-        _handle(draft, ev.Tick())
+        _handle(context, ev.Tick())
 
 
-def _out_of_time(draft: Draft) -> None:
-    why = f"the time is up ({draft.rules.mission_timeout_s:.0f} s)"
-    if draft.mission.kind is MissionKind.DOCK:
-        abort(draft, EndCause.TIME_UP, why)
+def _out_of_time(context: StepContext) -> None:
+    why = f"the time is up ({context.rules.mission_timeout_s:.0f} s)"
+    if context.mission.kind is MissionKind.DOCK:
+        abort(context, EndCause.TIME_UP, why)
     else:
-        give_up(draft, EndCause.TIME_UP, why)
+        give_up(context, EndCause.TIME_UP, why)
 
 
-def _overdue(draft: Draft) -> None:
+def _overdue(context: StepContext) -> None:
     """The activity's own limit passed without what it waited for."""
-    match draft.mission.activity:
+    match context.mission.activity:
         case Waiting():
-            draft.be(Entering())
+            context.set_activity(Starting())
         case Waking():
-            draft.say(
+            context.log_event(
                 EventKind.FAILURE,
-                f"no picture came for {draft.rules.wake_s_max:.0f} s after the dock: going on without one",
+                f"no picture came for {context.rules.wake_s_max:.0f} s after the dock: going on without one",
             )
-            search.awake(draft)
-        case Looking():
-            _look_timeouts()[draft.mission.state](draft)
+            search.awake(context)
+        case AwaitingFrame():
+            _look_timeouts()[context.mission.state](context)
         case Steering():
-            module = step_drive if draft.mission.state is MissionState.DRIVING_1M else approach_seeds
-            module.on_steering_end(draft)
-        case Turning() | Driving() | Going() | Undocking() | Docking() | ChoosingPath():
-            draft.stop_motion()
-            _call_failed(draft, "robot_bridge", "no answer in time")
+            module = step_drive if context.mission.state is MissionState.DRIVING_1M else approach_straight
+            module.on_steering_end(context)
+        case Rotating() | Driving() | Navigating() | Undocking() | Docking() | ChoosingPath():
+            context.stop_motion()
+            _call_failed(context, "robot_bridge", "no answer in time")
         case Measuring() | CheckingPlace():
-            _call_failed(draft, "robot_bridge", "no measurement in time")
+            _call_failed(context, "robot_bridge", "no measurement in time")
         case Validating():
-            _call_failed(draft, "inference", "no validation in time")
+            _call_failed(context, "inference", "no validation in time")
         case PlanningCoverage():
-            _call_failed(draft, "robot_bridge", "no map in time")
-        case Nothing() | Entering() | Paused():
+            _call_failed(context, "robot_bridge", "no map in time")
+        case Idle() | Starting() | Paused():
             pass
         case _:
-            assert_never(draft.mission.activity)
+            assert_never(context.mission.activity)
 
 
-def _look_timeouts() -> dict[MissionState, Callable[[Draft], None]]:
+def _look_timeouts() -> dict[MissionState, Callable[[StepContext], None]]:
     return {
         MissionState.SCANNING: scan.on_look_timeout,
         MissionState.CENTERING: centering.on_look_timeout,
@@ -243,23 +251,23 @@ def _look_timeouts() -> dict[MissionState, Callable[[Draft], None]]:
     }
 
 
-def _call_failed(draft: Draft, service: str, detail: str, *, stopped: bool = False) -> None:
+def _call_failed(context: StepContext, service: str, detail: str, *, stopped: bool = False) -> None:
     """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
-    mission = draft.mission
-    if isinstance(mission.activity, Validating) and depth_check.given_up_judging(draft, detail):
+    mission = context.mission
+    if isinstance(mission.activity, Validating) and depth_check.given_up_judging(context, detail):
         return
     if mission.failures + 1 >= mission.rules.failures_max:
-        abort(draft, EndCause.SERVICE, f"{service} failed {mission.failures + 1} times in a row: {detail}")
+        abort(context, EndCause.SERVICE, f"{service} failed {mission.failures + 1} times in a row: {detail}")
         return
-    if mission.kind is MissionKind.DOCK and docking.on_failure(draft, detail):
+    if mission.kind is MissionKind.DOCK and docking.on_failure(context, detail):
         return
     if mission.state is MissionState.APPROACHING and isinstance(mission.activity, Measuring | Steering):
-        draft.set(failures=mission.failures + 1)
-        _approach_module(draft).on_failure(draft)
+        context.update(failures=mission.failures + 1)
+        _approach_module(context).on_failure(context)
         return
     searching = mission.kind is MissionKind.FIND
     driving = mission.state in {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN}
-    if searching and driving and search.skip_after_failure(draft):
-        draft.set(failures=mission.failures + 1)
+    if searching and driving and search.skip_after_failure(context):
+        context.update(failures=mission.failures + 1)
         return
-    draft.fail(service, detail, stopped=stopped)
+    context.retry_later(service, detail, stopped=stopped)

@@ -9,14 +9,14 @@ from contracts.robot import BoxQuery
 from coordinator.core import actions as do
 from coordinator.core.activities import (
     Activity,
+    AwaitingFrame,
     ChoosingPath,
     Driving,
-    Entering,
-    Going,
-    Looking,
     Measuring,
+    Navigating,
     Paused,
-    Turning,
+    Rotating,
+    Starting,
     Waiting,
 )  # fmt: skip
 from coordinator.core.mission import Approach, Candidate, Mission, Search
@@ -29,7 +29,7 @@ class ForbiddenTransitionError(AssertionError):
 
 
 @dataclass(slots=True)
-class Draft:
+class StepContext:
     """Lives for one step; the functions of the core work on it, and only it is mutable."""
 
     mission: Mission
@@ -58,96 +58,98 @@ class Draft:
         """The present on the clock that stamps frames."""
         return self.now_s + self.mission.robot.offset_s
 
-    def set(self, **changes: Any) -> None:
+    def update(self, **changes: Any) -> None:
         self.mission = replace(self.mission, **changes)
 
-    def set_search(self, **changes: Any) -> None:
-        self.set(search=replace(self.mission.search, **changes))
+    def update_search(self, **changes: Any) -> None:
+        self.update(search=replace(self.mission.search, **changes))
 
-    def set_candidate(self, **changes: Any) -> None:
-        self.set(candidate=replace(self.candidate, **changes))
+    def update_candidate(self, **changes: Any) -> None:
+        self.update(candidate=replace(self.candidate, **changes))
 
-    def set_approach(self, **changes: Any) -> None:
-        self.set(approach=replace(self.approach, **changes))
+    def update_approach(self, **changes: Any) -> None:
+        self.update(approach=replace(self.approach, **changes))
 
-    def act(self, action: do.Action) -> None:
+    def request(self, action: do.Action) -> None:
         self.actions.append(action)
 
-    def say(self, kind: EventKind, text: str, **data: Any) -> None:
-        self.set(progress=text)
-        self.act(do.Say(self.mission.state, kind, text, data))
+    def log_event(self, kind: EventKind, text: str, **data: Any) -> None:
+        self.update(progress=text)
+        self.request(do.Say(self.mission.state, kind, text, data))
 
-    def be(self, activity: Activity) -> None:
-        self.set(activity=activity)
+    def set_activity(self, activity: Activity) -> None:
+        self.update(activity=activity)
 
-    def go(self, state: MissionState, reason: str, *, kind: EventKind = EventKind.STATE, **data: Any) -> None:
+    def transition_to(
+        self, state: MissionState, reason: str, *, kind: EventKind = EventKind.STATE, **data: Any
+    ) -> None:
         """Changes the state, with its reason in words; the new state's `begin` runs next."""
         if state not in ALLOWED[self.mission.state]:
             raise ForbiddenTransitionError(f"{self.mission.state} -> {state}: {reason}")
         before = self.mission.state
-        self.set(state=state, entered_s=self.now_s, activity=Entering())
-        self.say(kind, reason, before=before.value, after=state.value, **data)
+        self.update(state=state, entered_s=self.now_s, activity=Starting())
+        self.log_event(kind, reason, before=before.value, after=state.value, **data)
 
     def call(self) -> int:
-        self.set(calls=self.mission.calls + 1)
+        self.update(calls=self.mission.calls + 1)
         return self.mission.calls
 
     def stop_motion(self) -> None:
-        self.act(do.StopMotion())
+        self.request(do.StopMotion())
 
-    def fail(self, service: str, detail: str, *, stopped: bool = False) -> None:
+    def retry_later(self, service: str, detail: str, *, stopped: bool = False) -> None:
         """One more call failed in a row: the state is taken up again after a pause (the count ends it, see step).
 
         `stopped`: an emergency stop cut it off. It is not said to be tried again: word of the stop is about to end it.
         """
-        self.set(failures=self.mission.failures + 1)
+        self.update(failures=self.mission.failures + 1)
         how = "cut off by the emergency stop" if stopped else f"{detail}; trying again"
-        self.say(EventKind.FAILURE, f"{service}: {how}", service=service, failures=self.mission.failures)
+        self.log_event(EventKind.FAILURE, f"{service}: {how}", service=service, failures=self.mission.failures)
         grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
-        self.be(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
+        self.set_activity(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
 
     def pause(self, why: str) -> None:
         self.stop_motion()
-        self.be(Paused(since_s=self.now_s, until_s=self.now_s + self.rules.pause_timeout_s, why=why))
-        self.say(EventKind.PAUSE, why)
+        self.set_activity(Paused(since_s=self.now_s, until_s=self.now_s + self.rules.pause_timeout_s, why=why))
+        self.log_event(EventKind.PAUSE, why)
 
     # calls, each with the activity that awaits its answer
 
     def look(self, wait_s: float) -> None:
         after_s = self.robot_now_s + self.rules.look_settle_s
-        self.be(Looking(after_s=after_s, until_s=self.now_s + self.rules.look_settle_s + wait_s))
+        self.set_activity(AwaitingFrame(after_s=after_s, until_s=self.now_s + self.rules.look_settle_s + wait_s))
 
     def turn(self, angle_rad: float, speed_rad_s: float) -> None:
         call, limit_s = self.call(), self.rules.turn_timeout_s
-        self.act(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
-        self.be(Turning(call, self._until(limit_s)))
+        self.request(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
+        self.set_activity(Rotating(call, self._until(limit_s)))
 
     def sweep(self, angle_rad: float, speed_rad_s: float) -> None:
         """A slow turn, looking all the while."""
         call, limit_s = self.call(), min(60.0, abs(angle_rad) / speed_rad_s * 1.3 + 5.0)
-        self.act(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
-        self.be(Turning(call, self._until(limit_s), looking_s=self.robot_now_s))
+        self.request(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
+        self.set_activity(Rotating(call, self._until(limit_s), looking_s=self.robot_now_s))
 
     def drive(self, distance_m: float) -> None:
         call, speed = self.call(), self.rules.approach_speed_m_s
         limit_s = abs(distance_m) / speed * 1.5 + 5.0
-        self.act(do.Drive(call, distance_m, speed, limit_s))
-        self.be(Driving(call, self._until(limit_s)))
+        self.request(do.Drive(call, distance_m, speed, limit_s))
+        self.set_activity(Driving(call, self._until(limit_s)))
 
     def choose_path(self, groups: tuple[tuple[Pose2D, ...], ...], costs_m: tuple[float, ...]) -> None:
         action = do.ChoosePath(self.call(), groups, costs_m, self.rules.path_timeout_s)
-        self.act(action)
-        self.be(ChoosingPath(action.call, self._until(action.timeout_s), action.poses))
+        self.request(action)
+        self.set_activity(ChoosingPath(action.call, self._until(action.timeout_s), action.poses))
 
     def navigate(self, goal: Pose2D, *, tries: int = 0) -> None:
         call, limit_s = self.call(), self.rules.goal_timeout_s
-        self.act(do.Navigate(call, goal, limit_s))
-        self.be(Going(call, self._until(limit_s), goal, tries))
+        self.request(do.Navigate(call, goal, limit_s))
+        self.set_activity(Navigating(call, self._until(limit_s), goal, tries))
 
     def localize(self, box: BoxQuery) -> None:
         call, limit_s = self.call(), self.rules.localize_timeout_s
-        self.act(do.Localize(call, box, limit_s))
-        self.be(Measuring(call, self._until(limit_s)))
+        self.request(do.Localize(call, box, limit_s))
+        self.set_activity(Measuring(call, self._until(limit_s)))
 
     def _until(self, limit_s: float) -> float:
         return self.now_s + limit_s + self.rules.call_margin_s

@@ -9,7 +9,7 @@ import structlog
 from contracts.memory import RecalledView, RecallRequest
 from contracts.mission import EndCause, EventKind, LastSeen, MissionState, Outcome, Report
 from coordinator.core import events as ev
-from coordinator.core.mission import Order, Place
+from coordinator.core.mission import Order, SearchPose
 from coordinator.execution.battery_policy import PowerRules, Watch, due, why_too_low
 from coordinator.execution.mission_runner import Runner
 from coordinator.ports import Memory
@@ -94,7 +94,7 @@ class Dispatcher:
             self._beginning = None
         if self._runner.mission.running:
             ended.append(self._runner.mission.id)
-            self._runner.feed(ev.CancelAsked())
+            self._runner.feed(ev.CancelRequested())
         return tuple(ended)
 
     def _cancel_waiting(self, waiting: Pending, why: str) -> str:
@@ -184,10 +184,10 @@ class Dispatcher:
         self._runner.tell(record, EventKind.END, text, outcome=outcome.value)
 
 
-def _place(recalled: RecalledView) -> Place:
+def _place(recalled: RecalledView) -> SearchPose:
     view = recalled.view
     reason = recalled.reason or f"{view.label} seen at confidence {view.confidence:.2f}"
-    return Place(recalled.pose or view.pose, reason)
+    return SearchPose(recalled.pose or view.pose, reason)
 
 
 def _last_seen(recalled: Sequence[RecalledView], task: CheckedTask) -> LastSeen | None:

@@ -57,7 +57,7 @@ def mission_status(mission: Mission, now_s: float, queue: tuple[wire.Mission, ..
         waiting_for=waiting_for(mission, now_s),
         queue=queue[:50],
         scan_points=still[:2000],
-        scan_points_done=search.looked[-2000:],
+        scan_points_done=search.visited[-2000:],
     )
 
 

@@ -1,0 +1,100 @@
+"""APPROACHING by the plain rule (requirement A10): straight ahead, a depth check every 0.5 s."""
+
+from dataclasses import replace
+
+from contracts.geometry import Twist2D
+from contracts.mission import MissionState
+from contracts.motion import MotionEnd
+from contracts.robot import LocalizeReply
+from contracts.vision import Detections
+from coordinator.core import actions as do
+from coordinator.core.activities import Steering
+from coordinator.core.centering import set_aside
+from coordinator.core.depth_check import take_measurement
+from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, Localized, MotionEnded, Tick
+from coordinator.core.outcomes import found
+from coordinator.core.plausibility import plausible
+from coordinator.core.reactions import Reaction, react
+from coordinator.core.sightings import follow, tracked
+from coordinator.core.step_context import StepContext
+
+BLOCKED_S = 3.0
+STILL_M_S = 0.02
+OVERTIME_S = 10.0
+
+
+def begin(context: StepContext) -> None:
+    distance = context.candidate.distance_m or context.rules.near_m
+    until_s = context.now_s + distance / context.rules.approach_speed_m_s + OVERTIME_S
+    context.set_activity(Steering(until_s=until_s, next_depth_s=context.now_s, moving_s=context.now_s))
+
+
+def handle(context: StepContext, event: Event) -> None:
+    match context.mission.activity, event:
+        case Steering() as steering, Tick():
+            _tick(context, steering)
+        case Steering(), DetectionsSeen(detections=seen):
+            _seen(context, seen)
+        case Steering() as steering, Localized(reply=reply):
+            context.set_activity(replace(steering, call=0))
+            _measured(context, plausible(reply, context.rules))
+        case Steering() as steering, LeaseAnswered(held=held):
+            context.set_activity(replace(steering, held=held))
+        case _:
+            pass
+
+
+def on_steering_end(context: StepContext) -> None:
+    context.stop_motion()
+    context.transition_to(MissionState.CENTERING, "not there in time: centring again")
+
+
+def on_failure(context: StepContext) -> None:
+    """One depth check failed; the next comes by itself."""
+    if isinstance(context.mission.activity, Steering):
+        context.set_activity(replace(context.mission.activity, call=0))
+
+
+def _tick(context: StepContext, steering: Steering) -> None:
+    rules, now = context.rules, context.now_s
+    if now - context.candidate.seen_s > rules.centering_lost_s:
+        context.stop_motion()
+        context.transition_to(MissionState.CENTERING, "out of the picture: looking again")
+        return
+    if context.mission.robot.speed_m_s > STILL_M_S:
+        steering = replace(steering, moving_s=now)
+    if now - steering.moving_s > BLOCKED_S:
+        context.stop_motion()
+        _stands_still(context, steering.held)
+        return
+    context.request(do.SetVelocity(Twist2D(linear_x=rules.approach_speed_m_s), rules.lease_s))
+    if steering.call == 0 and now >= steering.next_depth_s:
+        call = context.call()
+        context.request(do.Localize(call, context.candidate.sighting.box, rules.localize_timeout_s))
+        steering = replace(steering, call=call, next_depth_s=now + rules.depth_period_s)
+    context.set_activity(steering)
+
+
+def _stands_still(context: StepContext, end: MotionEnd) -> None:
+    reaction = react(context, MotionEnded(0, end, text=end.sentence))
+    if reaction is Reaction.AS_NEAR_AS_IT_GETS:
+        found(context, context.candidate.distance_m, "no nearer straight ahead: an obstacle is in the way")
+    elif reaction is Reaction.SET_ASIDE:
+        set_aside(context, end.sentence)
+
+
+def _seen(context: StepContext, seen: Detections) -> None:
+    sighting = tracked(context.mission, context.candidate, seen)
+    if sighting is None:
+        return
+    follow(context, sighting)
+    if abs(sighting.error_px) > context.rules.drift_px:
+        context.stop_motion()
+        context.transition_to(MissionState.CENTERING, "it drifted from the middle: centring again")
+
+
+def _measured(context: StepContext, reply: LocalizeReply) -> None:
+    take_measurement(context, reply)
+    if reply.distance_m is not None and reply.distance_m <= context.rules.reach_m:
+        context.stop_motion()
+        found(context, reply.distance_m, "within reach")
