@@ -4,51 +4,60 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from pydantic import Field, field_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import SettingsConfigDict
 
 from coordinator.core.rules import Rules
+from mesh.settings import Port, ServiceSettings
 
 SQLITE = ("sqlite:///", "sqlite+aiosqlite:///")
 
 
-class Settings(Rules, BaseSettings):
+class Settings(Rules, ServiceSettings):
     """E.g. COORDINATOR_PORT, COORDINATOR_ROBOT_BRIDGE_URL, COORDINATOR_COVERAGE_RULE=lawnmower."""
 
     model_config = SettingsConfigDict(env_prefix="COORDINATOR_", frozen=True, extra="ignore")
 
-    host: str = "127.0.0.1"
-    port: int = Field(default=8001, ge=1, le=65535)
-    redis_url: str = "redis://127.0.0.1:6379/0"
-    inference_url: str = "http://127.0.0.1:8002"
-    memory_url: str = "http://127.0.0.1:8003"
-    robot_bridge_url: str = "http://127.0.0.1:8004"
+    port: Port = 8001
+    inference_url: str = Field(default="http://127.0.0.1:8002", description="of the inference service")
+    memory_url: str = Field(default="http://127.0.0.1:8003", description="of the memory service")
+    robot_bridge_url: str = Field(default="http://127.0.0.1:8004", description="of the bridge to the robot")
 
-    tick_period_s: float = Field(default=0.1, gt=0.0, le=1.0)
+    tick_period_s: float = Field(
+        default=0.1, gt=0.0, le=1.0, description="between two looks of the mission at its deadlines"
+    )
     state_period_s: float = Field(default=0.4, gt=0.0, le=0.5, description="mission.state at least this often")
-    robot_state_age_s_max: float = Field(default=2.0, gt=0.0)
-    goal_poll_s: float = Field(default=1.0, gt=0.0)
-    heartbeat_s: float = Field(default=0.1, gt=0.0, le=0.2)
-    reconnect_s: float = Field(default=0.5, gt=0.0)
-    parse_timeout_s: float = Field(default=20.0, gt=0.0)
-    recall_timeout_s: float = Field(default=3.0, gt=0.0)
-    call_timeout_s: float = Field(default=5.0, gt=0.0)
-    body_bytes_max: int = Field(default=100_000, ge=1000)
-    celebrate: bool = True
+    robot_state_age_s_max: float = Field(default=2.0, gt=0.0, description="an older robot.state is not believed")
+    goal_poll_s: float = Field(
+        default=1.0, gt=0.0, description="between two questions about an open goal, where the bus is silent"
+    )
+    heartbeat_s: float = Field(
+        default=0.1, gt=0.0, le=0.2, description="between two heartbeats of the session with the bridge"
+    )
+    reconnect_s: float = Field(default=0.5, gt=0.0, description="before a lost session is opened again")
+    parse_timeout_s: float = Field(default=20.0, gt=0.0, description="for inference to read a command")
+    recall_timeout_s: float = Field(default=3.0, gt=0.0, description="for memory to name places")
+    call_timeout_s: float = Field(default=5.0, gt=0.0, description="for any other call")
+    body_bytes_max: int = Field(default=100_000, ge=1000, description="largest request body; a larger one gets 413")
+    celebrate: bool = Field(default=True, description="spin and play after a find")
 
-    database_url: str = "sqlite+aiosqlite:///coordinator.db"
-    busy_timeout_s: float = Field(default=2.0, gt=0.0)
+    database_url: str = Field(
+        default="sqlite+aiosqlite:///coordinator.db", description="sqlite:///FILE, the history of missions"
+    )
+    busy_timeout_s: float = Field(default=2.0, gt=0.0, description="for a locked database file")
     flush_s: float = Field(default=0.3, ge=0.0, description="what is written is on disk this long afterwards, at most")
-    missions_kept: int = Field(default=5_000, ge=1)
-    events_kept: int = Field(default=500_000, ge=100)
+    missions_kept: int = Field(default=5_000, ge=1, description="in the history; the oldest leave")
+    events_kept: int = Field(default=500_000, ge=100, description="lines of all timelines together; the oldest leave")
     recordings_kept: int = Field(default=200, ge=0, description="missions whose recording and pictures are kept")
 
-    queue_max: int = Field(default=20, ge=1, le=50)
+    queue_max: int = Field(default=20, ge=1, le=50, description="missions that may wait")
     battery_low_percent: float = Field(default=20.0, ge=0.0, le=100.0, description="below: no mission, and to the dock")
-    battery_period_s: float = Field(default=30.0, gt=0.0)
+    battery_period_s: float = Field(
+        default=30.0, gt=0.0, description="between two looks at the battery while no mission runs"
+    )
     dock_again_s: float = Field(default=300.0, gt=0.0, description="after a docking that failed")
-    looks_to_memory: bool = True
-    look_timeout_s_memory: float = Field(default=2.0, gt=0.0)
-    reason_timeout_s: float = Field(default=15.0, gt=0.0)
+    looks_to_memory: bool = Field(default=True, description="tell memory what is seen during a mission")
+    look_timeout_s_memory: float = Field(default=2.0, gt=0.0, description="for memory to take a look")
+    reason_timeout_s: float = Field(default=15.0, gt=0.0, description="for inference to phrase an answer")
 
     @field_validator("database_url")
     @classmethod

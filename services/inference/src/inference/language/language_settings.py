@@ -32,7 +32,7 @@ class LanguageSettings(BaseSettings):
         description="who is asked first, e.g. 'rules,ollama'; those without a URL are passed over",
     )
     ollama_url: str = Field(default="", description="e.g. http://127.0.0.1:11434; empty = not used")
-    ollama_model: str = "llama3.2:3b"
+    ollama_model: str = Field(default="llama3.2:3b", description="the model that Ollama reads commands with")
     openai_url: str = Field(
         default="", description="any server of OpenAI's chat format, e.g. http://127.0.0.1:8080/v1; empty = not used"
     )
@@ -42,10 +42,12 @@ class LanguageSettings(BaseSettings):
         default=False, description="let commands and pictures leave the local network for the servers named above"
     )
     vlm_model: str = Field(default="", description="e.g. llava:7b; empty = no vision-language vote")
-    vlm_server: ModelServer = ModelServer.OLLAMA
+    vlm_server: ModelServer = Field(default=ModelServer.OLLAMA, description="the server of the vision-language model")
     parse_deadline_s: float = Field(default=8.0, gt=0.0, le=120.0, description="all models together, a command")
-    reason_deadline_s: float = Field(default=15.0, gt=0.0, le=120.0)
-    vlm_deadline_s: float = Field(default=15.0, gt=0.0, le=120.0)
+    reason_deadline_s: float = Field(default=15.0, gt=0.0, le=120.0, description="to phrase one answer")
+    vlm_deadline_s: float = Field(
+        default=15.0, gt=0.0, le=120.0, description="for the vision-language vote; past it the vote abstains"
+    )
     model_retry_after_s: float = Field(default=30.0, ge=0.0, description="a language model that is down is left alone")
 
     @field_validator("language_order", mode="before")
