@@ -28,6 +28,7 @@ PROJECTS = (
     "packages/geometry",
     "packages/vocabulary",
     "packages/mesh",
+    "packages/store",
     "packages/cli",
     "services/robot_bridge[ros-wheels]",
     "services/inference[openvino,onnx]",

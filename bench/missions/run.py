@@ -16,13 +16,13 @@ from bench.missions.scenario import Scenario, remembered_views
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
 from contracts.vision import ParsedTask
-from coordinator.adapters.memory_log import MemoryLog
 from coordinator.app import create_app
 from coordinator.commands.mission_service import Missions
 from coordinator.core.states import RESTING
 from coordinator.queue.interrupted import interrupted
 from coordinator.settings import Settings
 from mesh.errors import MeshError
+from support.memory_log import MemoryLog
 
 SLACK_S = 60.0
 AFTER_S = 8.0

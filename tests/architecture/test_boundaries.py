@@ -30,8 +30,8 @@ MODELS_LIVE_IN = (
 PHYSICS = frozenset({"mujoco"})
 PHYSICS_LIVES_IN = ("sim.world", "sim.training")
 
-DATABASES = frozenset({"sqlalchemy", "aiosqlite", "sqlite3", "alembic", "asyncpg", "psycopg"})
-DATABASES_LIVE_IN = ("coordinator.adapters", "memory.adapters")
+DATABASES = frozenset({"sqlalchemy", "sqlite3", "alembic", "asyncpg", "psycopg"})
+DATABASES_LIVE_IN = ("coordinator.adapters", "memory.adapters", "store")
 
 TRAINING_MAY_BORROW = ("inference.perception.small_clip", "inference.perception.torchvision_cpu")
 """What is trained must be, to the letter, what later runs."""
@@ -41,7 +41,7 @@ CONTRACTS_MAY_IMPORT = frozenset({
 })  # fmt: skip
 """Data only: names to build messages of, and nothing that could do anything with them."""
 
-SHARED = frozenset({"contracts", "geometry", "mesh", "vocabulary"})
+SHARED = frozenset({"contracts", "geometry", "mesh", "store", "vocabulary"})
 """The packages that a service may import."""
 
 MESH_MAY_KNOW = ("contracts.base", "contracts.problem", "contracts.topics")

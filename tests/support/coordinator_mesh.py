@@ -11,13 +11,13 @@ from asgi_lifespan import LifespanManager
 
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
-from coordinator.adapters.memory_log import MemoryLog
 from coordinator.app import create_app
 from coordinator.ports import MissionLog
 from coordinator.settings import Settings
 from support.bus import MemoryBus
 from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, Thing, World
 from support.fake_clock import FakeClock
+from support.memory_log import MemoryLog
 
 
 @dataclass

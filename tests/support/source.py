@@ -14,6 +14,7 @@ SOURCES = {
     "geometry": ROOT / "packages/geometry/src/geometry",
     "vocabulary": ROOT / "packages/vocabulary/src/vocabulary",
     "mesh": ROOT / "packages/mesh/src/mesh",
+    "store": ROOT / "packages/store/src/store",
     "atom_cli": ROOT / "packages/cli/src/atom_cli",
     "sim": ROOT / "sim/src/sim",
     "demo": ROOT / "demo/src/demo",

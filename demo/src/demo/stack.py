@@ -206,7 +206,7 @@ class Stack:
         if name == "memory":
             variables["MEMORY_DATABASE_URL"] = f"sqlite:///{self.folder}/memory.db"
         if name == "coordinator":
-            variables["COORDINATOR_DATABASE_URL"] = f"sqlite+aiosqlite:///{self.folder}/coordinator.db"
+            variables["COORDINATOR_DATABASE_URL"] = f"sqlite:///{self.folder}/coordinator.db"
         if name == "robot_bridge":
             variables["ROBOT_BRIDGE_STATE_DIR"] = str(self.folder)
         return ",".join(f'{key}="{value.replace("%", "%%")}"' for key, value in variables.items())

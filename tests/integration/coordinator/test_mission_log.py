@@ -11,11 +11,12 @@ from pathlib import Path
 import pytest
 
 from contracts.mission import EventKind, Mission, MissionEvent, MissionState, Outcome
-from coordinator.adapters.memory_log import MemoryLog
+from coordinator.adapters import sqlite_log as sqlite_log_module
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.ports import KnownRequest, MissionLog
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
+from support.memory_log import MemoryLog
 from support.waiting import until_true
 
 NOW_S = 1000.0
@@ -24,9 +25,7 @@ Opened = Callable[[], AbstractAsyncContextManager[MissionLog]]
 
 @asynccontextmanager
 async def sqlite_log(path: Path, **settings: object) -> AsyncIterator[SqliteLog]:
-    log = SqliteLog(
-        Settings.model_validate({"database_url": f"sqlite+aiosqlite:///{path}", "flush_s": 0.01, **settings})
-    )
+    log = SqliteLog(Settings.model_validate({"database_url": f"sqlite:///{path}", "flush_s": 0.01, **settings}))
     await log.open(NOW_S)
     writing = asyncio.create_task(log.write_forever())
     try:
@@ -207,16 +206,28 @@ async def test_a_corrupt_file_is_set_aside_and_a_new_history_begins(tmp_path: Pa
     assert (tmp_path / "missions.db.corrupt-1").exists()
 
 
-async def test_another_programs_file_is_left_alone(tmp_path: Path) -> None:
+async def test_a_file_that_is_locked_at_the_start_is_opened_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sqlite_log_module, "OPEN_AGAIN_S", 0.01)
     path = tmp_path / "missions.db"
-    other = sqlite3.connect(path)
-    other.execute("CREATE TABLE recipes (name TEXT)")
-    other.commit()
-    other.close()
-    log = SqliteLog(Settings.model_validate({"database_url": f"sqlite+aiosqlite:///{path}"}))
-    with pytest.raises(UnavailableError, match="another program"):
-        await log.open(NOW_S)
-    await log.aclose()
+    async with sqlite_log(path) as log:
+        log.put(mission("ran"))
+    other = sqlite3.connect(path, isolation_level=None)
+    other.execute("BEGIN EXCLUSIVE")
+    async with sqlite_log(path, busy_timeout_s=0.05) as log:
+
+        async def well() -> bool:
+            return (await log.dependency()).ok
+
+        log.append(event(0))
+        assert not await well()
+        other.execute("ROLLBACK")
+        other.close()
+        await until_true(well)
+        found = await log.get("ran")
+        assert found is not None
+        assert found.outcome is Outcome.INTERRUPTED
 
 
 async def test_while_the_file_is_locked_nothing_is_lost_and_its_trouble_is_named(tmp_path: Path) -> None:

@@ -18,13 +18,13 @@ from contracts.topics import (
     ROBOT_STATE,
     VISION_DETECTIONS,
 )
-from coordinator.adapters.memory_log import MemoryLog
 from coordinator.app import create_app
 from coordinator.settings import Settings
 from mesh.bus import RedisBus, open_bus
 from mesh.clock import SystemClock
 from support.bus import MemoryBus
 from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, Thing, World
+from support.memory_log import MemoryLog
 from support.served import served
 from support.waiting import until, until_true
 

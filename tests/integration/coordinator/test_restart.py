@@ -44,7 +44,7 @@ async def one_life(path: Path) -> AsyncIterator[Life]:
     world = World(clock, bus)  # type: ignore[arg-type]
     eyes = FakeEyes(world)
     eyes.parse = TWO
-    settings = Settings.model_validate({"database_url": f"sqlite+aiosqlite:///{path}"})
+    settings = Settings.model_validate({"database_url": f"sqlite:///{path}"})
     app = create_app(settings, bus=bus, robot=FakeRobot(world), eyes=eyes, memory=FakeMemory())
     async with served(app) as url, httpx.AsyncClient(base_url=url, trust_env=False) as client:
         running = asyncio.create_task(world.run())

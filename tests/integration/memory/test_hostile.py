@@ -110,7 +110,7 @@ async def main():
     store = opened(folder / "memory.db")
     await store.remember(frames_of([seen()]))
     await store.views(None, 10)  # who reads already goes on reading
-    store._writer.dispose()
+    store._connections._writer.dispose()
     for one in (*folder.iterdir(), folder):
         one.chmod(0o444 if one.is_file() else 0o555)
     if os.geteuid() == 0:  # permissions do not bind root

@@ -153,7 +153,7 @@ async def test_a_corrupt_file_is_set_aside_as_it_was(
     assert read(path, "memory.db.corrupt-1") == b"of an earlier time"
     assert read(path, "memory.db.corrupt-2") == damaged
     said = "".join(capfd.readouterr())
-    assert "the memory was corrupt: set aside" in said
+    assert "the database was corrupt: set aside" in said
     assert "memory.db.corrupt-2" in said
 
 

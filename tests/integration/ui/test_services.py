@@ -13,7 +13,6 @@ import coordinator.settings
 import robot_bridge.app
 import robot_bridge.settings
 from contracts.mission import MissionState
-from coordinator.adapters.memory_log import MemoryLog
 from mesh.bus import open_bus
 from mesh.clock import SystemClock
 from mesh.errors import UpstreamError
@@ -23,6 +22,7 @@ from support.coordinator_world import FakeEyes, FakeMemory, World
 from support.coordinator_world import FakeRobot as CoordinatorsRobot
 from support.fake_clock import FakeClock
 from support.fake_robot import FakeRobot as ToyBehindTheBridge
+from support.memory_log import MemoryLog
 from support.served import served
 from support.toy_robot import ToyRobot
 from support.ui_world import UiWorld, fresh_nicegui

@@ -10,6 +10,7 @@ from coordinator.core.rules import Rules
 from mesh.settings import Port, ServiceSettings
 
 SQLITE = ("sqlite:///", "sqlite+aiosqlite:///")
+"""The second as it was written when a driver of its own read the file."""
 
 
 class Settings(Rules, ServiceSettings):
@@ -40,9 +41,7 @@ class Settings(Rules, ServiceSettings):
     body_bytes_max: int = Field(default=100_000, ge=1000, description="largest request body; a larger one gets 413")
     celebrate: bool = Field(default=True, description="spin and play after a find")
 
-    database_url: str = Field(
-        default="sqlite+aiosqlite:///coordinator.db", description="sqlite:///FILE, the history of missions"
-    )
+    database_url: str = Field(default="sqlite:///coordinator.db", description="sqlite:///FILE, the history of missions")
     busy_timeout_s: float = Field(default=2.0, gt=0.0, description="for a locked database file")
     flush_s: float = Field(default=0.3, ge=0.0, description="what is written is on disk this long afterwards, at most")
     missions_kept: int = Field(default=5_000, ge=1, description="in the history; the oldest leave")

@@ -7,18 +7,19 @@ from collections.abc import AsyncIterator, Sequence
 from typing import Any
 
 import structlog
-from sqlalchemy import Executable, Row, delete, func, select
+from sqlalchemy import Connection, Executable, Row, delete, func, select
 from sqlalchemy.dialects.sqlite import insert
 
 from contracts.mission import Mission, MissionEvent
 from contracts.problem import Dependency
-from coordinator.adapters.database_file import engine, naming_the_database, prepare
-from coordinator.adapters.tables import events, missions, pictures, recordings, requests
+from coordinator.adapters.tables import MIGRATIONS, events, missions, pictures, recordings, requests
 from coordinator.adapters.tail import Tail
 from coordinator.ports import KnownRequest
 from coordinator.queue.interrupted import interrupted, line_of
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
+from store.connections import Connections
+from store.sqlite_file import SqliteFile
 
 log = structlog.get_logger()
 
@@ -27,6 +28,10 @@ RECENT = 100
 PENDING_MAX = 50_000
 SAVED_WITHIN_S = 20.0
 AGAIN_S = 1.0
+OPEN_AGAIN_S = 10.0
+READERS = 2
+# WAL with NORMAL: safe against a killed process; a power cut may take the last second, which a history can bear.
+PRAGMAS = ("PRAGMA synchronous = NORMAL",)
 
 Write = tuple[Executable, list[dict[str, Any]]]
 
@@ -38,12 +43,17 @@ _MISSION = _NEW.on_conflict_do_update(
 
 
 class SqliteLog:
-    """The port `MissionLog`. `await open()` first, then keep `write_forever()` running."""
+    """The port `MissionLog`. `await open()` first, then keep `write_forever()` running.
+
+    A file that cannot be opened is left alone and named in `dependency`; `write_forever` tries it again.
+    """
 
     def __init__(self, settings: Settings) -> None:
-        self._path = settings.database_file
         self._settings = settings
-        self._engine = engine(self._path, busy_timeout_s=settings.busy_timeout_s)
+        file = SqliteFile(
+            settings.database_file, MIGRATIONS, pragmas=PRAGMAS, busy_timeout_s=settings.busy_timeout_s
+        )  # fmt: skip
+        self._connections = Connections(file, readers=READERS, busy_timeout_s=settings.busy_timeout_s)
         self._tail = Tail(TAIL)
         self._recent: OrderedDict[str, Mission] = OrderedDict()
         self._pending: list[Write] = []
@@ -54,21 +64,27 @@ class SqliteLog:
         self._turned = asyncio.Condition()
         self._written = 0
         self._asked = 0
+        self._opened = False
+        """Before it, nothing is queued: events have no number in the file yet."""
+        self._started_s = 0.0
         self._trouble = "not opened yet"
 
     async def open(self, now_s: float) -> None:
         """Makes the file ready, and writes of what was queued or running when the last process ended that it was
-        interrupted. Raises `UnavailableError`.
+        interrupted.
         """
-        await asyncio.to_thread(prepare, self._path, busy_timeout_s=self._settings.busy_timeout_s)
-        with naming_the_database():
-            async with self._engine.begin() as connection:
-                newest = (await connection.execute(select(func.max(events.c.id)))).scalar()
-                self._next_event_id = 0 if newest is None else newest + 1
-                left = (await connection.execute(select(missions.c.record).where(~missions.c.over))).all()
-        self._trouble = ""
-        for row in left:
-            mission = interrupted(Mission.model_validate_json(row.record), now_s)
+        self._started_s = now_s
+        try:
+            newest, left = await self._connections.write(_what_is_there)
+        except UnavailableError as error:
+            if error.detail != self._trouble:
+                log.warning("the history of missions cannot be opened; trying again", error=error.detail)
+            self._trouble = error.detail
+            return
+        self._opened, self._trouble = True, ""
+        self._next_event_id = max(self._next_event_id, newest + 1)
+        for record in left:
+            mission = interrupted(Mission.model_validate_json(record), now_s)
             self.put(mission)
             self.append(line_of(mission, self._next_event_id, now_s))
         self._forget_the_oldest()
@@ -79,7 +95,7 @@ class SqliteLog:
             await self._flush()
         except UnavailableError as error:
             log.warning("the end of the history could not be written", error=error.detail)
-        await self._engine.dispose()
+        await self._connections.aclose()
 
     # writing
 
@@ -103,8 +119,9 @@ class SqliteLog:
         self._write(_EVENT, id=event.id, mission_id=event.mission_id, line=event.model_dump_json())
 
     def record(self, mission_id: str, line: str) -> None:
-        self._lines[mission_id].append(line)
-        self._news.set()
+        if self._opened:
+            self._lines[mission_id].append(line)
+            self._news.set()
 
     def keep_picture(self, mission_id: str, number: int, jpeg: bytes) -> None:
         self._write(
@@ -129,6 +146,9 @@ class SqliteLog:
             raise UnavailableError("database", self._trouble)
 
     async def write_forever(self) -> None:
+        while not self._opened:
+            await asyncio.sleep(OPEN_AGAIN_S)
+            await self.open(self._started_s)
         while True:
             await self._news.wait()
             try:
@@ -164,17 +184,21 @@ class SqliteLog:
         batch: list[Write] = [*writes, (insert(recordings), chunks)] if chunks else writes
         if not batch:
             return
+
+        def work(connection: Connection) -> None:
+            for statement, rows in batch:
+                connection.execute(statement, rows or None)
+
         try:
-            with naming_the_database():
-                async with self._engine.begin() as connection:
-                    for statement, rows in batch:
-                        await connection.execute(statement, rows or None)
+            await self._connections.write(work)
         except UnavailableError:
             self._pending = [*batch, *self._pending][-PENDING_MAX:]
             raise
 
     def _write(self, statement: Executable, **row: Any) -> None:
         """Rows of one statement in a row go together."""
+        if not self._opened:
+            return
         if self._pending and self._pending[-1][0] is statement:
             self._pending[-1][1].append(row)
         else:
@@ -244,6 +268,11 @@ class SqliteLog:
     async def _read(self, query: Any) -> Sequence[Row[Any]]:
         """What was written before is seen."""
         await self.saved()
-        with naming_the_database():
-            async with self._engine.connect() as connection:
-                return (await connection.execute(query)).all()
+        return await self._connections.read(lambda connection: connection.execute(query).all())
+
+
+def _what_is_there(connection: Connection) -> tuple[int, list[str]]:
+    """The newest event's id, -1 where there is none, and the records of missions that are not over."""
+    newest = connection.execute(select(func.max(events.c.id))).scalar()
+    left = connection.execute(select(missions.c.record).where(~missions.c.over)).all()
+    return -1 if newest is None else newest, [row.record for row in left]

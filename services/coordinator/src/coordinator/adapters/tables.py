@@ -1,12 +1,12 @@
-"""The database's tables, and the version that says which code understands them."""
+"""The database's tables as they are now; `migrations` brings older ones here."""
+
+from pathlib import Path
 
 from sqlalchemy import Boolean, Column, Index, Integer, LargeBinary, MetaData, Table, Text
 
-SCHEMA_VERSION = 1
+MIGRATIONS = Path(__file__).with_name("migrations")
 
 metadata = MetaData()
-
-schema_version = Table("schema_version", metadata, Column("version", Integer, nullable=False))
 
 missions = Table(
     "missions",

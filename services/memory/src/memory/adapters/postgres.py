@@ -4,8 +4,9 @@ from typing import Any
 
 from sqlalchemy import URL, Engine, create_engine, event, text
 
-from memory.adapters.database import naming_the_database
-from memory.adapters.migrations import upgrade
+from memory.adapters.tables import MIGRATIONS
+from store.database import naming_the_database
+from store.migrations import upgrade
 
 WRITERS_LOCK = 0x41544F4D
 """Of PostgreSQL's advisory locks, the one that all writers of ATOM's memory take: one at a time."""
@@ -13,7 +14,7 @@ CHECK_MS = 300
 
 
 class Postgres:
-    """A `memory.adapters.database.Database`."""
+    """A `store.database.Database`."""
 
     name = "postgresql"
 
@@ -26,7 +27,7 @@ class Postgres:
             engine = self._engine(connections=1, lock_ms=int(patience_s * 1000), locks=True)
             try:
                 with engine.begin() as connection:
-                    upgrade(connection)
+                    upgrade(connection, MIGRATIONS)
             finally:
                 engine.dispose()
 

@@ -1,29 +1,32 @@
-"""Things and views in a database: one writing connection, a few reading ones, in threads beside the event loop."""
+"""Things and views in a database."""
 
-import asyncio
 from collections.abc import AsyncGenerator, Callable, Collection, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 
 from sqlalchemy import Connection, make_url
 
 from contracts.memory import Area, ForgetRequest, LabelCount
 from memory.adapters import places, reading, writing
-from memory.adapters.database import Database, naming_the_database
-from memory.adapters.database_file import CHECK_S, SqliteFile
 from memory.adapters.postgres import Postgres
-from memory.adapters.tables import things, views
+from memory.adapters.tables import MIGRATIONS, things, views
 from memory.frames import Frame, Tally
 from memory.objects import Thing
 from memory.ports import Candidates, Counts, Hoard, KeptMap, KeptView
 from memory.settings import Settings
-from mesh.errors import UnavailableError
-
-T = TypeVar("T")
+from store.connections import Connections
+from store.database import Database
+from store.sqlite_file import SqliteFile
 
 READERS = 4
+PRAGMAS = (
+    "PRAGMA foreign_keys = ON",
+    # In WAL mode NORMAL survives a killed process but not a lost battery: its last commits may be gone. What was
+    # answered must be there, and at one write a second the extra fsync costs nothing.
+    "PRAGMA synchronous = FULL",
+    # What was forgotten must not lie in the file's free pages.
+    "PRAGMA secure_delete = ON",
+)
 PRUNED_TO = 0.95
 """How full it is after forgetting: leaves room, so that forgetting stays rare."""
 
@@ -39,23 +42,17 @@ class SqlStore:
         views_max: int = 1_000_000,
         things_max: int = 5_000,
     ) -> None:
-        self._database = database
-        self._busy_timeout_s = busy_timeout_s
+        self._name = database.name
+        self._connections = Connections(database, readers=READERS, busy_timeout_s=busy_timeout_s)
         self._views_max = views_max
         self._things_max = things_max
         self._at_most: dict[str, int] = {}
-        self._prepared = False
-        self._preparing = asyncio.Lock()
-        self._writer = database.writer()
-        self._reader = database.reader(READERS)
-        self._writing = ThreadPoolExecutor(1, "memory-writer")
-        self._reading = ThreadPoolExecutor(READERS, "memory-reader")
 
     @classmethod
     def from_settings(cls, settings: Settings) -> "SqlStore":
         url = make_url(settings.database_url)
         database = (
-            SqliteFile(Path(str(url.database)), busy_timeout_s=settings.busy_timeout_s)
+            SqliteFile(Path(str(url.database)), MIGRATIONS, pragmas=PRAGMAS, busy_timeout_s=settings.busy_timeout_s)
             if url.get_backend_name() == "sqlite"
             else Postgres(url, busy_timeout_s=settings.busy_timeout_s)
         )
@@ -73,33 +70,35 @@ class SqlStore:
             self._make_room(connection, new)
             return tally
 
-        return await self._write(work)
+        return await self._connections.write(work)
 
     async def maps(self) -> tuple[KeptMap, ...]:
-        return await self._read(places.all_maps)
+        return await self._connections.read(places.all_maps)
 
     async def map_sizes(self) -> dict[int, tuple[int, int]]:
-        return await self._read(places.sizes)
+        return await self._connections.read(places.sizes)
 
     async def enter_map(self, map_id: str, was: Collection[str], now_s: float) -> int:
-        return await self._write(lambda connection: places.enter(connection, map_id, was, now_s))
+        return await self._connections.write(lambda connection: places.enter(connection, map_id, was, now_s))
 
     async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
-        return await self._read(lambda connection: places.maps_with(connection, label, limit))
+        return await self._connections.read(lambda connection: places.maps_with(connection, label, limit))
 
     async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[KeptView]:
-        return await self._read(lambda connection: reading.best_views(connection, label, limit, map_number))
+        return await self._connections.read(lambda connection: reading.best_views(connection, label, limit, map_number))
 
     async def things(
         self, label: str | None, area: Area | None, limit: int, map_number: int | None = None
     ) -> list[Thing]:
-        return await self._read(lambda connection: reading.some_things(connection, label, area, limit, map_number))
+        return await self._connections.read(
+            lambda connection: reading.some_things(connection, label, area, limit, map_number)
+        )
 
     async def thing(self, number: int) -> Thing | None:
-        return await self._read(lambda connection: reading.one_thing(connection, number))
+        return await self._connections.read(lambda connection: reading.one_thing(connection, number))
 
     async def labels(self, limit: int, map_number: int | None = None) -> list[LabelCount]:
-        return await self._read(lambda connection: reading.labels(connection, limit, map_number))
+        return await self._connections.read(lambda connection: reading.labels(connection, limit, map_number))
 
     async def candidates(
         self, wanted: Mapping[str, Collection[str]], *, map_number: int = 0, views_a_thing: int, views_max: int
@@ -117,7 +116,7 @@ class SqlStore:
                 for label, colours in wanted.items()
             }
 
-        return await self._read(work)
+        return await self._connections.read(work)
 
     async def forget(self, what: ForgetRequest, map_number: int | None = None) -> int:
         return await self._forget(lambda connection: writing.forget(connection, what, map_number))
@@ -131,8 +130,8 @@ class SqlStore:
         )
 
     async def counts(self) -> Counts:
-        found = await self._read(lambda connection: reading.counts(connection, self._database.name))
-        size_bytes = await asyncio.to_thread(self._database.size_bytes, self._reader)
+        found = await self._connections.read(lambda connection: reading.counts(connection, self._name))
+        size_bytes = await self._connections.size_bytes()
         return replace(found, size_bytes=size_bytes)
 
     async def pages(self) -> AsyncGenerator[Hoard]:
@@ -147,67 +146,26 @@ class SqlStore:
                 yield Hoard(page.things, tuple(view for view in page.views if view.thing_id in {None, *told}))
 
     async def _page(self, kind: str, after: int) -> tuple[Hoard, int | None]:
-        return await self._read(lambda connection: reading.page(connection, kind, after))
+        return await self._connections.read(lambda connection: reading.page(connection, kind, after))
 
     async def bring_in(self, hoard: Hoard) -> None:
         def work(connection: Connection) -> None:
             writing.bring_in(connection, places.in_kept_maps(connection, hoard))
             self._make_room(connection, len(hoard.views) + len(hoard.things))
 
-        await self._write(work)
+        await self._connections.write(work)
 
     async def check(self) -> None:
-        if self._preparing.locked():
-            raise UnavailableError("database", "is being opened")
-        await self._prepare(CHECK_S)
-        await asyncio.to_thread(self._database.check_writable)
+        await self._connections.check()
 
     async def aclose(self) -> None:
-        self._writing.shutdown()
-        self._reading.shutdown()
-        self._writer.dispose()
-        self._reader.dispose()
-
-    async def _read(self, work: Callable[[Connection], T]) -> T:
-        await self._prepare(self._busy_timeout_s)
-
-        def reading_transaction() -> T:
-            with naming_the_database(), self._reader.connect() as connection:
-                return work(connection)
-
-        return await asyncio.get_running_loop().run_in_executor(self._reading, reading_transaction)
-
-    async def _write(self, work: Callable[[Connection], T]) -> T:
-        """Once begun it is finished, also when whoever asked for it no longer waits."""
-        await self._prepare(self._busy_timeout_s)
-
-        def writing_transaction() -> T:
-            with naming_the_database(), self._writer.begin() as connection:
-                return work(connection)
-
-        return await asyncio.get_running_loop().run_in_executor(self._writing, writing_transaction)
+        await self._connections.aclose()
 
     async def _forget(self, work: Callable[[Connection], int]) -> int:
-        count = await self._write(work)
+        count = await self._connections.write(work)
         if count:
-            loop = asyncio.get_running_loop()
-            await loop.run_in_executor(self._writing, self._database.after_forgetting, self._writer)
+            await self._connections.after_forgetting()
         return count
-
-    async def _prepare(self, patience_s: float) -> None:
-        if self._prepared:
-            return
-        try:
-            async with asyncio.timeout(self._busy_timeout_s):
-                await self._preparing.acquire()
-        except TimeoutError as error:
-            raise UnavailableError("database", "is being opened") from error
-        try:
-            if not self._prepared:
-                await asyncio.to_thread(self._database.prepare, patience_s=patience_s)
-                self._prepared = True
-        finally:
-            self._preparing.release()
 
     def _make_room(self, connection: Connection, new: int) -> None:
         """Counting reads a whole table, so it is done only when the limit may have been passed."""

@@ -1,5 +1,6 @@
 """The database's tables as they are now; `migrations` brings older ones here."""
 
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import (
@@ -16,6 +17,8 @@ from sqlalchemy import (
     literal_column,
 )
 from sqlalchemy.dialects import postgresql
+
+MIGRATIONS = Path(__file__).with_name("migrations")
 
 metadata = MetaData()
 

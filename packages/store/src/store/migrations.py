@@ -1,4 +1,6 @@
-"""The schema's history; `upgrade` brings a database from any of its versions to the newest."""
+"""Brings a database from any of its schema's versions to the newest, with Alembic."""
+
+from pathlib import Path
 
 from alembic import command
 from alembic.config import Config
@@ -10,17 +12,18 @@ from mesh.errors import UnavailableError
 
 FIRST = "0001"
 BEFORE_ALEMBIC = "schema_version"
-"""The table that told the version of databases made before there were migrations."""
+"""The table that told the version of databases made before there were migrations: 1, which is now 0001."""
 
 
-def upgrade(connection: Connection) -> None:
-    """Inside the caller's transaction, so that all of it happens or none.
+def upgrade(connection: Connection, migrations: Path) -> None:
+    """Runs the scripts in the folder `migrations` inside the caller's transaction, so that all of it happens or none.
 
     Raises `UnavailableError` where the tables are not ours, or newer than this program.
     """
     config = Config()
-    config.set_main_option("script_location", "memory.adapters:migrations")
-    config.set_main_option("path_separator", "os")
+    config.set_main_option("path_separator", "newline")
+    config.set_main_option("script_location", str(Path(__file__).with_name("alembic_env")))
+    config.set_main_option("version_locations", str(migrations))
     scripts = ScriptDirectory.from_config(config)
     context = MigrationContext.configure(connection)
     tables = set(inspect(connection).get_table_names())

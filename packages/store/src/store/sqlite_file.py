@@ -1,4 +1,4 @@
-"""The SQLite file under the store: made ours when new, set aside when corrupt, left alone when it is somebody else's.
+"""An SQLite file: made ours when new, set aside when corrupt, left alone when it is somebody else's.
 
 Everything here blocks. Every failure is an `UnavailableError` that names the database.
 """
@@ -11,32 +11,25 @@ from typing import Any
 import structlog
 from sqlalchemy import URL, Engine, create_engine, event
 
-from memory.adapters.database import naming_the_database
-from memory.adapters.migrations import upgrade
 from mesh.errors import UnavailableError
+from store.database import CHECK_S, naming_the_database
+from store.migrations import upgrade
 
 log = structlog.get_logger()
 
 CORRUPT = frozenset({sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB})
 SIDE_FILES = ("-wal", "-shm", "-journal")
-CHECK_S = 0.3
-PRAGMAS = (
-    "PRAGMA foreign_keys = ON",
-    # In WAL mode NORMAL survives a killed process but not a lost battery: its last commits may be gone. What was
-    # answered must be there, and at one write a second the extra fsync costs nothing.
-    "PRAGMA synchronous = FULL",
-    # What was forgotten must not lie in the file's free pages.
-    "PRAGMA secure_delete = ON",
-)
 
 
 class SqliteFile:
-    """A `memory.adapters.database.Database`."""
+    """A `store.database.Database`. `migrations` is the folder of its scripts; `pragmas` hold for every connection."""
 
     name = "sqlite"
 
-    def __init__(self, path: Path, *, busy_timeout_s: float) -> None:
+    def __init__(self, path: Path, migrations: Path, *, pragmas: tuple[str, ...], busy_timeout_s: float) -> None:
         self._path = path
+        self._migrations = migrations
+        self._pragmas = pragmas
         self._busy_timeout_s = busy_timeout_s
 
     def prepare(self, *, patience_s: float) -> None:
@@ -47,15 +40,15 @@ class SqliteFile:
             if trouble:
                 aside = set_aside(self._path)
                 log.error(
-                    "the memory was corrupt: set aside, starting with an empty one", reason=trouble, kept_as=aside.name
+                    "the database was corrupt: set aside, an empty one begins", reason=trouble, kept_as=aside.name
                 )
             self._make_ours(patience_s)
 
     def writer(self) -> Engine:
-        return self._engine("BEGIN IMMEDIATE", PRAGMAS, connections=1, patience_s=self._busy_timeout_s)
+        return self._engine("BEGIN IMMEDIATE", self._pragmas, connections=1, patience_s=self._busy_timeout_s)
 
     def reader(self, connections: int) -> Engine:
-        read_only = (*PRAGMAS, "PRAGMA query_only = ON")
+        read_only = (*self._pragmas, "PRAGMA query_only = ON")
         return self._engine("BEGIN", read_only, connections=connections, patience_s=self._busy_timeout_s)
 
     def check_writable(self) -> None:
@@ -103,7 +96,7 @@ class SqliteFile:
         engine = self._engine("BEGIN IMMEDIATE", (), connections=1, patience_s=patience_s)
         try:
             with engine.begin() as connection:
-                upgrade(connection)
+                upgrade(connection, self._migrations)
             with closing(sqlite3.connect(self._path, timeout=patience_s, isolation_level=None)) as connection:
                 connection.execute("PRAGMA journal_mode = WAL")
         finally:

@@ -1,4 +1,4 @@
-"""A mission log in memory: gone with the process. For tests, and for trying things out."""
+"""A mission log in memory: gone with the process."""
 
 from collections import OrderedDict, defaultdict
 from collections.abc import AsyncIterator

@@ -1,4 +1,4 @@
-"""What the store needs of a database system, and how its troubles are named."""
+"""What is needed of a database system, and how its troubles are named."""
 
 import sqlite3
 from collections.abc import Generator
@@ -10,6 +10,9 @@ from sqlalchemy.exc import DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
 from mesh.errors import UnavailableError
+
+CHECK_S = 0.3
+"""A check waits so long for a lock."""
 
 
 class Database(Protocol):
