@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
 
+import httpx
 import pytest
 
 from contracts.motion import BaseEnd, MotionEnd
@@ -24,6 +25,12 @@ async def in_front(tmp_path: Path) -> AsyncIterator[Served]:
     async with serving(settings, ToyRobot(navigation="succeeds", dock_visible=True)) as served:
         await until(lambda: served.bus.of(ROBOT_STATE)[-1:] != [] and served.bus.of(ROBOT_STATE)[-1].pose is not None)
         yield served
+
+
+async def keep_asking_to_dock(http: httpx.AsyncClient) -> None:
+    """A machine that stalled for some seconds has heard nothing of Nav2 lately, and refuses once."""
+    while True:
+        await http.post("/dock")
 
 
 async def test_the_emergency_stop_ends_what_the_base_does_by_itself(in_front: Served) -> None:
@@ -62,7 +69,7 @@ async def test_a_client_that_leaves_while_nav2_thinks_leaves_no_goal_under_way(i
     in_front.toy.dock_visible = False  # so it is Nav2 that has to bring it there
     await until(lambda: in_front.bus.of(ROBOT_STATE)[-1].dock_visible is False)
     async with client(in_front) as http:
-        docking = asyncio.create_task(http.post("/dock"))
+        docking = asyncio.create_task(keep_asking_to_dock(http))
         await until(lambda: len(in_front.toy.goals) == 1)
         docking.cancel()
         await until(lambda: in_front.bus.of(ROBOT_NAVIGATION)[-1].status is GoalStatus.CANCELED)

@@ -1,12 +1,14 @@
 """Crossing from asyncio to the robot's thread and back: actions and services whose answers asyncio awaits."""
 
 import asyncio
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus as RosGoalStatus
 from action_msgs.msg import GoalStatusArray
 from rclpy.action import ActionClient
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_action_status_default
 
@@ -23,6 +25,19 @@ ENDS = {
 
 STATUS_S_MAX = 0.2
 """What an action's status topic says may come so much later than a goal's result."""
+
+
+class Handover:
+    """Work for an executor's thread, done in the order it was handed over: rclpy does the newest of its tasks first."""
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
+        self._waiting: deque[Callable[[], Any]] = deque()
+
+    def put(self, work: Callable[[], Any]) -> None:
+        """From any thread."""
+        self._waiting.append(work)
+        self._executor.create_task(lambda: self._waiting.popleft()())
 
 
 class GoalsUnderWay:

@@ -28,7 +28,7 @@ from mesh.clock import Clock
 from mesh.errors import ServiceTimeoutError, UnavailableError
 from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.base_stop import BaseStopService
-from robot_bridge.adapters.ros.calls import Calls, GoalsUnderWay, RosGoal
+from robot_bridge.adapters.ros.calls import Calls, GoalsUnderWay, Handover, RosGoal
 from robot_bridge.adapters.ros.graph import TypeWatch
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.other_drivers import OtherDrivers
@@ -195,6 +195,7 @@ class RosRobot:
     def _open(self, context: Any, navigation_velocity: Callable[[float, float], None]) -> None:
         ros = self._settings.ros
         self._executor = SingleThreadedExecutor(context=context)
+        self._handover = Handover(self._executor)
         node = self._node = Node(
             ros.node_name,
             namespace=ros.namespace,
@@ -269,4 +270,4 @@ class RosRobot:
     def _do(self, work: Callable[[], Any]) -> None:
         """Hands work to the robot's thread."""
         if not self._closing.is_set():
-            self._executor.create_task(work)
+            self._handover.put(work)
