@@ -37,7 +37,10 @@ class Handover:
     def put(self, work: Callable[[], Any]) -> None:
         """From any thread."""
         self._waiting.append(work)
-        self._executor.create_task(lambda: self._waiting.popleft()())
+        self._executor.create_task(self._do_next)
+
+    def _do_next(self) -> None:
+        self._waiting.popleft()()
 
 
 class GoalsUnderWay:
