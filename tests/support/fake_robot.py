@@ -25,7 +25,7 @@ from robot_bridge.sensing.sensor_readings import (
     Intrinsics,
     Odometry,
     Scan,
-    Senses,
+    SensorReadings,
 )
 from robot_bridge.sensing.transforms import matrix
 from support.toy_base_stop import ToyBaseStop
@@ -59,14 +59,14 @@ class FakeRobot:
 
     def __init__(self, toy: ToyRobot) -> None:
         self.toy = toy
-        self._senses = Senses()
+        self._senses = SensorReadings()
         self._clock = SystemClock()
         self._base_stop = ToyBaseStop(toy, self._senses, self._clock)
         self._goal: FakeGoal | None = None
         self._on_progress: Callable[[float], None] = lambda _: None
 
     @property
-    def senses(self) -> Senses:
+    def senses(self) -> SensorReadings:
         return self._senses
 
     async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:

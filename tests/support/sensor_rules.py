@@ -13,8 +13,8 @@ from typing import Any
 
 from contracts.robot import SensorState
 from robot_bridge.adapters.ros.sensing import Sensing
-from robot_bridge.sensing.sensor_readings import Senses
-from robot_bridge.sensing.snapshot import look
+from robot_bridge.sensing.sensor_readings import SensorReadings
+from robot_bridge.sensing.snapshot import take_snapshot
 from robot_bridge.settings import Settings
 from support.ros_messages import correction, mount, stamp, still_odometry
 
@@ -60,7 +60,7 @@ class Bench:
     def __init__(self, **settings: Any) -> None:
         self.settings = Settings(**settings)
         self.clock = HandClock()
-        self.senses = Senses()
+        self.senses = SensorReadings()
         ears = Ears()
         Sensing(ears, self.settings, self.senses, self.clock, navigation_velocity=_unheard, wheels=_unheard)  # type: ignore[arg-type]
         self._heard = ears.heard
@@ -101,7 +101,7 @@ class Table:
     topic: str
     sensor: str
     healthy: Callable[[], Any]
-    show: Callable[[Senses], str]
+    show: Callable[[SensorReadings], str]
     cells: tuple[Cell, ...]
 
     def see(self, cell: Cell) -> str:
@@ -117,7 +117,7 @@ class Table:
                     stamped_part.header.stamp = stamp(0.0 if math.isinf(stamp_s) else first_s + stamp_s)
             cell.change(message)
             bench.send(self.topic, message)
-        status = look(bench.senses, bench.settings, bench.clock.now_s()).sensors[self.sensor]
+        status = take_snapshot(bench.senses, bench.settings, bench.clock.now_s()).sensors[self.sensor]
         match status.state:
             case SensorState.NOT_UNDERSTOOD:
                 return f"not understood: {status.detail}"
@@ -127,7 +127,7 @@ class Table:
                 return f"{status.state.value}, {status.age_s:.1f} s old" if status.age_s else status.state.value
 
 
-def as_of(senses: Senses, sensor: str) -> str:
+def as_of(senses: SensorReadings, sensor: str) -> str:
     """Which moment the newest value of a stamped sensor is put at."""
     newest = getattr(senses, {"odom": "odometry"}.get(sensor, sensor)).newest
     off_s = newest.received_s - newest.value.stamp_s

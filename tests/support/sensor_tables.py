@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from irobot_create_msgs.msg import DockStatus
 
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 from support import ros_messages as ros
 from support.sensor_rules import INF, NAN, PAGE, Cell, Table, as_of, page, stamped, stamped_base
 
@@ -40,7 +40,7 @@ def no(reason: str) -> str:
 # the laser
 
 
-def _scan(senses: Senses) -> str:
+def _scan(senses: SensorReadings) -> str:
     scan = senses.scan.value
     assert scan is not None
     blind = round(float(np.degrees(scan.blind[:, 1].sum())))
@@ -164,7 +164,7 @@ LASER = Table("sensor_msgs/LaserScan", "scan", "scan", ros.round_room, _scan, (
 # the base
 
 
-def _odometry(senses: Senses) -> str:
+def _odometry(senses: SensorReadings) -> str:
     odometry = senses.odometry.value
     assert odometry is not None
     return f"at ({odometry.pose.x:g}, {odometry.pose.y:g}), {odometry.twist.linear_x:g} m/s"
@@ -208,7 +208,7 @@ ODOMETRY = Table("nav_msgs/Odometry", "odom", "odom", ros.still_odometry, _odome
 ))  # fmt: skip
 
 
-def _charge(senses: Senses) -> str:
+def _charge(senses: SensorReadings) -> str:
     battery = senses.battery.value
     assert battery is not None
     charge = "charge not known" if battery.percentage is None else f"{battery.percentage:.0f} %"
@@ -256,7 +256,7 @@ DOCK = Table("irobot_create_msgs/DockStatus", "dock_status", "dock", DockStatus,
 # where it is
 
 
-def _place(senses: Senses) -> str:
+def _place(senses: SensorReadings) -> str:
     pose = senses.poses.newest()
     assert pose is not None
     return f"at ({pose.x:g}, {pose.y:g})"
@@ -301,7 +301,7 @@ LOCALISER = Table("geometry_msgs/PoseWithCovarianceStamped", "amcl_pose", "pose"
 ))  # fmt: skip
 
 
-def _map(senses: Senses) -> str:
+def _map(senses: SensorReadings) -> str:
     grid = senses.map.value
     assert grid is not None
     return f"{grid.cells.shape[1]} x {grid.cells.shape[0]} cells"
@@ -326,7 +326,7 @@ MAP = Table("nav_msgs/OccupancyGrid", "map", "map", ros.room_map, _map, (
 # the cameras
 
 
-def _seen(senses: Senses) -> str:
+def _seen(senses: SensorReadings) -> str:
     image = senses.rgb.value
     assert image is not None
     blue, green, red = image.pixels[24, 32]
@@ -360,7 +360,7 @@ COLOUR = Table("sensor_msgs/Image, colour", "rgb", "rgb", ros.picture, _seen, (
 ))  # fmt: skip
 
 
-def _depth(senses: Senses) -> str:
+def _depth(senses: SensorReadings) -> str:
     image = senses.depth.value
     assert image is not None
     measured = image.depth_m[np.isfinite(image.depth_m) & (image.depth_m > 0.0)]
@@ -404,7 +404,7 @@ DEPTH = Table("sensor_msgs/Image, depth", "depth", "depth", ros.depth, _depth, (
 ))  # fmt: skip
 
 
-def _camera(senses: Senses) -> str:
+def _camera(senses: SensorReadings) -> str:
     info = senses.rgb_intrinsics.value
     assert info is not None
     return f"{info.width_px} x {info.height_px}, focal length {info.fx:g}, centre ({info.cx:g}, {info.cy:g})"

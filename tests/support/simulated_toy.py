@@ -30,7 +30,7 @@ from robot_bridge.sensing.sensor_readings import (
     Intrinsics,
     Odometry,
     Scan,
-    Senses,
+    SensorReadings,
 )
 from robot_bridge.sensing.transforms import compose, inverse, matrix
 from sim.nav.codes import NavigationError
@@ -125,7 +125,7 @@ class SimulatedRobot:
 
     def __init__(self, toy: SimulatedToy) -> None:
         self.toy = toy
-        self._senses = Senses()
+        self._senses = SensorReadings()
         self._clock = SystemClock()
         self._base_stop = ToyBaseStop(toy, self._senses, self._clock)
         self._closing = threading.Event()
@@ -137,7 +137,7 @@ class SimulatedRobot:
         self._twist = Twist2D()
 
     @property
-    def senses(self) -> Senses:
+    def senses(self) -> SensorReadings:
         return self._senses
 
     async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:

@@ -4,14 +4,14 @@ import threading
 
 from mesh.clock import Clock
 from robot_bridge.safety.base_stop import BaseStop
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 from support.toy_robot import ToyRobot
 
 
 class ToyBaseStop:
     """Asked from asyncio, followed in the robot's own loop or thread."""
 
-    def __init__(self, toy: ToyRobot, senses: Senses, clock: Clock) -> None:
+    def __init__(self, toy: ToyRobot, senses: SensorReadings, clock: Clock) -> None:
         self._toy = toy
         self._senses = senses
         self._clock = clock

@@ -7,7 +7,7 @@ from sensor_msgs.msg import BatteryState
 
 from contracts.robot import Battery
 from robot_bridge.adapters.ros import convert
-from robot_bridge.sensing.sensor_readings import DockView, Senses
+from robot_bridge.sensing.sensor_readings import DockView, SensorReadings
 from robot_bridge.sensing.snapshot import charge
 
 UNKNOWN = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
@@ -38,7 +38,7 @@ def test_the_battery_is_charged_by_its_status_its_current_or_on_the_dock(
     status: int, current_a: float, docked: bool | None, charging: bool
 ) -> None:
     message = BatteryState(power_supply_status=status, current=current_a, percentage=0.5, voltage=14.0)
-    senses = Senses()
+    senses = SensorReadings()
     senses.charging_told.put(convert.charges(message) is not None, 1.0)
     if docked is not None:
         senses.dock.put(DockView(is_docked=docked), 1.0)

@@ -6,8 +6,8 @@ import pytest
 from sensor_msgs.msg import LaserScan
 
 from contracts.geometry import Twist2D
-from robot_bridge.safety.collision_monitor import SafetyLimits, restrain
-from robot_bridge.safety.safety_input import surroundings
+from robot_bridge.safety.collision_monitor import SafetyLimits, apply_safety
+from robot_bridge.safety.safety_input import safety_input
 from robot_bridge.words import restraint_in_words
 from support.ros_messages import BEAMS, battery, round_room, stamp, still_odometry, transform
 from support.sensor_rules import PAGE, PERIOD_S, Bench, Cell, Table, page
@@ -38,8 +38,8 @@ def test_a_wall_seen_by_a_laser_whose_limits_make_no_sense_is_never_driven_at(ra
         message.header.stamp = stamp(bench.clock.now_s())
         bench.send("odom", still_odometry(bench.clock.now_s()))
         bench.send("scan", message)
-    around = surroundings(bench.senses, bench.clock.now_s(), hazard_hold_s=1.0)
-    left, restraint = restrain(Twist2D(linear_x=0.2), around, SafetyLimits())
+    around = safety_input(bench.senses, bench.clock.now_s(), hazard_hold_s=1.0)
+    left, restraint = apply_safety(Twist2D(linear_x=0.2), around, SafetyLimits())
     assert left.linear_x == 0.0
     assert restraint is not None
     assert restraint_in_words(restraint) == f"the laser scan is not understood: its range_max is {range_max:g} m"

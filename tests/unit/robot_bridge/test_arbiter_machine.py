@@ -129,7 +129,7 @@ class ArbiterMachine(RuleBasedStateMachine):
         """As an emergency stop and its reset do it."""
         self.epoch += 1
         self.arbiter.drop_all()
-        self.arbiter.note_zero_sent(self.now_s)
+        self.arbiter.record_zero(self.now_s)
         self.leases = {}
         self.sent, self.sent_s = ZERO, self.now_s
 

@@ -5,7 +5,7 @@ import pytest
 from contracts.problem import DependencyState
 from contracts.robot import BaseStopState
 from robot_bridge.sensing import base_health
-from robot_bridge.sensing.sensor_readings import Hazard, Senses
+from robot_bridge.sensing.sensor_readings import Hazard, SensorReadings
 from robot_bridge.settings import Settings
 
 SETTINGS = Settings()
@@ -27,14 +27,14 @@ def test_the_table_names_every_state_of_the_bases_stop() -> None:
     ],
 )
 def test_a_stop_that_is_not_as_wanted_is_told(state: BaseStopState | None, told: DependencyState) -> None:
-    senses = Senses()
+    senses = SensorReadings()
     if state is not None:
         senses.base_stop.put(state, 1.0)
     assert base_health.base_stop(senses).state is told
 
 
 def test_hazards_that_nobody_publishes_are_a_warning_that_names_the_line_to_uncomment() -> None:
-    senses = Senses()
+    senses = SensorReadings()
     senses.unpublished.put(frozenset({TOPIC}), 1.0)
     told = base_health.hazards(senses, SETTINGS)
     assert told.state is DependencyState.WARNING
@@ -42,20 +42,20 @@ def test_hazards_that_nobody_publishes_are_a_warning_that_names_the_line_to_unco
 
 
 def test_hazards_that_are_offered_and_never_came_are_none() -> None:
-    senses = Senses()
+    senses = SensorReadings()
     senses.unpublished.put(frozenset(), 1.0)
     assert base_health.hazards(senses, SETTINGS).state is DependencyState.READY
 
 
 def test_hazards_that_came_once_are_received_whoever_publishes_now() -> None:
-    senses = Senses()
+    senses = SensorReadings()
     senses.hazards.put(frozenset({Hazard.BUMP}), 1.0)
     senses.unpublished.put(frozenset({TOPIC}), 2.0)
     assert base_health.hazards(senses, SETTINGS).state is DependencyState.READY
 
 
-def driven(*others: str, heard_s: float | None = None) -> Senses:
-    senses = Senses()
+def driven(*others: str, heard_s: float | None = None) -> SensorReadings:
+    senses = SensorReadings()
     senses.other_drivers.put(others, 10.0)
     if heard_s is not None:
         senses.foreign_velocity.put((0.2, 0.0), heard_s)
@@ -65,7 +65,7 @@ def driven(*others: str, heard_s: float | None = None) -> Senses:
 @pytest.mark.parametrize(
     ("senses", "state", "words"),
     [
-        (Senses(), DependencyState.READY, "this bridge drives the base"),
+        (SensorReadings(), DependencyState.READY, "this bridge drives the base"),
         (driven(), DependencyState.READY, "this bridge drives the base"),
         (driven("docking_server", "teleop_twist_joy_node"), DependencyState.READY, "docking_server"),
         (driven("docking_server", "teleop_keyboard"), DependencyState.WARNING, "teleop_keyboard can drive"),
@@ -76,7 +76,7 @@ def driven(*others: str, heard_s: float | None = None) -> Senses:
     ],
 )
 def test_whoever_can_drive_the_base_past_the_bridge_is_named(
-    senses: Senses, state: DependencyState, words: str
+    senses: SensorReadings, state: DependencyState, words: str
 ) -> None:
     told = base_health.drivers(senses, SETTINGS, 10.0)
     assert told.state is state

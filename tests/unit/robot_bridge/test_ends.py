@@ -5,7 +5,7 @@ import pytest
 from contracts.causes import GoalCause, LimitCause, SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import BaseEnd, Hazard, MotionEnd
-from robot_bridge.motion.arbiter import NOTHING, STOPPED, ZERO, Choice
+from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, ArbitratedCommand
 from robot_bridge.motion.motion_executor import held_by
 from robot_bridge.safety.collision_monitor import Restraint
 from robot_bridge.words import restraint_in_words
@@ -13,8 +13,8 @@ from robot_bridge.words import restraint_in_words
 ASKED = Twist2D(linear_x=0.2)
 
 
-def choice(*causes: Restraint | LimitCause, source: str = "drive") -> Choice:
-    return Choice(ZERO, source, ASKED, causes)
+def choice(*causes: Restraint | LimitCause, source: str = "drive") -> ArbitratedCommand:
+    return ArbitratedCommand(ZERO, source, ASKED, causes)
 
 
 @pytest.mark.parametrize("cause", [cause for cause in SafetyCause if cause is not SafetyCause.SLOWED])
@@ -30,7 +30,7 @@ def test_what_stops_it_ends_it_also_behind_what_only_changed_it(cause: SafetyCau
     ("last", "end"),
     [
         (None, MotionEnd.HELD_BACK),
-        (NOTHING, MotionEnd.HELD_BACK),
+        (NO_COMMAND, MotionEnd.HELD_BACK),
         (STOPPED, MotionEnd.STOPPED),
         (choice(source="teleop"), MotionEnd.PREEMPTED),
         (choice(Restraint(SafetyCause.OBSTACLE), source="teleop"), MotionEnd.PREEMPTED),
@@ -39,7 +39,7 @@ def test_what_stops_it_ends_it_also_behind_what_only_changed_it(cause: SafetyCau
         (choice(Restraint(SafetyCause.SLOWED)), MotionEnd.HELD_BACK),
     ],
 )
-def test_what_says_nothing_about_the_way_is_no_obstacle(last: Choice | None, end: MotionEnd) -> None:
+def test_what_says_nothing_about_the_way_is_no_obstacle(last: ArbitratedCommand | None, end: MotionEnd) -> None:
     assert held_by(last, "drive").end is end
 
 

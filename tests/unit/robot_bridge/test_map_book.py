@@ -9,7 +9,7 @@ from bench.map_likeness import changed
 from contracts.geometry import Pose2D
 from contracts.robot import KnownMap
 from mesh.errors import ConflictError, NotFoundError
-from robot_bridge.navigation.dock_pose import DockPlace
+from robot_bridge.navigation.dock_pose import DockPose
 from robot_bridge.navigation.map_book import MapBook
 from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.sensor_readings import DockView, Grid
@@ -112,9 +112,9 @@ def known(name: str, *was: str) -> KnownMap:
 
 
 def test_a_dock_belongs_to_the_map_it_was_learned_in(tmp_path: Path) -> None:
-    place = DockPlace(tmp_path, None)
+    place = DockPose(tmp_path, None)
     place.learn(docked(DOCK), known("home"))
-    for again in (place, DockPlace(tmp_path, None)):
+    for again in (place, DockPose(tmp_path, None)):
         assert again.in_map(known("home")) == DOCK
         assert again.in_map(known("renamed", "home")) == DOCK
         assert again.in_map(known("office")) is None
@@ -124,7 +124,7 @@ def test_a_dock_belongs_to_the_map_it_was_learned_in(tmp_path: Path) -> None:
 
 
 def test_each_map_has_its_own_dock(tmp_path: Path) -> None:
-    place, other = DockPlace(tmp_path, None), Pose2D(x=-3.0, y=0.0, yaw=0.0)
+    place, other = DockPose(tmp_path, None), Pose2D(x=-3.0, y=0.0, yaw=0.0)
     place.learn(docked(DOCK), known("home"))
     place.learn(docked(other), known("office"))
     place.learn(docked(None), known("office"))
@@ -133,19 +133,19 @@ def test_each_map_has_its_own_dock(tmp_path: Path) -> None:
 
 def test_a_dock_learned_before_maps_had_names_is_of_the_first_map_that_comes(tmp_path: Path) -> None:
     (tmp_path / "dock.json").write_text(DOCK.model_dump_json())
-    place = DockPlace(tmp_path, None)
+    place = DockPose(tmp_path, None)
     place.learn(docked(None), known("home"))
-    again = DockPlace(tmp_path, None)
+    again = DockPose(tmp_path, None)
     assert again.in_map(known("home")) == DOCK
     assert again.in_map(known("office")) is None
 
 
 def test_a_dock_that_is_set_is_believed_in_every_map(tmp_path: Path) -> None:
-    place = DockPlace(tmp_path, DOCK)
+    place = DockPose(tmp_path, DOCK)
     assert [place.in_map(known("home")), place.in_map(None)] == [DOCK, DOCK]
 
 
 @pytest.mark.parametrize("left", ["", "[]", '{"x": 1}', '{"docks": 3}', "no json"])
 def test_a_dock_file_that_makes_no_sense_is_no_dock(tmp_path: Path, left: str) -> None:
     (tmp_path / "dock.json").write_text(left)
-    assert DockPlace(tmp_path, None).in_map(known("home")) is None
+    assert DockPose(tmp_path, None).in_map(known("home")) is None

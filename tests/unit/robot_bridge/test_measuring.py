@@ -7,8 +7,8 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.robot import BoxQuery
-from robot_bridge.sensing.object_localizer import Measuring
-from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, Senses
+from robot_bridge.sensing.object_localizer import ObjectLocalizer
+from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
 from robot_bridge.sensing.transforms import matrix
 from support.fake_clock import FakeClock
 
@@ -16,9 +16,9 @@ OPTICAL = matrix((0.06, 0.0, 0.24), (-0.5, 0.5, -0.5, 0.5))
 STILL = Pose2D(x=0.0, y=0.0, yaw=0.0)
 
 
-def senses_turning_at(rad_s: float, *, depth_frame: str = "optical") -> Senses:
+def senses_turning_at(rad_s: float, *, depth_frame: str = "optical") -> SensorReadings:
     """A robot on the spot at the origin, turning; a wall 3 m away, and 1 m ahead of it at time 10 a thing."""
-    senses = Senses()
+    senses = SensorReadings()
     senses.frames.fix("base_link", "optical", OPTICAL)
     senses.poses.add_map_to_odom(0.0, STILL, received_s=10.0)
     for tick in range(20):
@@ -34,8 +34,8 @@ def senses_turning_at(rad_s: float, *, depth_frame: str = "optical") -> Senses:
     return senses
 
 
-def measuring(senses: Senses) -> Measuring:
-    return Measuring(senses, FakeClock(10.2), 0.5, 1.5)
+def measuring(senses: SensorReadings) -> ObjectLocalizer:
+    return ObjectLocalizer(senses, FakeClock(10.2), 0.5, 1.5)
 
 
 def box(u_px: float, stamp_s: float | None) -> BoxQuery:

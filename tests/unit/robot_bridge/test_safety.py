@@ -12,10 +12,10 @@ from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import Hazard
 from robot_bridge.safety.collision_monitor import (
+    SafetyInput,
     SafetyLimits,
-    Surroundings,
+    apply_safety,
     free_travel_m,
-    restrain,
     seen_from_here,
     slowdown,
 )
@@ -34,13 +34,13 @@ def points(*xy: tuple[float, float]) -> NDArray[np.float64]:
     return np.array(xy, dtype=np.float64).reshape(-1, 2)
 
 
-def around(*xy: tuple[float, float], **changes: object) -> Surroundings:
+def around(*xy: tuple[float, float], **changes: object) -> SafetyInput:
     values: dict[str, object] = {"points_m": points(*xy), "scan_age_s": 0.0, "odometry_age_s": 0.0} | changes
-    return Surroundings(**values)  # type: ignore[arg-type]
+    return SafetyInput(**values)  # type: ignore[arg-type]
 
 
-def limited(twist: Twist2D, around: Surroundings, limits: SafetyLimits = LIMITS) -> tuple[Twist2D, SafetyCause | None]:
-    left, restraint = restrain(twist, around, limits)
+def limited(twist: Twist2D, around: SafetyInput, limits: SafetyLimits = LIMITS) -> tuple[Twist2D, SafetyCause | None]:
+    left, restraint = apply_safety(twist, around, limits)
     return left, restraint.cause if restraint is not None else None
 
 
@@ -57,7 +57,7 @@ def door(width_m: float, distance_m: float = 0.5) -> NDArray[np.float64]:
 
 
 def test_a_free_way_is_left_alone() -> None:
-    assert restrain(FORWARD, around((3.0, 0.0)), LIMITS) == (FORWARD, None)
+    assert apply_safety(FORWARD, around((3.0, 0.0)), LIMITS) == (FORWARD, None)
 
 
 @pytest.mark.parametrize("twist", [FORWARD, TURN, Twist2D(linear_x=-0.1)])
@@ -77,7 +77,7 @@ def test_nothing_moves_on_a_base_that_is_stopped_or_driven_by_another(
 
 
 def test_a_base_that_another_has_left_alone_for_a_second_is_driven_again() -> None:
-    assert restrain(FORWARD, around((3.0, 0.0), foreign_velocity_age_s=1.01), LIMITS) == (FORWARD, None)
+    assert apply_safety(FORWARD, around((3.0, 0.0), foreign_velocity_age_s=1.01), LIMITS) == (FORWARD, None)
 
 
 def test_it_slows_in_proportion_and_stops_inside_the_stop_distance() -> None:
@@ -92,7 +92,7 @@ def test_it_slows_in_proportion_and_stops_inside_the_stop_distance() -> None:
 def test_at_the_stop_distance_it_stands() -> None:
     limits = SafetyLimits(footprint_radius_m=0.25, side_margin_m=0.0, stop_distance_m=0.25)
     assert limited(FORWARD, around((0.5, 0.0)), limits)[1] is SafetyCause.OBSTACLE
-    assert restrain(FORWARD, around((0.5001, 0.0)), limits)[0].linear_x > 0.0
+    assert apply_safety(FORWARD, around((0.5001, 0.0)), limits)[0].linear_x > 0.0
 
 
 def test_the_factor_has_a_floor_and_never_exceeds_one() -> None:
@@ -106,12 +106,12 @@ def test_a_door_of_0_9_m_is_passed_at_full_speed_and_one_too_narrow_is_not_passe
 
 
 def test_what_stands_beside_or_behind_does_not_hinder_driving_forward() -> None:
-    assert restrain(FORWARD, around((0.0, 0.25), (0.0, -0.25), (-0.25, 0.0)), LIMITS)[0] == FORWARD
+    assert apply_safety(FORWARD, around((0.0, 0.25), (0.0, -0.25), (-0.25, 0.0)), LIMITS)[0] == FORWARD
 
 
 def test_reversing_minds_the_rear_and_not_the_front() -> None:
     back = Twist2D(linear_x=-0.2)
-    assert restrain(back, around((0.25, 0.0)), LIMITS)[0] == back
+    assert apply_safety(back, around((0.25, 0.0)), LIMITS)[0] == back
     stopped, why = limited(back, around((-0.25, 0.0)))
     assert (stopped.linear_x, why) == (0.0, SafetyCause.OBSTACLE)
 
@@ -133,26 +133,26 @@ def test_what_touches_already_counts_only_where_the_way_leads_to_it(turn: float)
 
 
 def test_turning_on_the_spot_is_always_possible_beside_a_wall() -> None:
-    assert restrain(TURN, around((0.2, 0.0), (0.0, 0.2), (-0.2, 0.0)), LIMITS)[0] == TURN
+    assert apply_safety(TURN, around((0.2, 0.0), (0.0, 0.2), (-0.2, 0.0)), LIMITS)[0] == TURN
 
 
 def test_an_old_scan_forbids_translation_and_a_very_old_one_turning_too() -> None:
-    assert restrain(FORWARD, around(scan_age_s=0.5), LIMITS)[0] == FORWARD
+    assert apply_safety(FORWARD, around(scan_age_s=0.5), LIMITS)[0] == FORWARD
     assert limited(FORWARD, around(scan_age_s=0.51)) == (Twist2D(), SafetyCause.OLD_SCAN)
-    assert restrain(TURN, around(scan_age_s=2.0), LIMITS)[0] == TURN
-    assert restrain(TURN, around(scan_age_s=0.6), LIMITS)[0] == TURN
+    assert apply_safety(TURN, around(scan_age_s=2.0), LIMITS)[0] == TURN
+    assert apply_safety(TURN, around(scan_age_s=0.6), LIMITS)[0] == TURN
     assert limited(TURN, around(scan_age_s=2.1)) == (Twist2D(), SafetyCause.NO_SCAN)
-    assert restrain(TURN, around(scan_age_s=None), LIMITS)[0] == Twist2D()
+    assert apply_safety(TURN, around(scan_age_s=None), LIMITS)[0] == Twist2D()
 
 
 def test_a_blind_laser_and_silent_odometry_forbid_translation() -> None:
     back = Twist2D(linear_x=-0.2)
     ahead, behind = blind(0.0, 3.0), blind(180.0, 3.0)
     assert limited(FORWARD, around(blind=ahead))[1] is SafetyCause.BLIND
-    assert restrain(FORWARD, around(blind=behind), LIMITS)[0] == FORWARD
+    assert apply_safety(FORWARD, around(blind=behind), LIMITS)[0] == FORWARD
     assert limited(back, around(blind=behind))[1] is SafetyCause.BLIND
-    assert restrain(back, around(blind=ahead), LIMITS)[0] == back
-    assert restrain(TURN, around(blind=ALL_ROUND), LIMITS)[0] == TURN
+    assert apply_safety(back, around(blind=ahead), LIMITS)[0] == back
+    assert apply_safety(TURN, around(blind=ALL_ROUND), LIMITS)[0] == TURN
     assert limited(FORWARD, around(odometry_age_s=None))[1] is SafetyCause.NO_ODOMETRY
     assert limited(FORWARD, around(odometry_age_s=0.6))[1] is SafetyCause.NO_ODOMETRY
 
@@ -168,12 +168,12 @@ def test_unknown_beams_ahead_slow_and_stop_it_as_soon_as_they_may_hide_the_leg_o
 
 
 def test_unknown_beams_count_in_the_way_and_nowhere_else() -> None:
-    assert restrain(FORWARD, around(blind=blind(100.0, 0.2)), LIMITS)[0] == FORWARD
+    assert apply_safety(FORWARD, around(blind=blind(100.0, 0.2)), LIMITS)[0] == FORWARD
     aside = around(blind=blind(60.0, 0.1))
     left, right = Twist2D(linear_x=0.2, angular_z=0.5), Twist2D(linear_x=0.2, angular_z=-0.5)
-    assert restrain(FORWARD, aside, LIMITS)[0] == FORWARD
+    assert apply_safety(FORWARD, aside, LIMITS)[0] == FORWARD
     assert limited(left, aside)[1] is SafetyCause.SLOWED
-    assert restrain(right, aside, LIMITS)[0] == right
+    assert apply_safety(right, aside, LIMITS)[0] == right
 
 
 def test_what_is_seen_in_the_way_is_told_before_what_is_not() -> None:
@@ -197,26 +197,26 @@ def test_a_leg_that_the_laser_does_not_see_holds_the_robot_back_as_a_seen_one_do
     twist = Twist2D(linear_x=0.2 * way, angular_z=z)
     leg = points((distance_m * math.cos(at), distance_m * math.sin(at)))
     seen_m = free_travel_m(leg, twist, RADIUS_M - 0.03)
-    _, restraint = restrain(twist, around(blind=blind(middle_deg, width_rad)), LIMITS)
+    _, restraint = apply_safety(twist, around(blind=blind(middle_deg, width_rad)), LIMITS)
     held_m = restraint.free_m if restraint is not None else math.inf
     assert held_m <= max(seen_m, 0.0) or seen_m > LIMITS.slow_distance_m - 0.06
 
 
 def test_a_scan_that_is_not_understood_forbids_translation_and_says_why() -> None:
-    left, restraint = restrain(FORWARD, around(scan_age_s=0.6, scan_trouble="its range_max is 0 m"), LIMITS)
+    left, restraint = apply_safety(FORWARD, around(scan_age_s=0.6, scan_trouble="its range_max is 0 m"), LIMITS)
     assert left == Twist2D()
     assert restraint is not None
     assert restraint_in_words(restraint) == "the laser scan is not understood: its range_max is 0 m"
-    never = restrain(TURN, around(scan_age_s=None, scan_trouble="its range_max is 0 m"), LIMITS)[1]
+    never = apply_safety(TURN, around(scan_age_s=None, scan_trouble="its range_max is 0 m"), LIMITS)[1]
     assert never is not None
     assert never.cause is SafetyCause.NOT_UNDERSTOOD
 
 
 def test_what_is_seen_inside_the_footprint_is_named() -> None:
-    restraint = restrain(FORWARD, around((0.1, 0.1)), LIMITS)[1]
+    restraint = apply_safety(FORWARD, around((0.1, 0.1)), LIMITS)[1]
     assert restraint is not None
     assert restraint_in_words(restraint) == "obstacle ahead: something inside the footprint is seen at 45 degrees"
-    beside = restrain(FORWARD, around((0.25, 0.0)), LIMITS)[1]
+    beside = apply_safety(FORWARD, around((0.25, 0.0)), LIMITS)[1]
     assert beside is not None
     assert restraint_in_words(beside) == "obstacle ahead"
 
@@ -236,22 +236,22 @@ def test_what_is_seen_inside_the_footprint_is_named() -> None:
     ],
 )
 def test_each_hazard_forbids_what_would_make_it_worse(hazard: Hazard, twist: Twist2D, left: Twist2D) -> None:
-    assert restrain(twist, around(hazards=frozenset({hazard})), LIMITS)[0] == left
+    assert apply_safety(twist, around(hazards=frozenset({hazard})), LIMITS)[0] == left
 
 
 def test_what_was_driven_since_the_scan_counts() -> None:
     near = RADIUS_M + LIMITS.stop_distance_m + 0.05
-    assert restrain(FORWARD, around((near, 0.0)), LIMITS)[0].linear_x > 0.0
+    assert apply_safety(FORWARD, around((near, 0.0)), LIMITS)[0].linear_x > 0.0
     moved_on = around((near, 0.0), scan_age_s=0.3, measured=Twist2D(linear_x=0.3))
-    assert restrain(FORWARD, moved_on, LIMITS)[0].linear_x == 0.0
+    assert apply_safety(FORWARD, moved_on, LIMITS)[0].linear_x == 0.0
 
 
 def test_what_was_turned_since_the_scan_counts() -> None:
     """What stood to the left when the laser saw it stands ahead by now."""
     left = (0.35 * math.cos(0.7), 0.35 * math.sin(0.7))
-    assert restrain(FORWARD, around(left), LIMITS)[0] == FORWARD
+    assert apply_safety(FORWARD, around(left), LIMITS)[0] == FORWARD
     turned = around(left, scan_age_s=0.4, measured=Twist2D(angular_z=1.75))
-    assert restrain(FORWARD, turned, LIMITS)[0].linear_x < FORWARD.linear_x
+    assert apply_safety(FORWARD, turned, LIMITS)[0].linear_x < FORWARD.linear_x
 
 
 @given(st.floats(-0.3, 0.3), st.floats(-1.9, 1.9), st.floats(0.0, 0.5))
@@ -274,7 +274,7 @@ def test_points_are_carried_along_as_the_robot_moves(v: float, w: float, age_s: 
 @example(-2e-313, 1.0, [(-0.125, 0.0)])  # a speed too small to divide by
 @example(5e-324, -1.9, [(0.209, 0.0)])
 def test_it_never_speeds_up_nor_turns_round_a_velocity(x: float, z: float, xy: list[tuple[float, float]]) -> None:
-    left, why = restrain(Twist2D(linear_x=x, angular_z=z), around(*xy), LIMITS)
+    left, why = apply_safety(Twist2D(linear_x=x, angular_z=z), around(*xy), LIMITS)
     assert abs(left.linear_x) <= abs(x)
     assert abs(left.angular_z) <= abs(z)
     assert left.linear_x * x >= 0.0

@@ -11,9 +11,9 @@ from contracts.robot import Goal, GoalMode, GoalStatus
 from mesh.errors import ConflictError, NotFoundError, TooManyError
 from robot_bridge.celebration import SUCCESS
 from robot_bridge.motion.sessions import SESSIONS_MAX, Sessions
-from robot_bridge.navigation.goal_states import ALLOWED, error_name, is_over, moved_on
-from robot_bridge.navigation.goal_store import GOALS_KEPT, Active, Goals
-from robot_bridge.navigation.path_check import Place
+from robot_bridge.navigation.goal_states import ALLOWED, error_name, is_over, with_status
+from robot_bridge.navigation.goal_store import GOALS_KEPT, ActiveGoal, GoalStore
+from robot_bridge.navigation.path_check import GoalRegion
 from robot_bridge.sensing.mailbox import Mailbox
 
 GOAL = Goal(id="g", pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.PENDING, stamp_s=1.0)
@@ -22,9 +22,9 @@ GOAL = Goal(id="g", pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.PENDIN
 def test_the_table_names_every_status_and_endings_stay_endings() -> None:
     assert set(ALLOWED) == set(GoalStatus)
     assert {status for status in GoalStatus if not is_over(status)} == {GoalStatus.PENDING, GoalStatus.EXECUTING}
-    reached = moved_on(moved_on(GOAL, GoalStatus.EXECUTING, stamp_s=2.0), GoalStatus.SUCCEEDED, stamp_s=3.0)
+    reached = with_status(with_status(GOAL, GoalStatus.EXECUTING, stamp_s=2.0), GoalStatus.SUCCEEDED, stamp_s=3.0)
     with pytest.raises(ValueError, match="SUCCEEDED cannot become EXECUTING"):
-        moved_on(reached, GoalStatus.EXECUTING, stamp_s=4.0)
+        with_status(reached, GoalStatus.EXECUTING, stamp_s=4.0)
 
 
 def test_codes_without_a_name_are_told_by_whose_they_are() -> None:
@@ -35,15 +35,15 @@ def test_codes_without_a_name_are_told_by_whose_they_are() -> None:
 
 def test_error_codes_have_names() -> None:
     assert error_name(104) == "PATIENCE_EXCEEDED"
-    aborted = moved_on(GOAL, GoalStatus.ABORTED, stamp_s=2.0, error_code=208)
+    aborted = with_status(GOAL, GoalStatus.ABORTED, stamp_s=2.0, error_code=208)
     assert (aborted.error_code, aborted.error_msg) == (208, "NO_VALID_PATH")
 
 
 def test_progress_is_told_twice_a_second_however_often_the_target_is_sighted_meanwhile() -> None:
     told: list[Goal] = []
-    goals = Goals(told.append)
-    goals.keep(moved_on(GOAL, GoalStatus.EXECUTING, stamp_s=10.0))
-    active = Active("g", Place(GOAL.pose, 0.0), GoalMode.APPROACH, None, 100.0, 0.0)
+    goals = GoalStore(told.append)
+    goals.keep(with_status(GOAL, GoalStatus.EXECUTING, stamp_s=10.0))
+    active = ActiveGoal("g", GoalRegion(GOAL.pose, 0.0), GoalMode.APPROACH, None, 100.0, 0.0)
     for tenth in range(21):
         now_s = 10.0 + tenth / 10.0
         goals.keep(goals.get("g").model_copy(update={"stamp_s": now_s}))  # as a sighting does
@@ -53,7 +53,7 @@ def test_progress_is_told_twice_a_second_however_often_the_target_is_sighted_mea
 
 
 def test_the_number_of_goals_kept_is_bounded() -> None:
-    goals = Goals(lambda _: None)
+    goals = GoalStore(lambda _: None)
     for number in range(GOALS_KEPT + 1):
         goals.keep(GOAL.model_copy(update={"id": str(number)}))
     assert goals.get("1").id == "1"

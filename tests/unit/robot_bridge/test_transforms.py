@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contracts.geometry import Point3D, Pose2D
-from robot_bridge.sensing.transform_buffer import FrameTree, PoseBuffer
+from robot_bridge.sensing.transform_buffer import PoseBuffer, TransformBuffer
 from robot_bridge.sensing.transforms import compose, in_map, inverse, matrix, planar, quaternion_xyzw, upright, wrap
 
 poses = st.builds(
@@ -144,7 +144,7 @@ def test_old_samples_are_forgotten() -> None:
 
 
 def test_a_chain_of_fixed_frames_leads_to_the_base_in_any_order_and_from_above() -> None:
-    frames = FrameTree()
+    frames = TransformBuffer()
     frames.fix("plate", "camera", matrix((0.0, 0.0, 0.2), (0.0, 0.0, 0.0, 1.0)))
     assert frames.in_base("camera") is None
     frames.fix("base_link", "plate", matrix((0.1, 0.0, 0.0), (0.0, 0.0, 0.5**0.5, 0.5**0.5)))
@@ -158,7 +158,7 @@ def test_a_chain_of_fixed_frames_leads_to_the_base_in_any_order_and_from_above()
 
 
 def test_a_loop_of_frames_is_survived() -> None:
-    frames = FrameTree()
+    frames = TransformBuffer()
     still = matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     frames.fix("a", "b", still)
     frames.fix("b", "a", still)
@@ -177,7 +177,7 @@ def test_a_point_of_the_base_is_placed_in_the_map() -> None:
 
 
 def test_a_camera_on_a_moving_joint_is_where_the_joint_held_it_at_that_time() -> None:
-    frames = FrameTree()
+    frames = TransformBuffer()
     frames.fix("head", "camera", matrix((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
     frames.move("base_link", "head", 1.0, upright(Pose2D(x=0.0, y=0.0, yaw=0.0)))
     frames.move("base_link", "head", 2.0, upright(Pose2D(x=0.0, y=0.0, yaw=math.pi / 2)))
@@ -191,7 +191,7 @@ def test_a_camera_on_a_moving_joint_is_where_the_joint_held_it_at_that_time() ->
 
 
 def test_a_frame_that_changes_its_parent_leaves_the_old_one() -> None:
-    frames = FrameTree()
+    frames = TransformBuffer()
     frames.fix("base_link", "camera", matrix((1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
     frames.fix("base_link", "plate", matrix((0.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
     frames.fix("plate", "camera", matrix((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
@@ -199,7 +199,7 @@ def test_a_frame_that_changes_its_parent_leaves_the_old_one() -> None:
 
 
 def test_a_flood_of_frames_is_bounded() -> None:
-    frames = FrameTree()
+    frames = TransformBuffer()
     for number in range(700):
         frames.fix("base_link", f"frame{number}", matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
     assert frames.in_base("frame499") is not None

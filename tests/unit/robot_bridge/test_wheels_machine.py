@@ -20,14 +20,14 @@ from contracts.robot import EmergencyStop, Priority
 from mesh.errors import ConflictError
 from robot_bridge.limits import motion_gains
 from robot_bridge.motion.arbiter import Limits, Refusal, Request
-from robot_bridge.motion.motion_executor import Running
-from robot_bridge.motion.motions import Drive, Rotation, Tuning
+from robot_bridge.motion.motion_executor import ActiveMotion
+from robot_bridge.motion.motions import DriveOnHeading, Spin, Tuning
 from robot_bridge.motion.sessions import Sessions
-from robot_bridge.motion.velocity_mux import STOP_BURST, Wheels
+from robot_bridge.motion.velocity_mux import STOP_BURST, VelocityMux
 from robot_bridge.safety.collision_monitor import SafetyLimits
 from robot_bridge.safety.emergency_stop import LatchFile
 from robot_bridge.sensing.blindness import NO_ARCS, Arcs
-from robot_bridge.sensing.sensor_readings import Odometry, Scan, Senses
+from robot_bridge.sensing.sensor_readings import Odometry, Scan, SensorReadings
 from robot_bridge.settings import Settings
 
 LIMITS, SAFETY = Limits(), SafetyLimits()
@@ -80,7 +80,7 @@ class WheelsMachine(RuleBasedStateMachine):
     @initialize()
     def begin(self) -> None:
         self.clock = ManualClock()
-        self.senses = Senses()
+        self.senses = SensorReadings()
         self.sessions = Sessions(timeout_s=0.35)
         self.folder = TemporaryDirectory()
         self.latch = LatchFile(Path(self.folder.name))
@@ -96,7 +96,7 @@ class WheelsMachine(RuleBasedStateMachine):
 
     def live(self, stop: EmergencyStop) -> None:
         """A process begins."""
-        self.wheels = Wheels(
+        self.wheels = VelocityMux(
             senses=self.senses,
             sessions=self.sessions,
             clock=self.clock,
@@ -229,13 +229,13 @@ class WheelsMachine(RuleBasedStateMachine):
     def move(self, distance: float, reverse: bool, turn: bool) -> None:
         tuning = Tuning(motion_gains(Settings()))
         motion = (
-            Rotation(distance, speed_rad_s=1.0, timeout_s=5.0, tuning=tuning)
+            Spin(distance, speed_rad_s=1.0, timeout_s=5.0, tuning=tuning)
             if turn
-            else Drive(distance, speed_m_s=0.3, timeout_s=5.0, allow_reverse=reverse, tuning=tuning)
+            else DriveOnHeading(distance, speed_m_s=0.3, timeout_s=5.0, allow_reverse=reverse, tuning=tuning)
         )
         name = "rotate" if turn else "drive"
         with contextlib.suppress(ConflictError):
-            self.wheels.begin(Running(motion, name, self.wheels.stop_state.epoch, None, lambda _: None))
+            self.wheels.begin(ActiveMotion(motion, name, self.wheels.stop_state.epoch, None, lambda _: None))
 
     @rule(busy=st.sampled_from([True, False, False]))
     def base_drives_itself(self, busy: bool) -> None:
@@ -253,7 +253,7 @@ class WheelsMachine(RuleBasedStateMachine):
     @rule(dt_s=st.one_of(st.just(0.05), st.floats(0.0, 0.5)))
     def tick(self, dt_s: float) -> None:
         self.clock.now += dt_s
-        if (running := self.wheels._loop.running) is not None:  # it asks anew at every tick
+        if (running := self.wheels._motions.running) is not None:  # it asks anew at every tick
             self.a_lease_lives_until(self.clock.now + 0.25, reverse=running.motion.allow_reverse)
         self.wheels.tick()
         self.refused = sum(self.wheels.refused.values()) if running is not None else self.refused

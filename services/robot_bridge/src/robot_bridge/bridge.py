@@ -17,14 +17,14 @@ from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VIS
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.tasks import Tasks
-from robot_bridge.emergency_stop_service import Stopping
+from robot_bridge.emergency_stop_service import EmergencyStopService
 from robot_bridge.limits import arbiter_limits, motion_gains, obstacle_limits, safety_limits
-from robot_bridge.motion.motion_executor import Running
+from robot_bridge.motion.motion_executor import ActiveMotion
 from robot_bridge.motion.motions import Motion, Tuning
 from robot_bridge.motion.sessions import Sessions
-from robot_bridge.motion.velocity_mux import Wheels
+from robot_bridge.motion.velocity_mux import VelocityMux
 from robot_bridge.navigation.docking import Docking
-from robot_bridge.navigation.goal_executor import Navigator
+from robot_bridge.navigation.goal_executor import GoalExecutor
 from robot_bridge.navigation.map_book import MapBook
 from robot_bridge.ports import Robot
 from robot_bridge.recording.recordings import Recordings
@@ -32,8 +32,8 @@ from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 from robot_bridge.safety.obstacles import obstacles
 from robot_bridge.sensing import base_health, endpoints
 from robot_bridge.sensing.camera import Camera
-from robot_bridge.sensing.object_localizer import Measuring
-from robot_bridge.sensing.snapshot import Snapshot, look
+from robot_bridge.sensing.object_localizer import ObjectLocalizer
+from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
 from robot_bridge.sensing.stamps import TF, apart
 from robot_bridge.settings import Settings
 
@@ -59,10 +59,10 @@ class Bridge:
     clock: Clock
     tasks: Tasks
     sessions: Sessions
-    wheels: Wheels
-    navigator: Navigator
+    wheels: VelocityMux
+    goals: GoalExecutor
     camera: Camera
-    stopping: Stopping
+    emergency_stop: EmergencyStopService
     tuning: Tuning
     docking: Docking
     maps: MapBook
@@ -77,7 +77,7 @@ class Bridge:
 
     def session_ended(self, session_id: str) -> None:
         """What Nav2 and the base do for it ends; the wheels have let go already."""
-        self.navigator.end_session(session_id)
+        self.goals.end_session(session_id)
         self.docking.end_session(session_id)
 
     async def move(self, motion: Motion[R], *, name: str, epoch: int, session_id: str | None) -> R:
@@ -92,7 +92,7 @@ class Bridge:
         def done(value: R) -> None:  # called by the robot's thread
             loop.call_soon_threadsafe(settle, value)
 
-        running = Running(motion, name, epoch, session_id, done)
+        running = ActiveMotion(motion, name, epoch, session_id, done)
         self.wheels.begin(running)
         try:
             return await reply
@@ -102,7 +102,7 @@ class Bridge:
 
     def state(self) -> RobotState:
         """What `GET /state` and the topic tell."""
-        now = self.look()
+        now = self.snapshot()
         commanded = self.wheels.commanded.value
         odometry, dock = now.odometry, now.dock
         values: dict[str, object] = {}
@@ -120,8 +120,8 @@ class Bridge:
                 "battery": now.battery,
                 "dock": self.docking.dock_pose,
                 "map_id": current.id if (current := self.maps.current) is not None else None,
-                "navigation": self.navigator.state,
-                "goal_id": self.navigator.goal_id,
+                "navigation": self.goals.state,
+                "goal_id": self.goals.goal_id,
                 "emergency_stop": self.wheels.stop_state,
                 "base_stop": self.robot.senses.base_stop.value or BaseStopState.UNKNOWN,
                 "hazards": tuple(sorted(now.hazards)),
@@ -130,9 +130,9 @@ class Bridge:
             }
         )
 
-    def look(self) -> Snapshot:
+    def snapshot(self) -> Snapshot:
         """Every sensor, now."""
-        return look(self.robot.senses, self.settings, self.clock.now_s())
+        return take_snapshot(self.robot.senses, self.settings, self.clock.now_s())
 
     def dependencies(self) -> Sequence[Dependency]:
         """Is data flowing? One line each."""
@@ -142,15 +142,15 @@ class Bridge:
         found = [Dependency.of("rclpy", ok=spinning, detail=_age(tick_age_s))]
         found += [
             _dependency(name, status)
-            for name, status in self.look().sensors.items()
+            for name, status in self.snapshot().sensors.items()
             if name not in NOT_NEEDED or (status.detail and name != HAZARDS)
         ]
         found += self._frames_and_clocks(now_s)
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
-        found += base_health.dependencies(self.robot.senses, self.settings, self.look())
+        found += base_health.dependencies(self.robot.senses, self.settings, self.snapshot())
         found.append(endpoints.dependency(self.robot.senses.mismatches.value or ()))
-        unstored = self.stopping.unstored
+        unstored = self.emergency_stop.unstored
         found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
         found.append(redis_dependency(self.bus))
         return found
@@ -212,7 +212,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
     sessions = Sessions(timeout_s=settings.session_timeout_s)
     senses = robot.senses
     senses.bind(asyncio.get_running_loop())
-    wheels = Wheels(
+    wheels = VelocityMux(
         senses=senses,
         sessions=sessions,
         clock=clock,
@@ -223,8 +223,8 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         navigation_may_reverse=settings.navigation_may_reverse,
     )
     events = NavigationEvents()
-    measuring = Measuring(senses, clock, settings.depth_match_s_max, settings.image_age_s_max)
-    navigator = Navigator(
+    measuring = ObjectLocalizer(senses, clock, settings.depth_match_s_max, settings.image_age_s_max)
+    navigator = GoalExecutor(
         robot=robot,
         wheels=wheels,
         clock=clock,
@@ -235,7 +235,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
     )
     maps = MapBook(settings.state_dir, senses.map, clock)
     docking = Docking(robot=robot, wheels=wheels, navigator=navigator, maps=maps, clock=clock, settings=settings)
-    stopping = Stopping(
+    stopping = EmergencyStopService(
         wheels=wheels,
         robot=robot,
         navigator=navigator,
@@ -252,9 +252,9 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks=tasks,
         sessions=sessions,
         wheels=wheels,
-        navigator=navigator,
+        goals=navigator,
         camera=Camera(senses.rgb, jpeg_quality=settings.jpeg_quality),
-        stopping=stopping,
+        emergency_stop=stopping,
         tuning=Tuning(motion_gains(settings)),
         docking=docking,
         maps=maps,
@@ -268,15 +268,15 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("publish-obstacles", bridge.publish_obstacles())
         tasks.start("watch-base-stop", stopping.watch_base())
         tasks.start("publish-stop", stopping.publish(bus))
-        tasks.start("keep-stop", stopping.keep())
+        tasks.start("keep-stop", stopping.persist_forever())
         tasks.start("publish-navigation", events.publish(bus))
-        tasks.start("hear-sightings", bus.listen(VISION_OBJECT_SPOTTED, navigator.sighted))
+        tasks.start("hear-sightings", bus.listen(VISION_OBJECT_SPOTTED, navigator.on_object_spotted))
         tasks.start("name-map", maps.watch())
         tasks.start("watch-dock", bridge.docking.watch())
         yield bridge
     finally:
         navigator.stop(GoalCause.SHUT_DOWN)
-        wheels.silence()
+        wheels.shut_down()
         await stopping.save()
         await bridge.recordings.close()  # the slowest: a supervisor may not wait for it
         await robot.close()

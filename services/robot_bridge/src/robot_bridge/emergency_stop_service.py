@@ -11,9 +11,9 @@ from contracts.robot import BaseStopState, EmergencyStop, EmergencyStopAction, E
 from contracts.topics import ROBOT_EMERGENCY_STOP
 from mesh.bus import Bus
 from mesh.clock import Clock
-from robot_bridge.motion.velocity_mux import Wheels
+from robot_bridge.motion.velocity_mux import VelocityMux
 from robot_bridge.navigation.docking import Docking
-from robot_bridge.navigation.goal_executor import Navigator
+from robot_bridge.navigation.goal_executor import GoalExecutor
 from robot_bridge.ports import Robot
 from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 
@@ -23,15 +23,15 @@ REPEAT_S = 1.0
 WATCH_S = 60.0
 
 
-class Stopping:
+class EmergencyStopService:
     """Called in asyncio. Nothing here is waited for before the zeros are out and the latch is set."""
 
     def __init__(
         self,
         *,
-        wheels: Wheels,
+        wheels: VelocityMux,
         robot: Robot,
-        navigator: Navigator,
+        navigator: GoalExecutor,
         docking: Docking,
         latch: LatchFile,
         history: StopHistory,
@@ -76,7 +76,7 @@ class Stopping:
         log.info("halted", epoch=state.epoch)
         return state
 
-    def explain(self, epoch: int, *, reason: str, by: str) -> EmergencyStop:
+    def annotate(self, epoch: int, *, reason: str, by: str) -> EmergencyStop:
         """Who and why, told after the fact: the stop itself has not waited for it."""
         state = self._wheels.explain_stop(epoch, reason=reason, by=by)
         self._store(state)
@@ -111,7 +111,7 @@ class Stopping:
             pressed = last is BaseStopState.RELEASED and told is BaseStopState.HELD
             if pressed and not self.state.latched:
                 state, _ = self.stop(reason="", by="the robot")
-                self.explain(
+                self.annotate(
                     state.epoch, reason="pressed at the robot: its base has disabled the wheels", by="the robot"
                 )
 
@@ -123,7 +123,7 @@ class Stopping:
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._changed.wait(), REPEAT_S)
 
-    async def keep(self) -> None:
+    async def persist_forever(self) -> None:
         """Forces the latch to the disk and writes the history, after every change, at its own pace."""
         while True:
             await self._unsaved.wait()

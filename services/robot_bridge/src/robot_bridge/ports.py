@@ -8,7 +8,7 @@ from contracts.geometry import Pose2D, Twist2D
 from robot_bridge.celebration import Celebration
 from robot_bridge.navigation.goal_states import GoalEnd
 from robot_bridge.recording.mcap_file import Sink
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Robot(Protocol):
     """Raises `UnavailableError` (naming the dependency) from whatever needs an action or service that is away."""
 
     @property
-    def senses(self) -> Senses: ...
+    def senses(self) -> SensorReadings: ...
 
     async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
         """From here on `tick` is called at 20 Hz and `navigation_velocity` with what Nav2 wants, by the robot's thread.

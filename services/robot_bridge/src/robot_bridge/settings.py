@@ -157,7 +157,7 @@ class Settings(BaseSettings):
     initial_pose_from_dock: bool = Field(
         default=True, description="a robot that starts on its dock tells the localiser so, where that is known"
     )
-    predock_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
+    staging_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
 
     navigation_may_reverse: bool = Field(default=True, description="Nav2's recoveries back up; the rear is watched too")
     recordings_dir: Path | None = Field(default=None, description="none = recordings/ in the state directory")

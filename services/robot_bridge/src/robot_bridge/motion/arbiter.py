@@ -58,7 +58,7 @@ class Lease:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class ArbitratedCommand:
     """The winning lease's twist within all limits; zero when there is none. `causes` tell what changed it, in order."""
 
     twist: Twist2D
@@ -78,10 +78,10 @@ class Choice:
         return next((one for one in restraints if one.cause.ends_as is not None), None)
 
 
-NOTHING = Choice(ZERO, "none", ZERO)
+NO_COMMAND = ArbitratedCommand(ZERO, "none", ZERO)
 """Nobody wants to move."""
 
-STOPPED = Choice(ZERO, "emergency_stop", ZERO)
+STOPPED = ArbitratedCommand(ZERO, "emergency_stop", ZERO)
 """The emergency stop is latched."""
 
 Restrain = Callable[[Twist2D], tuple[Twist2D, Restraint | None]]
@@ -133,25 +133,25 @@ class Arbiter:
         ranked = sorted(self._leases.values(), key=lambda lease: (lease.request.priority, lease.held_since_s))
         return ranked[0] if ranked else None
 
-    def choose(self, now_s: float, *, epoch: int, restrain: Restrain) -> Choice:
+    def choose(self, now_s: float, *, epoch: int, restrain: Restrain) -> ArbitratedCommand:
         """What to send now. Call once a tick: the acceleration limit counts from what was chosen last."""
         elapsed_s = 0.0 if self._sent_s is None else min(max(0.0, now_s - self._sent_s), self.limits.tick_s_max)
         lease = self.winner(now_s)
         if lease is None or lease.request.epoch != epoch:
-            choice = NOTHING
-        elif self._hands_over(lease.request):
-            choice = Choice(ZERO, lease.request.source, _as_asked(lease.request), (LimitCause.HANDOVER,))
+            choice = NO_COMMAND
+        elif self._needs_pause(lease.request):
+            choice = ArbitratedCommand(ZERO, lease.request.source, _as_asked(lease.request), (LimitCause.HANDOVER,))
         else:
             choice = self._limited(lease.request, elapsed_s, restrain)
         self._sent, self._sent_s = choice.twist, now_s
         self._sent_for = lease.request if lease is not None else None
         return choice
 
-    def note_zero_sent(self, now_s: float) -> None:
+    def record_zero(self, now_s: float) -> None:
         """Something else (the emergency stop) has sent zero: acceleration counts from there."""
         self._sent, self._sent_s = ZERO, now_s
 
-    def _hands_over(self, request: Request) -> bool:
+    def _needs_pause(self, request: Request) -> bool:
         """The robot moves for another source that was as urgent, or more."""
         before = self._sent_for
         return (
@@ -161,7 +161,7 @@ class Arbiter:
             and before.priority <= request.priority
         )
 
-    def _limited(self, request: Request, elapsed_s: float, restrain: Restrain) -> Choice:
+    def _limited(self, request: Request, elapsed_s: float, restrain: Restrain) -> ArbitratedCommand:
         limits, causes = self.limits, list[Restraint | LimitCause]()
         linear_x = _clip(request.linear_x, limits.speed_m_s_max)
         angular_z = _clip(request.angular_z, limits.turn_rad_s_max)
@@ -186,7 +186,7 @@ class Arbiter:
             if why is not None and twist.linear_x != 0.0 and checked.linear_x == 0.0:
                 twist = checked
                 causes.append(why)
-        return Choice(twist, request.source, _as_asked(request), tuple(causes))
+        return ArbitratedCommand(twist, request.source, _as_asked(request), tuple(causes))
 
     def _refusal(self, request: Request, now_s: float, epoch: int) -> Refusal | None:
         if not all(map(math.isfinite, (request.linear_x, request.angular_z, request.stamp_s or 0.0))):

@@ -7,7 +7,7 @@ from typing import Any, Generic, TypeVar
 from contracts.geometry import Twist2D
 from contracts.motion import MotionEnd
 from contracts.robot import Priority
-from robot_bridge.motion.arbiter import NOTHING, STOPPED, ZERO, Choice, Request
+from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, ArbitratedCommand, Request
 from robot_bridge.motion.motions import Ending, Motion
 from robot_bridge.sensing.sensor_readings import Odometry
 from robot_bridge.words import causes_in_words, restraint_in_words
@@ -18,7 +18,7 @@ R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
-class Running(Generic[R]):
+class ActiveMotion(Generic[R]):
     """A closed-loop motion, and where its reply goes."""
 
     motion: Motion[R]
@@ -28,16 +28,16 @@ class Running(Generic[R]):
     done: Callable[[R], None]
 
 
-class ClosedLoop:
-    """Not locked: `Wheels` calls it under its lock."""
+class MotionExecutor:
+    """Not locked: `VelocityMux` calls it under its lock."""
 
     def __init__(self) -> None:
-        self.running: Running[Any] | None = None
+        self.running: ActiveMotion[Any] | None = None
 
-    def begin(self, running: Running[Any]) -> None:
+    def begin(self, running: ActiveMotion[Any]) -> None:
         self.running = running
 
-    def step(self, odometry: Odometry | None, now_s: float, last: Choice | None) -> Request | str | None:
+    def step(self, odometry: Odometry | None, now_s: float, last: ArbitratedCommand | None) -> Request | str | None:
         """The next lease to take; the name of the source whose motion has just ended; none where nothing runs."""
         if (running := self.running) is None:
             return None
@@ -68,9 +68,9 @@ class ClosedLoop:
         return running.name
 
 
-def held_by(last: Choice | None, source: str) -> Ending:
+def held_by(last: ArbitratedCommand | None, source: str) -> Ending:
     """How a motion of `source` ends that stands still because of what was sent last."""
-    if last is None or last.source == NOTHING.source:
+    if last is None or last.source == NO_COMMAND.source:
         return Ending(MotionEnd.HELD_BACK)
     if last.source == STOPPED.source:
         return Ending(MotionEnd.STOPPED)

@@ -74,7 +74,7 @@ class _Loop:
         return self._pid(-left, dt=max(1e-3, elapsed_s)) or 0.0
 
 
-class _Patience:
+class _StallMonitor:
     """Gives up a motion past its deadline, without odometry, or when nothing of what it wants reaches the base."""
 
     def __init__(self, timeout_s: float) -> None:
@@ -99,7 +99,7 @@ class _Patience:
         return None
 
 
-class Rotation:
+class Spin:
     """Turns by `angle_rad`, more than once round if asked to, with a PID on the angle left."""
 
     allow_reverse = False
@@ -109,7 +109,7 @@ class Rotation:
         self._speed_rad_s = speed_rad_s
         self._tuning = tuning
         self._loop = _Loop()
-        self._patience = _Patience(timeout_s)
+        self._patience = _StallMonitor(timeout_s)
         self._last_yaw: float | None = None
         self.turned_rad = 0.0
 
@@ -137,7 +137,7 @@ class Rotation:
         return Twist2D(angular_z=_at_least(wanted, min(limit, gains.turn_rad_s_min), left_rad))
 
 
-class Drive:
+class DriveOnHeading:
     """Drives `distance_m` along the heading it starts with: a PID on the distance left, one that holds the heading."""
 
     def __init__(
@@ -148,7 +148,7 @@ class Drive:
         self._speed_m_s = speed_m_s
         self._tuning = tuning
         self._distance_loop, self._heading_loop = _Loop(), _Loop()
-        self._patience = _Patience(timeout_s)
+        self._patience = _StallMonitor(timeout_s)
         self._start: Odometry | None = None
         self.driven_m = 0.0
 

@@ -18,34 +18,34 @@ from contracts.motion import EndedMotion, MotionEnd, RotateReply
 from contracts.robot import EmergencyStop, Priority
 from mesh.clock import Clock
 from mesh.errors import ConflictError
-from robot_bridge.motion.arbiter import NOTHING, STOPPED, ZERO, Arbiter, Choice, Limits, Request
-from robot_bridge.motion.motion_executor import ClosedLoop, Running
+from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, Arbiter, ArbitratedCommand, Limits, Request
+from robot_bridge.motion.motion_executor import ActiveMotion, MotionExecutor
 from robot_bridge.motion.motions import Ending
 from robot_bridge.motion.sessions import Sessions
 from robot_bridge.safety import emergency_stop
-from robot_bridge.safety.collision_monitor import SafetyLimits, restrain
-from robot_bridge.safety.safety_input import fresh_odometry, surroundings
+from robot_bridge.safety.collision_monitor import SafetyLimits, apply_safety
+from robot_bridge.safety.safety_input import fresh_odometry, safety_input
 from robot_bridge.sensing.mailbox import Mailbox
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.words import refusal_in_words
 
 NAVIGATION_SOURCE = "cmd_vel_nav"
 NAVIGATION_LEASE_S = 0.35
 """Gaps of 187 ms were seen in a real Nav2's velocity on a busy computer. The price of 0.35 s instead of 0.25 s: a Nav2
 that falls silent drives on for 0.1 s more, 2.6 cm at its 0.26 m/s."""
-OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", STOPPED.source, NOTHING.source})
+OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", STOPPED.source, NO_COMMAND.source})
 """Names that nobody outside may ask under: he would replace the bridge's own lease."""
 STOP_BURST = 10
 REFUSED = Counter("robot_bridge_velocity_refused_total", "velocity requests that never became a lease", ["reason"])
 
 
-class Wheels:
+class VelocityMux:
     """`tick` is called by the robot's thread; every other method by any thread."""
 
     def __init__(
         self,
         *,
-        senses: Senses,
+        senses: SensorReadings,
         sessions: Sessions,
         clock: Clock,
         stop: EmergencyStop,
@@ -54,7 +54,7 @@ class Wheels:
         hazard_hold_s: float,
         navigation_may_reverse: bool = True,
     ) -> None:
-        self.commanded: Mailbox[Choice] = Mailbox()
+        self.commanded: Mailbox[ArbitratedCommand] = Mailbox()
         self.arbiter = Arbiter(limits)
         self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
         self._senses = senses
@@ -67,7 +67,7 @@ class Wheels:
         self._lock = threading.Lock()
         self._send: Callable[[Twist2D], None] = _nowhere
         self._on_session_ended: Callable[[str], None] = _ignore
-        self._loop = ClosedLoop()
+        self._motions = MotionExecutor()
         self._goal: tuple[str, int, str | None] | None = None
         self._goal_held = False
         self._base_is_busy = False
@@ -106,11 +106,11 @@ class Wheels:
             self._step_motion(now_s)
             if self._stop.latched:
                 choice = STOPPED
-                self.arbiter.note_zero_sent(now_s)
+                self.arbiter.record_zero(now_s)
             else:
-                around = surroundings(self._senses, now_s, hazard_hold_s=self._hazard_hold_s)
+                around = safety_input(self._senses, now_s, hazard_hold_s=self._hazard_hold_s)
                 choice = self.arbiter.choose(
-                    now_s, epoch=self._stop.epoch, restrain=lambda twist: restrain(twist, around, self._safety)
+                    now_s, epoch=self._stop.epoch, restrain=lambda twist: apply_safety(twist, around, self._safety)
                 )
             if self._stop.latched or not self._base_is_busy:
                 self._send(choice.twist)
@@ -184,20 +184,20 @@ class Wheels:
         with self._lock:
             self._drop_session(session_id)
 
-    def begin(self, running: Running[Any]) -> None:
+    def begin(self, running: ActiveMotion[Any]) -> None:
         """Starts a closed-loop motion. Raises `ConflictError` when one runs, or the robot navigates."""
         with self._lock:
             self.check(running.epoch, running.session_id)
-            if self._loop.running is not None:
-                raise ConflictError(f"a {self._loop.running.name} is under way", code=Refusal.MOTION_UNDER_WAY)
+            if self._motions.running is not None:
+                raise ConflictError(f"a {self._motions.running.name} is under way", code=Refusal.MOTION_UNDER_WAY)
             if self._goal is not None:
                 raise ConflictError("a navigation goal is under way", code=Refusal.GOAL_UNDER_WAY)
-            self._loop.begin(running)
+            self._motions.begin(running)
 
-    def end_motion(self, end: MotionEnd, *, only: Running[Any] | None = None) -> EndedMotion:
+    def end_motion(self, end: MotionEnd, *, only: ActiveMotion[Any] | None = None) -> EndedMotion:
         """Ends the closed-loop motion under way (`only` this one); tells how far it had come."""
         with self._lock:
-            running = self._loop.running
+            running = self._motions.running
             if running is None or (only is not None and running is not only):
                 return EndedMotion()
             self._end_motion(Ending(end))
@@ -258,7 +258,7 @@ class Wheels:
             if busy:
                 self._forget_everything(MotionEnd.BASE_BUSY)
 
-    def silence(self) -> None:
+    def shut_down(self) -> None:
         """The last word of a bridge that ends: zeros."""
         with self._lock:
             for _ in range(STOP_BURST):
@@ -281,7 +281,7 @@ class Wheels:
 
     def _step_motion(self, now_s: float) -> None:
         odometry = fresh_odometry(self._senses, now_s, self._safety)
-        step = self._loop.step(odometry, now_s, self.commanded.value)
+        step = self._motions.step(odometry, now_s, self.commanded.value)
         if isinstance(step, Request):
             self._request(step, now_s)
         elif step is not None:
@@ -290,7 +290,7 @@ class Wheels:
     def _drop_session(self, session_id: str) -> None:
         last = self.commanded.value
         self.arbiter.drop_session(session_id)
-        if self._loop.running is not None and self._loop.running.session_id == session_id:
+        if self._motions.running is not None and self._motions.running.session_id == session_id:
             self._end_motion(Ending(MotionEnd.SESSION_ENDED))
         if self._goal is not None and self._goal[2] == session_id:
             self._goal = None
@@ -298,17 +298,17 @@ class Wheels:
         now_s = self._clock.now_s()
         if last is not None and last.twist != ZERO and self.arbiter.winner(now_s) is None and not self._base_is_busy:
             self._send(ZERO)
-            self.arbiter.note_zero_sent(now_s)
+            self.arbiter.record_zero(now_s)
 
     def _end_motion(self, ending: Ending) -> None:
-        if (source := self._loop.end(ending)) is not None:
+        if (source := self._motions.end(ending)) is not None:
             self.arbiter.drop(source)
 
     def _forget_everything(self, end: MotionEnd) -> None:
         self._end_motion(Ending(end))
         self._goal = None
         self.arbiter.drop_all()
-        self.arbiter.note_zero_sent(self._clock.now_s())
+        self.arbiter.record_zero(self._clock.now_s())
 
 
 def _nowhere(twist: Twist2D) -> None:

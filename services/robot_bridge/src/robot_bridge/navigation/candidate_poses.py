@@ -15,7 +15,7 @@ BEARINGS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class ClearanceMap:
     """The map as distances: `clearance_m` is (height, width), from each cell to the nearest one that is not free."""
 
     clearance_m: NDArray[np.float32]
@@ -27,8 +27,8 @@ class Room:
         return float(self.clearance_m[cell]) if cell is not None else 0.0
 
 
-def poses_round(
-    wanted: Pose2D, room: Room, *, radius_m: float, clearance_m_min: float, look_at: Point3D | None = None
+def candidate_poses(
+    wanted: Pose2D, room: ClearanceMap, *, radius_m: float, clearance_m_min: float, look_at: Point3D | None = None
 ) -> list[Pose2D]:
     """Circles of growing radius up to `radius_m`, each pose clear of the map's obstacles; the nearest first, and on
     one circle the roomiest first. They face `look_at`, or as the wanted pose does."""
@@ -47,7 +47,7 @@ def poses_round(
     return [pose for _, _, pose in sorted(found, key=lambda each: each[:2])]
 
 
-def roomiest_first(poses: list[Pose2D], room: Room) -> list[Pose2D]:
+def by_clearance(poses: list[Pose2D], room: ClearanceMap) -> list[Pose2D]:
     return sorted(poses, key=lambda pose: -room.at(pose))
 
 

@@ -28,7 +28,7 @@ class Learned(Message):
     docks: dict[str, Pose2D] = Field(default_factory=dict[str, Pose2D])
 
 
-class DockPlace:
+class DockPose:
     """A place learned in one map means nothing in another: there the dock is not known, and that is said."""
 
     def __init__(self, state_dir: Path, set_to: Pose2D | None) -> None:

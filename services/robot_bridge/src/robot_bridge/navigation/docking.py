@@ -12,13 +12,13 @@ from contracts.motion import BaseEnd, BaseReply
 from contracts.robot import GoalRequest, GoalStatus
 from mesh.clock import Clock
 from mesh.errors import ConflictError
-from robot_bridge.motion.velocity_mux import Wheels
-from robot_bridge.navigation.dock_pose import DockPlace
-from robot_bridge.navigation.goal_executor import Navigator, refuse_while_navigating
+from robot_bridge.motion.velocity_mux import VelocityMux
+from robot_bridge.navigation.dock_pose import DockPose
+from robot_bridge.navigation.goal_executor import GoalExecutor, refuse_while_navigating
 from robot_bridge.navigation.initial_pose import InitialPose
 from robot_bridge.navigation.map_book import MapBook
 from robot_bridge.ports import Robot
-from robot_bridge.sensing.snapshot import Snapshot, look
+from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
 from robot_bridge.sensing.transforms import apart_m, compose
 from robot_bridge.settings import Settings
 
@@ -32,9 +32,16 @@ class Docking:
     """One request at a time: the base is busy meanwhile. Ends with the awaiting task, its session, or `stop`."""
 
     def __init__(
-        self, *, robot: Robot, wheels: Wheels, navigator: Navigator, maps: MapBook, clock: Clock, settings: Settings
+        self,
+        *,
+        robot: Robot,
+        wheels: VelocityMux,
+        navigator: GoalExecutor,
+        maps: MapBook,
+        clock: Clock,
+        settings: Settings,
     ) -> None:
-        self._place = DockPlace(settings.state_dir, settings.dock_pose)
+        self._place = DockPose(settings.state_dir, settings.dock_pose)
         self._maps = maps
         self._robot = robot
         self._wheels = wheels
@@ -80,7 +87,7 @@ class Docking:
         snapshot = self._look()
         if snapshot.dock is not None and snapshot.dock.is_docked:
             return _reply(BaseEnd.ALREADY_THERE)
-        before = self._before_the_dock(snapshot)
+        before = self._staging_pose(snapshot)
         return await self._bounded(session_id, self._onto_the_dock(before, session_id))
 
     async def undock(self, session_id: str | None) -> BaseReply:
@@ -131,7 +138,7 @@ class Docking:
         return None if seen is not None and dock is not None else BaseEnd.DOCK_NOT_SEEN
 
     def _look(self) -> Snapshot:
-        return look(self._robot.senses, self._settings, self._clock.now_s())
+        return take_snapshot(self._robot.senses, self._settings, self._clock.now_s())
 
     def _check(self, what: str, session_id: str | None) -> None:
         self._wheels.check(self._wheels.stop_state.epoch, session_id)
@@ -139,7 +146,7 @@ class Docking:
         if self._under_way.locked():
             raise ConflictError("it is docking or undocking already", code=Refusal.DOCKING_UNDER_WAY)
 
-    def _before_the_dock(self, snapshot: Snapshot) -> Pose2D | None:
+    def _staging_pose(self, snapshot: Snapshot) -> Pose2D | None:
         """The pose to drive to first; none where the base can see its dock and had better go from where it is."""
         visible = snapshot.dock is not None and snapshot.dock.dock_visible
         dock = self.dock_pose
@@ -153,7 +160,7 @@ class Docking:
                 "put the robot on its dock once, or set ROBOT_BRIDGE_DOCK_POSE",
                 code=Refusal.DOCK_UNKNOWN,
             )
-        before = compose(dock, Pose2D(x=-self._settings.predock_distance_m, y=0.0, yaw=0.0))
+        before = compose(dock, Pose2D(x=-self._settings.staging_distance_m, y=0.0, yaw=0.0))
         missing = "its place on the map is not known" if snapshot.pose is None else ""
         missing = missing or self._robot.senses.why_no_nav2(snapshot.taken_s)
         if missing:

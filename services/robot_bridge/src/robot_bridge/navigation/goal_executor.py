@@ -13,18 +13,18 @@ from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
 from mesh.errors import ConflictError, UnavailableError
 from mesh.tasks import Tasks
-from robot_bridge.motion.velocity_mux import Wheels
+from robot_bridge.motion.velocity_mux import VelocityMux
 from robot_bridge.navigation import maps
 from robot_bridge.navigation.goal_states import (
     GoalEnd,
     cause_of,
     error_name,
     is_over,
-    moved_on,
+    with_status,
     worth_another_try,
 )
-from robot_bridge.navigation.goal_store import Active, Goals
-from robot_bridge.navigation.path_check import Checked, Place, Preflight, path_or_none, path_reply
+from robot_bridge.navigation.goal_store import ActiveGoal, GoalStore
+from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, path_or_none, path_reply
 from robot_bridge.ports import Robot
 from robot_bridge.settings import Settings
 
@@ -35,14 +35,14 @@ CANCEL_S_MAX = 2.0
 Measure = Callable[[ObjectSpotted], Awaitable[Sighting]]
 
 
-class Navigator:
-    """Lives in asyncio. At most one goal is under way. `publish` hears of each as `Goals` tells."""
+class GoalExecutor:
+    """Lives in asyncio. At most one goal is under way. `publish` hears of each as `GoalStore` tells."""
 
     def __init__(
         self,
         *,
         robot: Robot,
-        wheels: Wheels,
+        wheels: VelocityMux,
         clock: Clock,
         tasks: Tasks,
         settings: Settings,
@@ -55,9 +55,9 @@ class Navigator:
         self._tasks = tasks
         self._settings = settings
         self._measure = measure
-        self._preflight = Preflight(robot, settings)
-        self._goals = Goals(publish)
-        self._active: Active | None = None
+        self._preflight = PathChecker(robot, settings)
+        self._goals = GoalStore(publish)
+        self._active: ActiveGoal | None = None
         self._sending = asyncio.Lock()
 
     @property
@@ -120,7 +120,7 @@ class Navigator:
         if (active := self._active) is not None and active.session_id == session_id:
             self.stop(GoalCause.SESSION_ENDED)
 
-    async def sighted(self, spotted: ObjectSpotted) -> None:
+    async def on_object_spotted(self, spotted: ObjectSpotted) -> None:
         """The target was seen: ends an exploration's goal, measures for an approach (requirement A13)."""
         active = self._active
         if active is None or active.mode is GoalMode.PLAIN or active.ending_as is not None:
@@ -140,9 +140,9 @@ class Navigator:
         checked = await self._preflight.nearest(self._place(request.goal, request), request.start)
         return path_reply(checked)
 
-    def _place(self, pose: Pose2D, request: GoalRequest | PathRequest) -> Place:
+    def _place(self, pose: Pose2D, request: GoalRequest | PathRequest) -> GoalRegion:
         radius_m = self._settings.ring_radius_m if request.ring_radius_m is None else request.ring_radius_m
-        return Place(pose, radius_m, request.look_at)
+        return GoalRegion(pose, radius_m, request.look_at)
 
     def _check(self, request: GoalRequest) -> None:
         self._wheels.check(request.epoch, request.session_id)
@@ -155,7 +155,7 @@ class Navigator:
         if missing := senses.why_no_nav2(self._clock.now_s()):
             raise UnavailableError("nav2", missing, code=Refusal.NO_NAV2)
 
-    async def _begin(self, request: GoalRequest, place: Place, checked: Checked | None) -> Goal:
+    async def _begin(self, request: GoalRequest, place: GoalRegion, checked: PathCheck | None) -> Goal:
         now_s = self._clock.now_s()
         pose = checked.pose if checked is not None and checked.pose is not None else request.pose
         goal = Goal(
@@ -167,7 +167,7 @@ class Navigator:
             stamp_s=now_s,
         )
         picture = self._robot.senses.rgb.value
-        active = Active(
+        active = ActiveGoal(
             goal.id,
             place,
             request.mode,
@@ -179,7 +179,7 @@ class Navigator:
         self._wheels.hold_navigation(goal.id)
         self._active = active
         self._goals.keep(goal)
-        if checked is not None and checked.hopeless:
+        if checked is not None and checked.unreachable:
             self._finish(active, GoalEnd(GoalStatus.ABORTED, checked.error_code, checked.reason), GoalCause.UNREACHABLE)
             return self._goals.get(goal.id)
         try:
@@ -191,11 +191,11 @@ class Navigator:
             self._finish(active, GoalEnd(GoalStatus.CANCELED), GoalCause.CLIENT_LEFT)
             raise
         if active.accepted is not None and self._active is active:
-            self._goals.keep(moved_on(self._goals.get(goal.id), GoalStatus.EXECUTING, stamp_s=self._clock.now_s()))
+            self._goals.keep(with_status(self._goals.get(goal.id), GoalStatus.EXECUTING, stamp_s=self._clock.now_s()))
             self._tasks.start("goal", self._follow(active), forever=False)
         return self._goals.get(goal.id)
 
-    async def _ask_nav2(self, active: Active, pose: Pose2D) -> None:
+    async def _ask_nav2(self, active: ActiveGoal, pose: Pose2D) -> None:
         """Nav2 takes the goal (`active.accepted`) or rejects it, which ends it."""
         active.accepted = await self._robot.navigate(pose, lambda left_m: self._progress(active, left_m))
         if active.accepted is None:
@@ -207,7 +207,7 @@ class Navigator:
         else:
             self._wheels.release_navigation(active.goal_id)
 
-    async def _follow(self, active: Active) -> None:
+    async def _follow(self, active: ActiveGoal) -> None:
         """Until Nav2 ends it, its time is up, or Nav2 is gone; tries again where Nav2 gave up under way."""
         for attempt in range(1, self._settings.retries_max + 2):
             end = await self._until_end(active)
@@ -225,13 +225,13 @@ class Navigator:
                 gone = GoalEnd(GoalStatus.ABORTED, end.error_code, f"{end.error_msg}; {error.detail}")
                 self._finish(active, gone, GoalCause.NAV2_GONE)
 
-    async def _cause(self, active: Active, end: GoalEnd) -> GoalCause:
+    async def _cause(self, active: ActiveGoal, end: GoalEnd) -> GoalCause:
         cause, accepted = cause_of(end), active.accepted
         if cause is GoalCause.NAV2_SILENT and accepted is not None and await accepted.was_preempted():
             return GoalCause.FOREIGN_GOAL
         return cause
 
-    async def _try_again(self, active: Active, end: GoalEnd, attempt: int) -> None:
+    async def _try_again(self, active: ActiveGoal, end: GoalEnd, attempt: int) -> None:
         """From where the robot stands, costmaps cleared; from the third time on to a roomier pose on the ring."""
         goal, name = self._goals.get(active.goal_id), error_name(end.error_code)
         log.info("Nav2 gave up under way; trying again", goal=goal.id, error=name, attempt=attempt)
@@ -250,7 +250,7 @@ class Navigator:
             self._goals.keep(self._goals.get(goal.id).model_copy(update={"pose": roomier}))
         await self._ask_nav2(active, roomier or goal.pose)
 
-    async def _until_end(self, active: Active) -> GoalEnd | None:
+    async def _until_end(self, active: ActiveGoal) -> GoalEnd | None:
         """How Nav2 ended it; none when it is over already."""
         if active.accepted is None:
             return None
@@ -277,7 +277,7 @@ class Navigator:
         if (active := self._active) is not None:
             await self.cancel(active.goal_id, cause)
 
-    def _end_soon(self, active: Active, status: GoalStatus, cause: GoalCause, why: str = "") -> None:
+    def _end_soon(self, active: ActiveGoal, status: GoalStatus, cause: GoalCause, why: str = "") -> None:
         """Nav2's velocity stops passing now; the goal ends when Nav2 confirms."""
         if active.ending_as is None:
             active.ending_as, active.cause, active.why = status, cause, why
@@ -285,7 +285,7 @@ class Navigator:
         if active.accepted is not None:
             active.accepted.cancel()
 
-    def _finish(self, active: Active, end: GoalEnd, cause: GoalCause | None = GoalCause.NAV2) -> None:
+    def _finish(self, active: ActiveGoal, end: GoalEnd, cause: GoalCause | None = GoalCause.NAV2) -> None:
         if self._active is not active:
             return
         self._active = None
@@ -298,16 +298,16 @@ class Navigator:
         goal = self._goals.get(active.goal_id)
         if not is_over(goal.status):
             now_s = self._clock.now_s()
-            over = moved_on(goal, status, stamp_s=now_s, cause=cause, error_code=end.error_code, error_msg=message)
+            over = with_status(goal, status, stamp_s=now_s, cause=cause, error_code=end.error_code, error_msg=message)
             self._goals.keep(over)
         active.over.set()
 
-    def _progress(self, active: Active, left_m: float) -> None:
+    def _progress(self, active: ActiveGoal, left_m: float) -> None:
         if self._active is active:
             self._goals.progress(active, left_m, self._clock.now_s())
 
 
-def refuse_while_navigating(navigator: Navigator, what: str) -> None:
+def refuse_while_navigating(navigator: GoalExecutor, what: str) -> None:
     """Raises `ConflictError` where `what` would fight with a goal for the wheels."""
     if navigator.goal_id is not None:
         why = f"{what} has to wait: goal {navigator.goal_id} is under way"

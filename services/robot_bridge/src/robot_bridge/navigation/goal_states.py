@@ -101,7 +101,7 @@ def error_name(code: int) -> str:
     return ERROR_NAMES.get(code, f"{server}_{code}")
 
 
-def moved_on(
+def with_status(
     goal: Goal,
     status: GoalStatus,
     *,

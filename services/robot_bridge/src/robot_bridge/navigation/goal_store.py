@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from contracts.causes import GoalCause
 from contracts.robot import Goal, GoalMode, GoalStatus
 from mesh.errors import NotFoundError
-from robot_bridge.navigation.goal_states import moved_on
-from robot_bridge.navigation.path_check import Place
+from robot_bridge.navigation.goal_states import with_status
+from robot_bridge.navigation.path_check import GoalRegion
 from robot_bridge.ports import AcceptedGoal
 
 GOALS_KEPT = 200
@@ -17,11 +17,11 @@ PROGRESS_S = 0.5
 
 
 @dataclass(slots=True)
-class Active:
+class ActiveGoal:
     """The one goal that may be under way."""
 
     goal_id: str
-    place: Place
+    place: GoalRegion
     mode: GoalMode
     session_id: str | None
     deadline_s: float
@@ -36,7 +36,7 @@ class Active:
     over: asyncio.Event = field(default_factory=asyncio.Event)
 
 
-class Goals:
+class GoalStore:
     """The newest state of the last 200. `publish` hears every change, and progress about twice a second."""
 
     def __init__(self, publish: Callable[[Goal], None]) -> None:
@@ -55,7 +55,7 @@ class Goals:
             self._by_id.popitem(last=False)
         self._publish(goal)
 
-    def progress(self, active: Active, left_m: float, now_s: float) -> None:
+    def progress(self, active: ActiveGoal, left_m: float, now_s: float) -> None:
         """Metres left. Nav2 says 0.0 as long as it has no path: that is not told."""
         goal = self.get(active.goal_id)
         if left_m <= 0.0 and goal.distance_remaining_m is None:
@@ -63,4 +63,4 @@ class Goals:
         told_s = active.progress_told_s
         if goal.status is GoalStatus.EXECUTING and (told_s is None or now_s - told_s >= PROGRESS_S):
             active.progress_told_s = now_s
-            self.keep(moved_on(goal, goal.status, stamp_s=now_s, distance_remaining_m=max(0.0, left_m)))
+            self.keep(with_status(goal, goal.status, stamp_s=now_s, distance_remaining_m=max(0.0, left_m)))

@@ -12,8 +12,8 @@ from contracts.geometry import Pose2D
 from contracts.robot import MAP_CELLS_MAX
 from geometry.grids import MapError, coarser, of_values
 from mesh.errors import UnavailableError, UnprocessableError
-from robot_bridge.navigation.candidate_poses import Room
-from robot_bridge.sensing.sensor_readings import Grid, Senses
+from robot_bridge.navigation.candidate_poses import ClearanceMap
+from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
 
 BYTES_MAX = 256 * 1024 * 1024
 """A map of more cells than this, of a byte each, is refused."""
@@ -47,12 +47,12 @@ def png(grid: Grid) -> bytes:
     return encoded.tobytes()
 
 
-def room_of(grid: Grid) -> Room:
+def clearance_map(grid: Grid) -> ClearanceMap:
     """How far each free cell is from what is not free (occupied cells and unknown ones alike), in metres."""
     walled = np.pad(grid.free.astype(np.uint8), 1)  # beyond the map nothing is free
     distance = cv2.distanceTransform(walled, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
     clearance_m = np.maximum(0.0, distance - 0.5).astype(np.float32) * np.float32(grid.resolution_m)
-    return Room(clearance_m, grid)
+    return ClearanceMap(clearance_m, grid)
 
 
 def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
@@ -63,7 +63,7 @@ def why_not_in(grid: Grid, pose: Pose2D) -> str | None:
     return f"({pose.x:.2f}, {pose.y:.2f}) is in an unknown part of the map" if grid.unknown[cell] else None
 
 
-def known(senses: Senses) -> Grid:
+def known(senses: SensorReadings) -> Grid:
     """The robot's map; raises `UnavailableError`, saying why, where there is none."""
     if (grid := senses.map.value) is None:
         why = senses.reception.why_none("map", "no map has been received")

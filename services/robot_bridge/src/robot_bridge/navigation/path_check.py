@@ -10,14 +10,14 @@ from contracts.robot import PathReply
 from geometry.poses import apart_m
 from mesh.clock import Clock
 from mesh.errors import UnavailableError
-from robot_bridge.navigation.candidate_poses import Room, length_m, poses_round, roomiest_first
+from robot_bridge.navigation.candidate_poses import ClearanceMap, by_clearance, candidate_poses, length_m
 from robot_bridge.navigation.goal_states import (
     NO_VALID_PATH,
     START_OCCUPIED,
     error_name,
     says_nothing_of_the_goal,
 )
-from robot_bridge.navigation.maps import room_of
+from robot_bridge.navigation.maps import clearance_map
 from robot_bridge.ports import Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid
 from robot_bridge.settings import Settings
@@ -28,7 +28,7 @@ log = structlog.get_logger()
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class GoalRegion:
     """A wanted pose and how far from it the robot may end, looking where."""
 
     pose: Pose2D
@@ -37,7 +37,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class PathCheck:
     """`pose` is none where nothing can be reached; `error_code` is Nav2's for the wanted pose (0 = none)."""
 
     pose: Pose2D | None
@@ -48,7 +48,7 @@ class Checked:
     """How far from the wanted pose Nav2's plan ended, where it gave one that ended elsewhere."""
 
     @property
-    def hopeless(self) -> bool:
+    def unreachable(self) -> bool:
         """Nav2 would only find out the same; where the planner's trouble is another one, Nav2 may get over it."""
         return self.pose is None and not says_nothing_of_the_goal(self.error_code)
 
@@ -64,25 +64,25 @@ class Checked:
         return f"no path leads there ({error_name(self.error_code)}){others}"
 
 
-class Preflight:
+class PathChecker:
     """One question at a time to Nav2's planner, bounded in number and in time."""
 
     def __init__(self, robot: Robot, settings: Settings) -> None:
         self._robot = robot
         self._settings = settings
-        self._room: tuple[Grid, Room] | None = None
+        self._room: tuple[Grid, ClearanceMap] | None = None
 
-    async def nearest(self, place: Place, start: Pose2D | None = None) -> Checked:
+    async def nearest(self, place: GoalRegion, start: Pose2D | None = None) -> PathCheck:
         """The wanted pose where a path leads to it, else the nearest one on the ring. Raises `UnavailableError`."""
         return await self._first([place.pose, *self._ring(place)], start)
 
-    async def roomier(self, place: Place, than: Pose2D) -> Checked:
+    async def roomier(self, place: GoalRegion, than: Pose2D) -> PathCheck:
         """A reachable pose round the wanted one with more room about it than `than` has."""
         room = self._known_room()
         if room is None:
-            return Checked(None)
+            return PathCheck(None)
         more = [pose for pose in self._ring(place) if room.at(pose) > room.at(than) + room.grid.resolution_m]
-        return await self._first(roomiest_first(more, room), None)
+        return await self._first(by_clearance(more, room), None)
 
     async def clear_costmaps(self, clock: Clock) -> None:
         """So that ghosts of past obstacles do not reject the goal; then waits for a scan to fill them anew (A13)."""
@@ -95,7 +95,7 @@ class Preflight:
         if scan is None:
             log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
 
-    async def _first(self, poses: list[Pose2D], start: Pose2D | None) -> Checked:
+    async def _first(self, poses: list[Pose2D], start: Pose2D | None) -> PathCheck:
         tried, code, off_m = 0, 0, None
         try:
             async with asyncio.timeout(self._settings.preflight_s_max):
@@ -104,7 +104,7 @@ class Preflight:
                     tried += 1
                     failed = self._failure(plan, pose)
                     if not failed:
-                        return Checked(pose, plan.poses, tried, code, off_m)
+                        return PathCheck(pose, plan.poses, tried, code, off_m)
                     if tried == 1:
                         code, off_m = failed, _end_off_m(plan, pose)
                         if failed == NO_VALID_PATH and await self._is_shut_in(start):
@@ -114,7 +114,7 @@ class Preflight:
         except TimeoutError:
             log.warning("the preflight ran out of time", tried=tried)
             code = code or NO_VALID_PATH
-        return Checked(None, (), tried, code, off_m)
+        return PathCheck(None, (), tried, code, off_m)
 
     def _failure(self, plan: Path, pose: Pose2D) -> int:
         """Nav2's code; NO_VALID_PATH also for a plan that ends elsewhere: NavFn takes the nearest point it can reach
@@ -131,17 +131,17 @@ class Preflight:
             return False
         settings = self._settings
         clearance_m = settings.footprint_radius_m + settings.ring_clearance_m
-        around = poses_round(here, room, radius_m=BESIDE_M, clearance_m_min=clearance_m)
+        around = candidate_poses(here, room, radius_m=BESIDE_M, clearance_m_min=clearance_m)
         beside = next((pose for pose in around if apart_m(pose, here) > BESIDE_M - 0.1), None)
         if beside is None:
             return False
         return self._failure(await self._robot.compute_path(beside, start), beside) == NO_VALID_PATH
 
-    def _ring(self, place: Place) -> list[Pose2D]:
+    def _ring(self, place: GoalRegion) -> list[Pose2D]:
         room = self._known_room()
         if room is None or place.radius_m <= 0.0:
             return []
-        return poses_round(
+        return candidate_poses(
             place.pose,
             room,
             radius_m=place.radius_m,
@@ -149,17 +149,17 @@ class Preflight:
             look_at=place.look_at,
         )
 
-    def _known_room(self) -> Room | None:
+    def _known_room(self) -> ClearanceMap | None:
         """Computed once for each map."""
         grid = self._robot.senses.map.value
         if grid is None:
             return None
         if self._room is None or self._room[0] is not grid:
-            self._room = grid, room_of(grid)
+            self._room = grid, clearance_map(grid)
         return self._room[1]
 
 
-def path_reply(checked: Checked) -> PathReply:
+def path_reply(checked: PathCheck) -> PathReply:
     reachable = checked.pose is not None
     return PathReply(
         reachable=reachable,
@@ -177,7 +177,7 @@ def _end_off_m(plan: Path, pose: Pose2D) -> float | None:
     return apart_m(plan.poses[-1], pose) if plan.poses else None
 
 
-async def path_or_none(preflight: Preflight, place: Place) -> Checked | None:
+async def path_or_none(preflight: PathChecker, place: GoalRegion) -> PathCheck | None:
     """As `nearest`; none where the planner itself does not answer, and so has no say."""
     try:
         return await preflight.nearest(place)

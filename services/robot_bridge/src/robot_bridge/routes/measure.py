@@ -4,7 +4,7 @@ from fastapi import APIRouter
 
 from contracts.robot import BoxQuery, DepthReply, LocalizeReply
 from robot_bridge.routes.deps import BridgeDep
-from robot_bridge.sensing.object_localizer import Measuring
+from robot_bridge.sensing.object_localizer import ObjectLocalizer
 
 router = APIRouter(tags=["measuring"])
 
@@ -21,6 +21,6 @@ async def localize(query: BoxQuery, bridge: BridgeDep) -> LocalizeReply:
     return await _measuring(bridge).localize(query)
 
 
-def _measuring(bridge: BridgeDep) -> Measuring:
+def _measuring(bridge: BridgeDep) -> ObjectLocalizer:
     settings = bridge.settings
-    return Measuring(bridge.robot.senses, bridge.clock, settings.depth_match_s_max, settings.image_age_s_max)
+    return ObjectLocalizer(bridge.robot.senses, bridge.clock, settings.depth_match_s_max, settings.image_age_s_max)

@@ -6,7 +6,7 @@ from starlette.requests import Request as HttpRequest
 from contracts.causes import Refusal
 from contracts.motion import DriveReply, DriveRequest, EndedMotion, MotionEnd, MotionGains, RotateReply, RotateRequest
 from mesh.errors import ConflictError
-from robot_bridge.motion.motions import Drive, Rotation
+from robot_bridge.motion.motions import DriveOnHeading, Spin
 from robot_bridge.navigation.goal_executor import refuse_while_navigating
 from robot_bridge.routes.deps import BridgeDep, while_connected
 
@@ -16,10 +16,8 @@ router = APIRouter(tags=["motion"])
 @router.post("/rotate")
 async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -> RotateReply:
     """Turns by an angle on odometry; answers when it is done or given up. Ends with the connection."""
-    refuse_while_navigating(bridge.navigator, "turning")
-    motion = Rotation(
-        request.angle_rad, speed_rad_s=request.speed_rad_s, timeout_s=request.timeout_s, tuning=bridge.tuning
-    )
+    refuse_while_navigating(bridge.goals, "turning")
+    motion = Spin(request.angle_rad, speed_rad_s=request.speed_rad_s, timeout_s=request.timeout_s, tuning=bridge.tuning)
     moving = bridge.move(motion, name="rotate", epoch=request.epoch, session_id=request.session_id)
     return await while_connected(http, moving)
 
@@ -27,10 +25,10 @@ async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -
 @router.post("/drive")
 async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> DriveReply:
     """Drives a distance on odometry; answers when it is done or given up (an obstacle or a lost connection ends it)."""
-    refuse_while_navigating(bridge.navigator, "driving")
+    refuse_while_navigating(bridge.goals, "driving")
     if request.distance_m < 0.0 and not request.allow_reverse:
         raise ConflictError("driving backwards needs allow_reverse", code=Refusal.NO_REVERSE)
-    motion = Drive(
+    motion = DriveOnHeading(
         request.distance_m,
         speed_m_s=request.speed_m_s,
         timeout_s=request.timeout_s,

@@ -15,21 +15,21 @@ GoalId = Annotated[str, Path(min_length=1, max_length=64)]
 @router.post("/goals")
 async def send(request: GoalRequest, bridge: BridgeDep) -> Goal:
     """Answers once Nav2 has taken (EXECUTING) or refused (REJECTED) the goal; its end is told on robot.navigation."""
-    return await bridge.navigator.send(request)
+    return await bridge.goals.send(request)
 
 
 @router.get("/goals/{goal_id}")
 async def read(goal_id: GoalId, bridge: BridgeDep) -> Goal:
-    return bridge.navigator.goal(goal_id)
+    return bridge.goals.goal(goal_id)
 
 
 @router.delete("/goals/{goal_id}")
 async def cancel(goal_id: GoalId, bridge: BridgeDep) -> Goal:
     """Cancels it; a goal that is over stays as it ended."""
-    return await bridge.navigator.cancel(goal_id)
+    return await bridge.goals.cancel(goal_id)
 
 
 @router.post("/path")
 async def path(request: PathRequest, bridge: BridgeDep) -> PathReply:
     """Can the robot get there, and how far is it? Nothing moves."""
-    return await bridge.navigator.path(request)
+    return await bridge.goals.path(request)

@@ -37,12 +37,12 @@ async def emergency_stop(request: Request, response: Response, bridge: BridgeDep
 
     Whatever the body is (too long, torn, no JSON, never sent), the robot is stopped and the answer is 200.
     """
-    state, first_zero_ms = bridge.stopping.stop(reason="", by=_client(request))
+    state, first_zero_ms = bridge.emergency_stop.stop(reason="", by=_client(request))
     FIRST_ZERO.observe(first_zero_ms / 1000.0)
     asked, was_read = await _asked(request, "requested")
     if not was_read:
         response.headers["Connection"] = "close"  # the rest of the body is not waited for
-    state = bridge.stopping.explain(state.epoch, reason=asked.reason or "requested", by=asked.by)
+    state = bridge.emergency_stop.annotate(state.epoch, reason=asked.reason or "requested", by=asked.by)
     return EmergencyStopReply(state=state, first_zero_ms=first_zero_ms)
 
 
@@ -50,7 +50,7 @@ async def emergency_stop(request: Request, response: Response, bridge: BridgeDep
 async def reset(request: Request, bridge: BridgeDep) -> EmergencyStopReply:
     """Permits motion again. Resumes nothing: whatever moved the robot has to ask anew, with the new epoch."""
     asked, _ = await _asked(request, "reset")
-    return EmergencyStopReply(state=bridge.stopping.reset(reason=asked.reason, by=asked.by))
+    return EmergencyStopReply(state=bridge.emergency_stop.reset(reason=asked.reason, by=asked.by))
 
 
 @router.post("/halt")
@@ -58,12 +58,12 @@ async def halt(bridge: BridgeDep) -> EmergencyStop:
     """Ends all motion, whoever asked for it: leases, turns, drives, goals, docking. Nothing latches; the epoch goes up,
     so that what was asked for before is refused from now on.
     """
-    return bridge.stopping.halt()
+    return bridge.emergency_stop.halt()
 
 
 @router.get(STOP_PATH)
 async def read(bridge: BridgeDep) -> EmergencyStop:
-    return bridge.stopping.state
+    return bridge.emergency_stop.state
 
 
 @router.get("/emergency-stop/history")
@@ -71,7 +71,7 @@ async def history(
     bridge: BridgeDep, limit: Annotated[int, Query(ge=1, le=HISTORY_MAX)] = 50
 ) -> list[EmergencyStopEvent]:
     """Who stopped and reset the robot, when and why; newest first, kept over restarts."""
-    return bridge.stopping.history.newest(limit)
+    return bridge.emergency_stop.history.newest(limit)
 
 
 async def _asked(request: Request, reason: str) -> tuple[EmergencyStopRequest, bool]:

@@ -10,7 +10,7 @@ from contracts.causes import Refusal
 from contracts.robot import VelocityReply, VelocityRequest
 from mesh.errors import ConflictError, UnavailableError
 from robot_bridge.bridge import Bridge
-from robot_bridge.motion.arbiter import NOTHING, Choice, Request
+from robot_bridge.motion.arbiter import NO_COMMAND, ArbitratedCommand, Request
 from robot_bridge.routes.deps import BridgeDep
 from robot_bridge.words import causes_in_words, refusal_in_words
 
@@ -30,7 +30,7 @@ async def velocity(request: VelocityRequest, bridge: BridgeDep) -> VelocityReply
     if refusal is None:
         return await _told(request, bridge, bridge.clock.now_s())
     if refusal in NOT_NOW:
-        raise ConflictError(refusal_in_words(refusal, bridge.stopping.state), code=refusal)
+        raise ConflictError(refusal_in_words(refusal, bridge.emergency_stop.state), code=refusal)
     return _refused(refusal, bridge)
 
 
@@ -102,15 +102,15 @@ async def _told(request: VelocityRequest, bridge: Bridge, taken_s: float) -> Vel
     )
 
 
-def _why(request: VelocityRequest, choice: Choice) -> str:
+def _why(request: VelocityRequest, choice: ArbitratedCommand) -> str:
     if choice.source == request.source:
         return causes_in_words(choice.causes)
-    return f"{choice.source} has the wheels" if choice.source != NOTHING.source else "it has ended"
+    return f"{choice.source} has the wheels" if choice.source != NO_COMMAND.source else "it has ended"
 
 
 def _refused(refusal: Refusal, bridge: Bridge, text: str = "") -> VelocityReply:
-    choice = bridge.wheels.commanded.value or NOTHING
-    why = text or refusal_in_words(refusal, bridge.stopping.state)
+    choice = bridge.wheels.commanded.value or NO_COMMAND
+    why = text or refusal_in_words(refusal, bridge.emergency_stop.state)
     return VelocityReply(accepted=False, sent=choice.twist, refusal=refusal, reason=why, source=choice.source)
 
 

@@ -34,7 +34,7 @@ class SafetyLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class SafetyInput:
     """What the filter may know; ages are none where nothing ever came.
 
     `points_m` is (n, 2) in the base_link of the scan's time, `measured` the velocity since.
@@ -73,7 +73,7 @@ class Restraint:
     """The bearing of what the laser sees inside the footprint, where that is what is in the way."""
 
 
-def restrain(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> tuple[Twist2D, Restraint | None]:
+def apply_safety(twist: Twist2D, around: SafetyInput, limits: SafetyLimits) -> tuple[Twist2D, Restraint | None]:
     """The twist, never faster and never turned round, and why it differs (None when it does not)."""
     if twist == Twist2D():
         return twist, None
@@ -154,7 +154,7 @@ class _Way:
         return min(self.free_m, self.known_m)
 
 
-def _way(twist: Twist2D, around: Surroundings, limits: SafetyLimits) -> _Way:
+def _way(twist: Twist2D, around: SafetyInput, limits: SafetyLimits) -> _Way:
     radius_m, age_s = limits.footprint_radius_m + limits.side_margin_m, around.scan_age_s or 0.0
     driven_m = abs(around.measured.linear_x) * age_s
     unseen = hiding_places(around.blind, around.laser_m, radius_m, radius_m + limits.slow_distance_m + driven_m)
@@ -177,7 +177,7 @@ def _inside(points_m: NDArray[np.float64], footprint_m: float) -> float | None:
     return math.atan2(y, x)
 
 
-def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> SafetyCause | None:
+def _no_motion_because(around: SafetyInput, limits: SafetyLimits) -> SafetyCause | None:
     if around.base_stopped:
         return SafetyCause.BASE_STOPPED
     if around.foreign_velocity_age_s is not None and around.foreign_velocity_age_s <= limits.foreign_velocity_s:
@@ -190,7 +190,7 @@ def _no_motion_because(around: Surroundings, limits: SafetyLimits) -> SafetyCaus
 
 
 def _no_translation_because(
-    linear_x: float, way: _Way, around: Surroundings, limits: SafetyLimits
+    linear_x: float, way: _Way, around: SafetyInput, limits: SafetyLimits
 ) -> SafetyCause | None:
     old = (around.scan_age_s or 0.0) > limits.scan_age_s_max
     applies = {
@@ -204,7 +204,7 @@ def _no_translation_because(
     return next((cause for cause, yes in applies.items() if yes), None)
 
 
-def _restraint(cause: SafetyCause, twist: Twist2D, around: Surroundings, way: _Way | None = None) -> Restraint:
+def _restraint(cause: SafetyCause, twist: Twist2D, around: SafetyInput, way: _Way | None = None) -> Restraint:
     way = way or _Way()
     return Restraint(
         cause=cause,
@@ -217,5 +217,5 @@ def _restraint(cause: SafetyCause, twist: Twist2D, around: Surroundings, way: _W
     )
 
 
-def _forbidding(linear_x: float, around: Surroundings) -> frozenset[Hazard]:
+def _forbidding(linear_x: float, around: SafetyInput) -> frozenset[Hazard]:
     return around.hazards & (NO_FORWARD if linear_x > 0.0 else NO_REVERSE)

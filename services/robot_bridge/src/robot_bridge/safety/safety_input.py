@@ -2,16 +2,16 @@
 
 from contracts.geometry import Twist2D
 from contracts.robot import BaseStopState
-from robot_bridge.safety.collision_monitor import SafetyLimits, Surroundings
+from robot_bridge.safety.collision_monitor import SafetyInput, SafetyLimits
 from robot_bridge.sensing.blindness import ALL_ROUND
-from robot_bridge.sensing.sensor_readings import NO_POINTS, Odometry, Senses
+from robot_bridge.sensing.sensor_readings import NO_POINTS, Odometry, SensorReadings
 
 
-def surroundings(senses: Senses, now_s: float, *, hazard_hold_s: float) -> Surroundings:
+def safety_input(senses: SensorReadings, now_s: float, *, hazard_hold_s: float) -> SafetyInput:
     """Ages are told, never judged, here."""
     scan, odometry = senses.scan.value, senses.odometry.value
     trouble = senses.reception.refused("scan")
-    return Surroundings(
+    return SafetyInput(
         points_m=scan.points_m if scan is not None else NO_POINTS,
         scan_age_s=senses.scan.age_s(now_s),
         odometry_age_s=senses.odometry.age_s(now_s),
@@ -25,7 +25,7 @@ def surroundings(senses: Senses, now_s: float, *, hazard_hold_s: float) -> Surro
     )
 
 
-def fresh_odometry(senses: Senses, now_s: float, limits: SafetyLimits) -> Odometry | None:
+def fresh_odometry(senses: SensorReadings, now_s: float, limits: SafetyLimits) -> Odometry | None:
     """None when it is too old to act on."""
     age_s = senses.odometry.age_s(now_s)
     return senses.odometry.value if age_s is not None and age_s <= limits.odometry_age_s_max else None

@@ -2,7 +2,7 @@
 
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import BaseStopState
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.sensing.snapshot import Snapshot, hazards_offered
 from robot_bridge.settings import Settings
 
@@ -27,18 +27,18 @@ BASE_STOP: dict[BaseStopState, tuple[DependencyState, str]] = {
 }
 
 
-def dependencies(senses: Senses, settings: Settings, snapshot: Snapshot) -> list[Dependency]:
+def dependencies(senses: SensorReadings, settings: Settings, snapshot: Snapshot) -> list[Dependency]:
     found = [base_stop(senses), hazards(senses, settings), drivers(senses, settings, snapshot.taken_s)]
     asleep = power_saver(snapshot)
     return [*found, asleep] if asleep is not None else found
 
 
-def base_stop(senses: Senses) -> Dependency:
+def base_stop(senses: SensorReadings) -> Dependency:
     state, detail = BASE_STOP[senses.base_stop.value or BaseStopState.UNKNOWN]
     return Dependency(name="base_stop", state=state, detail=detail)
 
 
-def hazards(senses: Senses, settings: Settings) -> Dependency:
+def hazards(senses: SensorReadings, settings: Settings) -> Dependency:
     """A robot drives without them; a person should know that its bumper and cliff sensors stop it by the base alone."""
     if senses.hazards.newest is not None:
         return Dependency(name="hazards", state=_READY, detail="received")
@@ -64,7 +64,7 @@ def power_saver(snapshot: Snapshot) -> Dependency | None:
     return Dependency(name="power_saver", state=_WARNING, detail=detail)
 
 
-def drivers(senses: Senses, settings: Settings, now_s: float) -> Dependency:
+def drivers(senses: SensorReadings, settings: Settings, now_s: float) -> Dependency:
     """Who can drive the base past this bridge, and so past its stop."""
     others = senses.other_drivers.value or ()
     strangers = [name for name in others if name not in settings.ros.cmd_vel_known]

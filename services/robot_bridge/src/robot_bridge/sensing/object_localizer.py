@@ -10,15 +10,15 @@ from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
 from robot_bridge.sensing.depth import Measured, core, depths_in_box, localise, measure, scaled_box
-from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, Senses
+from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
 from robot_bridge.sensing.transforms import Matrix, compose, in_map, inverse, upright
 
 
 @dataclass(frozen=True, slots=True)
-class Measuring:
+class ObjectLocalizer:
     """Depth and place of boxes."""
 
-    senses: Senses
+    senses: SensorReadings
     clock: Clock
     match_s_max: float
     image_age_s_max: float

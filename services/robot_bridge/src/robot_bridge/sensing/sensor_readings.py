@@ -15,7 +15,7 @@ from robot_bridge.sensing.endpoints import Mismatch
 from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.reception import Reception
 from robot_bridge.sensing.stamps import Clocks
-from robot_bridge.sensing.transform_buffer import FrameTree, PoseBuffer
+from robot_bridge.sensing.transform_buffer import PoseBuffer, TransformBuffer
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ class DepthHistory:
 
 
 @dataclass(frozen=True, slots=True)
-class Senses:
+class SensorReadings:
     """Every sensor's newest value. Written by the robot's thread, read by anyone."""
 
     scan: Mailbox[Scan] = field(default_factory=Mailbox[Scan])
@@ -198,7 +198,7 @@ class Senses:
     reception: Reception = field(default_factory=Reception)
     clocks: Clocks = field(default_factory=Clocks)
     poses: PoseBuffer = field(default_factory=PoseBuffer)
-    frames: FrameTree = field(default_factory=FrameTree)
+    frames: TransformBuffer = field(default_factory=TransformBuffer)
 
     def why_no_nav2(self, now_s: float) -> str:
         """'' while Nav2 is active, by what was heard lately."""

@@ -17,7 +17,7 @@ from robot_bridge.sensing.sensor_readings import (
     Intrinsics,
     Odometry,
     Scan,
-    Senses,
+    SensorReadings,
 )
 from robot_bridge.settings import Settings
 
@@ -41,7 +41,7 @@ class Snapshot:
         return tuple(name for name, status in self.sensors.items() if not status.valid)
 
 
-def look(senses: Senses, settings: Settings, now_s: float) -> Snapshot:
+def take_snapshot(senses: SensorReadings, settings: Settings, now_s: float) -> Snapshot:
     """Each mailbox is read once, so that a value and its age belong together."""
     scan, odometry, battery = senses.scan.newest, senses.odometry.newest, senses.battery.newest
     dock, grid, hazards = senses.dock.newest, senses.map.newest, senses.hazards.newest
@@ -81,7 +81,7 @@ def look(senses: Senses, settings: Settings, now_s: float) -> Snapshot:
     )
 
 
-def charge(senses: Senses, battery: Battery) -> Battery:
+def charge(senses: SensorReadings, battery: Battery) -> Battery:
     """A battery that does not say whether it is charged is charged on the dock."""
     dock = senses.dock.value
     if senses.charging_told.value is False and dock is not None and dock.is_docked:
@@ -89,7 +89,7 @@ def charge(senses: Senses, battery: Battery) -> Battery:
     return battery
 
 
-def hazards_offered(senses: Senses, settings: Settings) -> bool:
+def hazards_offered(senses: SensorReadings, settings: Settings) -> bool:
     """Whether somebody would tell of a hazard if there were one."""
     unpublished = senses.unpublished.value
     return unpublished is not None and settings.ros.hazards.name not in unpublished

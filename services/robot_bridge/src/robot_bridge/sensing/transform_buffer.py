@@ -31,7 +31,7 @@ class UnknownMomentError(LookupError):
     """A transform is not known at the time asked for."""
 
 
-class Track(TimeVaryingTransform):
+class TransformTrack(TimeVaryingTransform):
     """One frame in another over the last `HISTORY_S`, in the order of the stamps; between samples it is interpolated
     along a screw motion (ScLERP)."""
 
@@ -95,18 +95,18 @@ class Track(TimeVaryingTransform):
             raise UnknownMomentError(query_time)
         return transform
 
-    def check_transforms(self) -> "Track":
+    def check_transforms(self) -> "TransformTrack":
         """Samples are checked where they come in."""
         return self
 
 
-class FrameTree:
+class TransformBuffer:
     """The frames of the robot's body (tf_static, and tf where a joint moves), each in its parent. Any thread."""
 
     def __init__(self, base_frame: str = "base_link") -> None:
         self._base_frame = base_frame
         self._lock = threading.Lock()
-        self._tracks: dict[str, tuple[str, Track]] = {}
+        self._tracks: dict[str, tuple[str, TransformTrack]] = {}
         self._manager: TemporalTransformManager | None = None
 
     def set_base(self, base_frame: str) -> None:
@@ -143,7 +143,7 @@ class FrameTree:
             except (KeyError, UnknownMomentError):
                 return None
 
-    def _track(self, parent: str, child: str) -> Track | None:
+    def _track(self, parent: str, child: str) -> TransformTrack | None:
         parent, child = parent.lstrip("/"), child.lstrip("/")
         if not (parent and child):
             raise ValueError("a frame has no name")
@@ -154,7 +154,7 @@ class FrameTree:
             return known[1]
         if known is None and len(self._tracks) >= FRAMES_MAX:
             return None
-        track = Track()
+        track = TransformTrack()
         self._tracks[child] = parent, track
         self._manager = None
         return track
@@ -176,8 +176,8 @@ class PoseBuffer:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._odom_to_base = Track()
-        self._map_to_odom = Track(math.inf)
+        self._odom_to_base = TransformTrack()
+        self._map_to_odom = TransformTrack(math.inf)
         self._corrected_s: float | None = None
         self._has_tf = False
 
@@ -188,7 +188,7 @@ class PoseBuffer:
     def add_map_to_odom(self, stamp_s: float, pose: Pose2D, *, received_s: float) -> None:
         with self._lock:
             if not self._has_tf:
-                self._map_to_odom = Track(math.inf)
+                self._map_to_odom = TransformTrack(math.inf)
                 self._has_tf = True
             self._correct(stamp_s, upright(pose))
             self._corrected_s = received_s

@@ -25,10 +25,10 @@ from mesh.clock import SystemClock
 from robot_bridge.adapters.ros.graph import TypeWatch
 from robot_bridge.adapters.ros.nav2_questions import Nav2Questions
 from robot_bridge.adapters.ros.sensing import Sensing
-from robot_bridge.adapters.ros.subscriptions import image_type, quality
+from robot_bridge.adapters.ros.subscriptions import image_type, qos_profile
 from robot_bridge.doctor.facts import ROLES, Facts, Publisher, Traffic
-from robot_bridge.sensing.sensor_readings import Senses
-from robot_bridge.sensing.snapshot import look
+from robot_bridge.sensing.sensor_readings import SensorReadings
+from robot_bridge.sensing.snapshot import take_snapshot
 from robot_bridge.settings import Channel, Settings
 
 NODE = "atom_doctor"
@@ -64,7 +64,7 @@ class _Look:
         self._node = node
         self._settings = settings
         self._ros = ros = settings.ros
-        self._senses = Senses()
+        self._senses = SensorReadings()
         self._clock = SystemClock()
         self._heard: dict[str, list[tuple[float, int]]] = {role.setting: [] for role in ROLES}
         self._parents: dict[str, set[str]] = defaultdict(set)
@@ -120,7 +120,7 @@ class _Look:
             mismatches=senses.mismatches.value or (),
             base_listens_for=self._listened_for(names["cmd_vel"]),
             traffic={setting: _traffic(heard) for setting, heard in self._heard.items()},
-            sensors=look(senses, self._settings, now_s).sensors,
+            sensors=take_snapshot(senses, self._settings, now_s).sensors,
             clocks_behind_s=senses.clocks.odd(now_s),
             parents={child: frozenset(parents) for child, parents in self._parents.items()},
             frames=self._frames(),
@@ -149,13 +149,13 @@ class _Look:
 
     def _on(self, setting: str, kind: type[Any], heard: Any) -> None:
         channel = self._channel(setting)
-        self._node.create_subscription(kind, channel.name, heard, quality(channel))
+        self._node.create_subscription(kind, channel.name, heard, qos_profile(channel))
 
     def _count(self, setting: str, kind: type[Any]) -> None:
         """Unread: only how often, and how large."""
         channel = self._channel(setting)
         self._node.create_subscription(
-            kind, channel.name, lambda data: self._note(setting, len(data)), quality(channel), raw=True
+            kind, channel.name, lambda data: self._note(setting, len(data)), qos_profile(channel), raw=True
         )
 
     def _note(self, setting: str, size: int) -> None:

@@ -6,16 +6,16 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
 from mesh.clock import Clock
-from robot_bridge.adapters.ros.subscriptions import quality
+from robot_bridge.adapters.ros.subscriptions import qos_profile
 from robot_bridge.adapters.ros.velocity import VelocityPublisher
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.settings import Channel
 
 
 class OtherDrivers:
     """Lives in the robot's thread; listens to `cmd_vel` only while somebody else publishes there."""
 
-    def __init__(self, node: Node, velocity: VelocityPublisher, senses: Senses, clock: Clock) -> None:
+    def __init__(self, node: Node, velocity: VelocityPublisher, senses: SensorReadings, clock: Clock) -> None:
         self._node = node
         self._velocity = velocity
         self._senses = senses
@@ -28,7 +28,7 @@ class OtherDrivers:
         self._senses.other_drivers.put(tuple(names), self._clock.now_s())
         if names and not self._listening:
             self._listening = [
-                self._node.create_subscription(kind, channel.name, self._heard, quality(channel))
+                self._node.create_subscription(kind, channel.name, self._heard, qos_profile(channel))
                 for channel, kind in self._velocity.channels
             ]
         elif not names:

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import BatteryState, CameraInfo, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from robot_bridge.adapters.ros.subscriptions import best_offered, image_type, quality
+from robot_bridge.adapters.ros.subscriptions import best_offered, image_type, qos_profile
 from robot_bridge.recording.mcap_file import Kind, Raw, Sink, ros_kind
 from robot_bridge.settings import Channel, RosSettings
 
@@ -47,7 +47,7 @@ class RosRecording:
         kind = ros_kind(name, definition(name))
         topic = self._node.resolve_topic_name(channel.name)
         heard = _throttled(topic, kind, sink, period_s=1.0 / rate_hz if rate_hz > 0.0 else 0.0)
-        offered = best_offered(self._node, channel) or quality(channel)  # what was told on change, before it began
+        offered = best_offered(self._node, channel) or qos_profile(channel)  # what was told on change, before it began
         return self._node.create_subscription(type_, channel.name, heard, offered, raw=True)
 
 

@@ -34,12 +34,12 @@ from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.other_drivers import OtherDrivers
 from robot_bridge.adapters.ros.recording import RosRecording
 from robot_bridge.adapters.ros.sensing import Sensing
-from robot_bridge.adapters.ros.subscriptions import quality
+from robot_bridge.adapters.ros.subscriptions import qos_profile
 from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
 from robot_bridge.celebration import Celebration
 from robot_bridge.ports import Path
 from robot_bridge.recording.mcap_file import Sink
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.settings import Settings
 
 log = structlog.get_logger()
@@ -54,12 +54,12 @@ class RosRobot:
         self._settings = settings
         self._clock = clock
         self._on_death = on_death
-        self._senses = Senses()
+        self._senses = SensorReadings()
         self._closing = threading.Event()
         self._can_send = False
 
     @property
-    def senses(self) -> Senses:
+    def senses(self) -> SensorReadings:
         return self._senses
 
     async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
@@ -205,9 +205,9 @@ class RosRobot:
             enable_rosout=False,
         )
         self._velocity = VelocityPublisher(node, ros)
-        self._audio = node.create_publisher(AudioNoteVector, ros.cmd_audio.name, quality(ros.cmd_audio))
+        self._audio = node.create_publisher(AudioNoteVector, ros.cmd_audio.name, qos_profile(ros.cmd_audio))
         self._initial_pose = node.create_publisher(
-            PoseWithCovarianceStamped, ros.initial_pose.name, quality(ros.initial_pose)
+            PoseWithCovarianceStamped, ros.initial_pose.name, qos_profile(ros.initial_pose)
         )
         self._navigate = ActionClient(node, NavigateToPose, ros.navigate_action)
         self._goals = GoalsUnderWay(node, ros.navigate_action)

@@ -21,10 +21,10 @@ from tf2_msgs.msg import TFMessage
 
 from mesh.clock import Clock
 from robot_bridge.adapters.ros import convert
-from robot_bridge.adapters.ros.subscriptions import BestAvailable, image_type, quality
+from robot_bridge.adapters.ros.subscriptions import BestAvailable, image_type, qos_profile
 from robot_bridge.limits import laser_rules
 from robot_bridge.sensing.mailbox import Mailbox
-from robot_bridge.sensing.sensor_readings import Senses
+from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.sensing.stamps import TF, Moment
 from robot_bridge.sensing.transforms import planar
 from robot_bridge.settings import Channel, Settings
@@ -44,7 +44,7 @@ class Sensing:
         self,
         node: Node,
         settings: Settings,
-        senses: Senses,
+        senses: SensorReadings,
         clock: Clock,
         *,
         navigation_velocity: Callable[[float, float], None],
@@ -91,7 +91,7 @@ class Sensing:
         if "best_available" in {channel.reliability, channel.durability}:
             self._changing.append(BestAvailable(self._node, kind, channel, heard))
         else:
-            self._node.create_subscription(kind, channel.name, heard, quality(channel))
+            self._node.create_subscription(kind, channel.name, heard, qos_profile(channel))
 
     def _on(self, sensor: str, kind: type[M], channel: Channel, take: Callable[[M], str | None]) -> None:
         """`take` answers what is to be known of the message ('' = nothing), or none where it brings nothing new."""

@@ -13,7 +13,7 @@ _RELIABLE = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": ReliabilityP
 _DURABLE = {"transient_local": DurabilityPolicy.TRANSIENT_LOCAL, "volatile": DurabilityPolicy.VOLATILE}
 
 
-def quality(channel: Channel) -> QoSProfile:
+def qos_profile(channel: Channel) -> QoSProfile:
     """What every publisher can serve where the channel asks for the best there is."""
     return QoSProfile(
         depth=channel.depth,
@@ -35,7 +35,7 @@ def best_offered(node: Node, channel: Channel) -> QoSProfile | None:
     publishers = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
     if not publishers:
         return None
-    best = quality(channel)
+    best = qos_profile(channel)
     if channel.reliability == "best_available" and all(
         each.reliability == ReliabilityPolicy.RELIABLE for each in publishers
     ):
@@ -58,7 +58,7 @@ class BestAvailable:
         self._kind = kind
         self._channel = channel
         self._heard = heard
-        self._quality = quality(channel)
+        self._quality = qos_profile(channel)
         self._subscription = self._subscribe()
 
     @property

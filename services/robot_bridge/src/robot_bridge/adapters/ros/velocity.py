@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
 from contracts.geometry import Twist2D
-from robot_bridge.adapters.ros.subscriptions import quality
+from robot_bridge.adapters.ros.subscriptions import qos_profile
 from robot_bridge.settings import Channel, RosSettings
 
 log = structlog.get_logger()
@@ -30,9 +30,9 @@ class VelocityPublisher:
         self._frame = ros.base_frame
         self._stamped = ros.cmd_vel_type == "TwistStamped"
         kind = TwistStamped if self._stamped else Twist
-        self._main = node.create_publisher(kind, ros.cmd_vel.name, quality(ros.cmd_vel))
+        self._main = node.create_publisher(kind, ros.cmd_vel.name, qos_profile(ros.cmd_vel))
         unstamped = ros.cmd_vel_unstamped
-        self._unstamped = node.create_publisher(Twist, unstamped.name, quality(unstamped)) if unstamped else None
+        self._unstamped = node.create_publisher(Twist, unstamped.name, qos_profile(unstamped)) if unstamped else None
         self.channels: list[tuple[Channel, type[Twist] | type[TwistStamped]]] = [(ros.cmd_vel, kind)]
         """What moves this robot, by topic and type."""
         if unstamped:
