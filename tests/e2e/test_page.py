@@ -88,7 +88,7 @@ def test_a_mission_is_typed_watched_paused_and_taken_up_again(mesh: MeshRun, sea
     page.get_by_role("button", name="Pause the mission").click()
     expect(page.get_by_role("status", name="Mission state")).to_have_text("Paused")
     mesh.until(mesh.still, timeout_s=30.0, what="a paused robot at rest")
-    page.get_by_role("button", name="Go on with the mission").click()
+    page.get_by_role("button", name="Continue the mission").click()
     expect(page.get_by_role("status", name="Mission state")).not_to_have_text("Paused")
     page.get_by_role("log").locator("button").first.click()
     expect(page.get_by_alt_text("What the camera saw then")).to_be_visible()

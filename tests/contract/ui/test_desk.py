@@ -112,7 +112,7 @@ async def test_halting_by_hand_never_ends_what_a_mission_drives_to(
     await world.bus.publish(MISSION_STATE, status(mission()))
     await until(lambda: desk.facts.mission_id == "m-1")
     result = await actions.halt()
-    assert (result.ok, result.text) == (False, "A mission is driving: pause it first.")
+    assert (result.ok, result.text) == (False, "A mission is running. Pause it first.")
     assert world.robot.asked == []
     await world.bus.publish(MISSION_STATE, status(mission(paused=True)))
     await until(lambda: desk.facts.mission is not None and desk.facts.mission.mission == mission(paused=True))

@@ -48,7 +48,7 @@ async def test_a_page_that_loses_its_focus_lets_go(page: Page, site: Site) -> No
 async def test_driving_while_a_mission_drives_is_refused_with_the_reason(page: Page, site: Site) -> None:
     await page.get_by_role("button", name="Drive by hand").click()
     await page.keyboard.down("w")
-    await expect(page.locator('[data-atom="drive-note"]')).to_contain_text("pause it first")
+    await expect(page.locator('[data-atom="drive-note"]')).to_contain_text("Pause it first")
     await page.keyboard.up("w")
     assert site.world.robot.velocities == []
 
@@ -95,13 +95,13 @@ async def test_a_click_on_the_map_sends_the_robot_there(page: Page, site: Site) 
     await expect(page.locator('[data-atom="place-note"]')).to_have_text("Driving there.")
     assert len(site.world.robot.goals) == 1
     await page.get_by_role("button", name="Stop driving there").click()
-    await expect(page.locator('[data-atom="place-note"]')).to_have_text("Given up.")
+    await expect(page.locator('[data-atom="place-note"]')).to_have_text("Drive cancelled.")
 
 
 async def test_a_click_on_the_map_during_a_mission_says_what_to_do_first(page: Page, site: Site) -> None:
     await page.locator('[data-atom="map"]').click(position={"x": 100, "y": 100})
-    await page.get_by_role("button", name="Look there").click()
-    await expect(page.locator('[data-atom="place-note"]')).to_have_text("A mission is driving: pause it first.")
+    await page.get_by_role("button", name="Turn to look there").click()
+    await expect(page.locator('[data-atom="place-note"]')).to_have_text("A mission is running. Pause it first.")
     assert site.world.robot.turns == []
 
 
@@ -125,7 +125,7 @@ async def test_a_row_stays_under_the_hand_while_what_it_tells_changes(page: Page
     forget = things.get_by_role("button", name="Forget red bottle")
     await forget.focus()
     site.world.memory.things = [thing(2, "blue cup", belief=0.9), thing(1, belief=0.2), thing(3, "green vase")]
-    await expect(things.locator("li").first).to_contain_text("belief 90 %")
+    await expect(things.locator("li").first).to_contain_text("90 % sure")
     await expect(things.locator("li").last).to_contain_text("red bottle")
     await expect(forget).to_be_focused()
 

@@ -74,7 +74,7 @@ async def test_a_service_that_hangs_is_dead_too_and_nothing_else_can_be_pressed_
         await page.get_by_label("What to find").fill("find the cup")
         proxy.frozen = True
         assert await dead_after_ms(page) < DEAD_MS_MAX
-        await expect(page.locator(DEAD)).to_contain_text("the page's service does not answer")
+        await expect(page.locator(DEAD)).to_contain_text("the server does not answer")
         await expect(page.locator('[data-atom="page-lost"]')).to_contain_text("only STOP can be pressed")
         assert await page.evaluate("document.getElementById('app').inert")
         proxy.frozen = False
@@ -90,7 +90,7 @@ async def test_a_service_that_is_gone_is_dead_too(site: Site, browser: Browser) 
         await page.goto(f"{url}/")
         await expect(page.get_by_role("status", name="Mission state")).to_have_text("Looking around")
     assert await dead_after_ms(page) < DEAD_MS_MAX
-    await expect(page.locator(DEAD)).to_contain_text("the page's service does not answer")
+    await expect(page.locator(DEAD)).to_contain_text("the server does not answer")
     await page.close()
 
 
@@ -104,7 +104,7 @@ async def test_a_page_without_a_network_is_dead_and_comes_back(page: Page, site:
 async def test_another_app_that_answers_in_its_place_is_no_stop(page: Page) -> None:
     await page.route("**/stop*", lambda route: route.fulfill(status=200, content_type="text/html", body="Log in"))
     assert await dead_after_ms(page) < DEAD_MS_MAX
-    await expect(page.locator(DEAD)).to_contain_text("something else answers in its place")
+    await expect(page.locator(DEAD)).to_contain_text("another program answers at this address")
     await page.locator(".stop").click()
     await expect(page.locator('[data-atom="stop-result"]')).to_contain_text("STOP DID NOT REACH THE ROBOT")
     await page.unroute_all(behavior="wait")
@@ -174,7 +174,7 @@ async def test_without_a_script_the_page_says_so_and_stop_is_a_form_whose_answer
     page = await context.new_page()
     await page.add_init_script("Object.defineProperty(window, 'atom', { value: null })")
     await page.goto(site.url)
-    await expect(page.locator(DEAD)).to_contain_text("Nobody watches this STOP")
+    await expect(page.locator(DEAD)).to_contain_text("nothing monitors this STOP")
     await expect(page.locator(DEAD)).to_contain_text(REMEDY)
     await expect(page.locator(DEAD)).to_be_visible(timeout=10_000)
     stops = len(site.world.robot.stops)

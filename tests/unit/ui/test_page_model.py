@@ -22,8 +22,8 @@ def test_every_mission_state_has_words() -> None:
 
 def test_nothing_known_is_said_and_nothing_can_be_pressed() -> None:
     shown = seen(LatestFacts())
-    assert shown.phase == "No news of missions"
-    assert shown.robot_facts[0].value == "no news yet"
+    assert shown.phase == "Mission status unknown"
+    assert shown.robot_facts[0].value == "no data yet"
     assert not any((shown.can_pause, shown.can_resume, shown.can_cancel, shown.can_dock, shown.can_undock))
 
 
@@ -74,7 +74,7 @@ def test_a_silent_robot_is_told_with_the_time_it_has_been_silent() -> None:
     facts = LatestFacts()
     facts.take_robot(robot_state(), NOW_S)
     shown = seen(facts, now_s=NOW_S + 75.0)
-    assert shown.robot_facts[0].value == "no news for 1:15"
+    assert shown.robot_facts[0].value == "no data for 1:15"
     assert not shown.robot_fresh
     assert not shown.can_dock
 

@@ -56,7 +56,7 @@ class OperatorActions:
             desk = self._desk
             reply = await desk.robot.reset(EmergencyStopRequest(reason="RESUME confirmed on the page", by=by))
             desk.facts.take_stop_reply(reply, desk.clock.now_s())
-            return _("Motion is permitted again. Nothing moves until it is asked to.")
+            return _("The robot may move again. It waits for your next command.")
 
         return await result_of(do())
 
@@ -118,7 +118,7 @@ class OperatorActions:
         return await self._with_mission(self._desk.missions.pause, _("Paused."))
 
     async def resume(self) -> ActionResult:
-        return await self._with_mission(self._desk.missions.resume, _("Going on."))
+        return await self._with_mission(self._desk.missions.resume, _("Mission continued."))
 
     async def cancel(self) -> ActionResult:
         return await self._with_mission(self._desk.missions.cancel, _("Cancelled."))
@@ -126,7 +126,7 @@ class OperatorActions:
     async def take_from_queue(self, mission_id: str) -> ActionResult:
         async def do() -> str:
             await self._desk.missions.cancel(mission_id)
-            return _("Taken from the queue.")
+            return _("Removed from the queue.")
 
         return await result_of(do())
 
@@ -158,7 +158,7 @@ class OperatorActions:
             angle_rad = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.yaw, math.tau)
             epoch = (await self._desk.robot.stop_state()).epoch
             moving = self._desk.robot.rotate(RotateRequest(angle_rad=angle_rad, speed_rad_s=1.0, epoch=epoch))
-            return await moved(moving, _("Looking there."), _("It did not turn"))
+            return await moved(moving, _("Turned to look there."), _("It did not turn"))
 
         return await result_of(do())
 
@@ -167,12 +167,12 @@ class OperatorActions:
 
         async def do() -> str:
             if mission_drives(self._desk):
-                raise ConflictError(_("A mission is driving: pause it first."))
+                raise ConflictError(_("A mission is running. Pause it first."))
             goal = self._desk.facts.goal
             if goal is not None:
                 await self._desk.robot.cancel_goal(goal.id)
             await self._desk.robot.end_motion()
-            return _("Given up.")
+            return _("Drive cancelled.")
 
         return await result_of(do())
 
@@ -184,7 +184,7 @@ class OperatorActions:
             raise ConflictError(why)
         robot = desk.facts.robot
         if robot is None or robot.pose is None or desk.clock.now_s() - desk.facts.robot_at_s > 5.0:
-            raise ConflictError(_("The robot does not know where it is."))
+            raise ConflictError(_("The robot's position is unknown."))
         return robot.pose
 
     # the base
@@ -210,7 +210,7 @@ class OperatorActions:
         async def do() -> str:
             deleted = await forgetting
             await self._desk.refresh_memory(now=True)
-            return _("Forgotten: {n} records.", n=deleted)
+            return _("{n} records deleted.", n=deleted)
 
         return await result_of(do())
 
@@ -237,8 +237,8 @@ class OperatorActions:
 def why_not_by_hand(desk: Desk) -> str:
     """'' when nothing else is about to move the robot."""
     if desk.facts.stop is not None and desk.facts.stop.latched:
-        return _("The robot is stopped: resume first.")
-    return _("A mission is driving: pause it first.") if mission_drives(desk) else ""
+        return _("The robot is stopped. Resume first.")
+    return _("A mission is running. Pause it first.") if mission_drives(desk) else ""
 
 
 def mission_drives(desk: Desk) -> bool:

@@ -59,11 +59,11 @@ PHASES: Final[dict[MissionState, tuple[str, Tone]]] = {
     MissionState.IDLE: (N_("Idle"), Tone.QUIET),
     MissionState.MEMORY_NAV: (N_("Driving to a remembered place"), Tone.BUSY),
     MissionState.SCANNING: (N_("Looking around"), Tone.BUSY),
-    MissionState.MOVING_TO_SCAN: (N_("Driving to the next place"), Tone.BUSY),
-    MissionState.CENTERING: (N_("Turning to it"), Tone.BUSY),
-    MissionState.DEPTH_CHECK: (N_("Making sure"), Tone.BUSY),
-    MissionState.APPROACHING: (N_("Driving up to it"), Tone.BUSY),
-    MissionState.DRIVING_1M: (N_("Going closer"), Tone.BUSY),
+    MissionState.MOVING_TO_SCAN: (N_("Driving to the next search place"), Tone.BUSY),
+    MissionState.CENTERING: (N_("Turning to the object"), Tone.BUSY),
+    MissionState.DEPTH_CHECK: (N_("Checking the object"), Tone.BUSY),
+    MissionState.APPROACHING: (N_("Approaching the object"), Tone.BUSY),
+    MissionState.DRIVING_1M: (N_("Moving closer"), Tone.BUSY),
     MissionState.DONE: (N_("Done"), Tone.GOOD),
     MissionState.EMERGENCY_STOP: (N_("Stopped"), Tone.BAD),
 }
@@ -120,7 +120,7 @@ def _phase(facts: LatestFacts, mission: Mission | None, *, running: bool, stoppe
     if stopped:
         return _said(PHASES[MissionState.EMERGENCY_STOP])
     if facts.mission is None:
-        return _("No news of missions"), Tone.WARN
+        return _("Mission status unknown"), Tone.WARN
     if running and mission is not None and mission.paused:
         return _("Paused"), Tone.WARN
     if not running and mission is not None and mission.outcome is not None:
@@ -140,7 +140,7 @@ def _headline(mission: Mission | None) -> str:
 
 def _reason(facts: LatestFacts, mission: Mission | None, *, running: bool) -> str:
     if mission is None:
-        return _("Type what to find, or press the map to send the robot there.")
+        return _("Type what to find, or click the map to send the robot there.")
     if running and facts.mission is not None:
         waiting = facts.mission.waiting_for
         if waiting:
@@ -166,7 +166,7 @@ def _stop_detail(facts: LatestFacts) -> str:
 def _robot_facts(facts: LatestFacts, robot: RobotState | None, now_s: float) -> tuple[Chip, ...]:
     if robot is None:
         age = now_s - facts.robot_at_s
-        silence = _("no news for {time}", time=duration(age)) if math.isfinite(age) else _("no news yet")
+        silence = _("no data for {time}", time=duration(age)) if math.isfinite(age) else _("no data yet")
         return (Chip(_("Robot"), silence, Tone.BAD),)
     chips: list[Chip] = []
     if robot.battery is not None and (percent := robot.battery.percentage) is not None:
@@ -196,7 +196,7 @@ def _mission_facts(facts: LatestFacts, mission: Mission | None, now_s: float, si
     if mission.measured_distance_m is not None:
         chips.append(Chip(_("Distance"), f"{mission.measured_distance_m:.2f} m"))
     if mission.outcome is None and now_s - facts.mission_at_s > silence_s_max:
-        chips.append(Chip(_("Mission"), _("no news for {time}", time=duration(now_s - facts.mission_at_s)), Tone.WARN))
+        chips.append(Chip(_("Mission"), _("no data for {time}", time=duration(now_s - facts.mission_at_s)), Tone.WARN))
     return tuple(chips)
 
 

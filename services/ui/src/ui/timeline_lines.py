@@ -26,9 +26,9 @@ class Show(StrEnum):
     """The timeline's filter."""
 
     ALL = N_("All")
-    SEEING = N_("Seeing")
+    SEEING = N_("Vision")
     DRIVING = N_("Driving")
-    TROUBLE = N_("Trouble")
+    TROUBLE = N_("Problems")
 
 
 ABOUT_KIND: Final = {

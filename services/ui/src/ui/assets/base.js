@@ -62,7 +62,7 @@ window.atom = (() => {
         next();
       };
       socket.onclose = () => {
-        trouble(t("the page's service does not answer"));
+        trouble(t("the server does not answer"));
         again = window.setTimeout(open, RETRY_MS);
       };
     }

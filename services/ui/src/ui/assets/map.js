@@ -200,7 +200,7 @@
   // ---- a click on the map ---------------------------------------------------------------------------------------
 
   async function ask(what, body) {
-    say("place-note", what === "go" ? t("Asking for a way …") : what === "look" ? t("Turning …") : "");
+    say("place-note", what === "go" ? t("Planning a path …") : what === "look" ? t("Turning …") : "");
     try {
       const answer = await request(`place/${what}`, ASK_LIMIT_MS, {
         method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body || {}),
@@ -208,7 +208,7 @@
       const said = await answer.json();
       say("place-note", answer.ok ? said.text : said.detail || said.title, answer.ok && said.ok ? "good" : "bad");
     } catch (error) {
-      say("place-note", t("the page's service does not answer"), "bad");
+      say("place-note", t("the server does not answer"), "bad");
     }
     window.setTimeout(() => say("place-note", ""), 8000);
   }

@@ -15,7 +15,7 @@
       const said = await answer.json();
       say("import-note", answer.ok ? said.text : said.detail || said.title, answer.ok && said.ok ? "good" : "bad");
     } catch (error) {
-      say("import-note", t("the page's service does not answer"), "bad");
+      say("import-note", t("the server does not answer"), "bad");
     }
     input.value = "";
   });

@@ -31,10 +31,10 @@
         who.page = performance.now();
         why = told.detail || told.title;
       } else {
-        why = t("something else answers in its place (HTTP {status})", { status: answer.status });
+        why = t("another program answers at this address (HTTP {status})", { status: answer.status });
       }
     } catch (error) {
-      why = error instanceof SyntaxError ? t("something else answers in its place") : t("the page's service does not answer");
+      why = error instanceof SyntaxError ? t("another program answers at this address") : t("the server does not answer");
     }
   }
 
@@ -73,7 +73,7 @@
     held = gone;
     if (gone) focused = document.activeElement;
     for (const child of document.body.children) if (child !== place) child.inert = gone;
-    say("page-lost", gone ? t("The page's service does not answer: what you see is old, and only STOP can be pressed.") : "");
+    say("page-lost", gone ? t("The server does not answer. The page shows old data, and only STOP can be pressed.") : "");
     if (!gone && focused && document.activeElement === document.body) focused.focus();
   }
 
@@ -108,7 +108,7 @@
       const body = await answer.json().catch(() => ({}));
       if (press !== presses) return;
       if (!answer.ok) throw new Error(body.detail || body.title || `HTTP ${answer.status}`);
-      if (!body.state || body.state.latched !== true) throw new Error(t("something else answers in its place"));
+      if (!body.state || body.state.latched !== true) throw new Error(t("another program answers at this address"));
       show(true, ++asked);
       const answered = Math.round(performance.now() - pressed);
       const zero = body.first_zero_ms;

@@ -46,7 +46,7 @@ class CommandPanel:
                 self._facts = ChipRow()
                 with box("row"):
                     self._pause = self._act(_("Pause"), _("Pause the mission"), actions.pause)
-                    self._resume = self._act(_("Go on"), _("Go on with the mission"), actions.resume)
+                    self._resume = self._act(_("Continue"), _("Continue the mission"), actions.resume)
                     self._cancel = self._act(_("Cancel"), _("Cancel the mission"), actions.cancel)
             self._answer = nicegui_ui.label().classes("answer").props("role=status aria-live=assertive")
             self._queue = nicegui_ui.element("ol").classes("queue").props(f'aria-label="{_("Queue")}"')
@@ -119,8 +119,8 @@ class CommandPanel:
         async def clicked() -> None:
             self._tell(await self._actions.take_from_queue(mission_id))
 
-        button = nicegui_ui.button(_("Take out"), on_click=clicked, color=None).props("flat dense no-caps")
-        button.props["aria-label"] = _("Take {command} from the queue", command=command)
+        button = nicegui_ui.button(_("Remove"), on_click=clicked, color=None).props("flat dense no-caps")
+        button.props["aria-label"] = _("Remove {command} from the queue", command=command)
         return button
 
 

@@ -10,10 +10,10 @@ from ui.panels.widgets import box, heading, section
 
 LEGEND = (
     ("laser", N_("laser")),
-    ("trail", N_("driven")),
-    ("planned", N_("planned")),
-    ("todo", N_("to look at")),
-    ("done", N_("looked at")),
+    ("trail", N_("driven path")),
+    ("planned", N_("planned path")),
+    ("todo", N_("to search")),
+    ("done", N_("searched")),
     ("thing", N_("remembered")),
     ("target", N_("target")),
 )
@@ -36,7 +36,11 @@ class MapPanel:
                         f'aria-label="{_("Robot, laser, paths, search and remembered things")}"'
                     )
                     with box("here").props(f'data-atom=here hidden role=group aria-label="{_("This place")}"'):
-                        for what, text in (("go", _("Go there")), ("look", _("Look there")), ("close", _("Close"))):
+                        for what, text in (
+                            ("go", _("Go there")),
+                            ("look", _("Turn to look there")),
+                            ("close", _("Close")),
+                        ):
                             nicegui_ui.element("button").props(f"type=button data-here={what}").add_slot(
                                 "default", text
                             )

@@ -13,8 +13,8 @@ from ui.page_model import ago
 from ui.panels.widgets import Rows, box, heading, result_classes
 
 STATES = {
-    ObjectState.PRESENT: N_("there"),
-    ObjectState.DOUBTFUL: N_("doubtful"),
+    ObjectState.PRESENT: N_("present"),
+    ObjectState.DOUBTFUL: N_("uncertain"),
     ObjectState.LOST: N_("gone"),
     ObjectState.MOVED: N_("moved"),
 }
@@ -39,7 +39,7 @@ class MemoryPanel:
                 key=lambda one: one.id,
                 make=lambda: ThingRow(desk, look=self._look, forget=self._forget_thing),
             )
-            self._empty = nicegui_ui.label(_("Nothing is remembered yet.")).classes("empty")
+            self._empty = nicegui_ui.label(_("Memory is empty.")).classes("empty")
             heading(_("Kinds"), "h3")
             self._kinds = Rows[LabelCount](
                 nicegui_ui.element("ul").classes("things").props(f'aria-label="{_("Remembered kinds")}"'),
@@ -72,11 +72,11 @@ class MemoryPanel:
         self._things.show(sorted(objects, key=lambda one: (-one.belief, one.description, one.id))[:ROWS_MAX])
         self._kinds.show(labels[:ROWS_MAX])
         self._empty.set_text(
-            _("Memory has not been heard of yet.")
+            _("No answer from memory yet.")
             if not self._desk.memory_heard
-            else _("Nothing like that is remembered.")
+            else _("No match in memory.")
             if words
-            else _("Nothing is remembered yet.")
+            else _("Memory is empty.")
         )
         self._empty.set_visibility(not objects and not labels)
 
@@ -140,7 +140,7 @@ class ThingRow:
             self._picture.style(f"background-image:url(things/{one.id}?v={seen_s})")
         self._facts.set_text(
             _(
-                "{state}, belief {percent:.0f} %, seen {ago}, at {x:.1f} / {y:.1f} m",
+                "{state}, {percent:.0f} % sure, last seen {ago} at {x:.1f} / {y:.1f} m",
                 state=_(STATES[one.state]),
                 percent=100.0 * one.belief,
                 ago=ago(self._desk.clock.now_s() - one.last_seen_s),
@@ -172,7 +172,7 @@ class KindRow:
         views = _("1 view") if count.views == 1 else _("{n} views", n=count.views)
         self._facts.set_text(
             _(
-                "{views}, best {best:.2f}, seen {ago}",
+                "{views}, best score {best:.2f}, last seen {ago}",
                 views=views,
                 best=count.best_confidence,
                 ago=ago(self._desk.clock.now_s() - count.last_seen_s),

@@ -16,7 +16,7 @@ class RobotPanel:
             with box("row"):
                 self._dock = self._act(_("Dock"), actions.dock, _("Docking …"))
                 self._undock = self._act(_("Undock"), actions.undock, _("Leaving the dock …"))
-                self._act(_("Celebrate"), actions.celebrate, _("Six notes and a green spin …"))
+                self._act(_("Celebrate"), actions.celebrate, _("Celebrating …"))
             self._answer = nicegui_ui.label().classes("answer").props("role=status")
             with box("group"):
                 heading(_("Services"))
@@ -24,11 +24,11 @@ class RobotPanel:
             with box("group"):
                 heading(_("Sensors"))
                 self._sensors = ChipRow("states")
-                self._no_sensors = nicegui_ui.label(_("No news from the robot.")).classes("empty")
+                self._no_sensors = nicegui_ui.label(_("No data from the robot.")).classes("empty")
             with box("group"):
                 heading(_("Keys"))
                 nicegui_ui.label(
-                    _("Esc stops the robot, always. W A S D or the arrow keys drive it while “Drive by hand” is on.")
+                    _("Esc always stops the robot. W A S D or the arrow keys drive it while “Drive by hand” is on.")
                 )
 
     def _act(self, text: str, act: Callable[[], Awaitable[ActionResult]], doing: str) -> nicegui_ui.button:

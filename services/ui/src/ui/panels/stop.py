@@ -23,8 +23,10 @@ def stop_html(robot_bridge_url: str) -> str:
     Without a script it is the form that stops; with one (assets/stop.js) it is watched, and says when it cannot work.
     """
     otherwise, name = escape(remedy(robot_bridge_url)), escape(_("Emergency stop"))
-    unwatched = _("Nobody watches this STOP: the page's script does not run. Press it: a page says whether it worked.")
-    without = _("JavaScript is off. STOP works without it, the rest of this page does not.")
+    unwatched = _(
+        "The page's script does not run: nothing monitors this STOP. Press it; a new page says whether it worked."
+    )
+    without = _("JavaScript is off. Only STOP works without it.")
     return f"""
 <style>{(ASSETS / "stop.css").read_text(encoding="utf-8")}</style>
 <section class="stop-place" data-atom="stop-place" data-remedy="{otherwise}" aria-label="{name}">
@@ -58,9 +60,7 @@ class StoppedPanel:
         self._dialog = nicegui_ui.dialog().props(f'transition-duration=0 aria-label="{_("Resume?")}"')
         with self._dialog, nicegui_ui.card().classes("question"):
             heading(_("Let the robot move again?"))
-            nicegui_ui.label(
-                _("Look at the robot first. Resuming only permits motion: nothing moves until somebody asks for it.")
-            )
+            nicegui_ui.label(_("Look at the robot first. It will not move until you give a command."))
             with box("row end"):
                 nicegui_ui.button(_("Keep stopped"), on_click=self._dialog.close, color=None).props(
                     "flat no-caps autofocus"

@@ -106,7 +106,7 @@ class Timeline:
                 )
             if line.crop is not None:
                 nicegui_ui.element("img").props(f"src=crops/{event.mission_id}/{line.crop}").classes("crop").props(
-                    f'alt="{_("The crop that was voted on")}"'
+                    f'alt="{_("The picture that was judged")}"'
                 )
             with box("saying"):
                 with box("row between"):
