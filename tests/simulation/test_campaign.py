@@ -70,7 +70,7 @@ def test_what_was_moved_since_mapping_is_found_where_it_is_now(place: SimulatedP
     run, verdict = played(elsewhere, place)
     ended(run, verdict, Outcome.FOUND)
     assert verdict.correct
-    assert "looked all round, not here" in told(run)
+    assert "nothing found here" in told(run)
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ async def test_a_silent_bus_aborts_within_its_limit_and_stops(open_mesh: OpenMes
         mesh.silence()
         ended = await mesh.until_over(mission.id, within_s=30.0)
         assert ended.outcome is Outcome.ABORTED
-        assert "it or Redis is away" in ended.reason
+        assert "robot_bridge or Redis is down" in ended.reason
 
 
 async def test_a_robot_that_loses_its_place_for_long_aborts_and_says_so(open_mesh: OpenMesh) -> None:
@@ -75,7 +75,7 @@ async def test_a_robot_that_loses_its_place_for_long_aborts_and_says_so(open_mes
         mesh.world.lost = True
         ended = await mesh.until_over(mission.id, within_s=120.0)
         assert ended.outcome is Outcome.ABORTED
-        assert "has not known its place in the map" in ended.reason
+        assert "has not known its position on the map" in ended.reason
 
 
 async def test_a_memory_that_is_away_costs_its_hints_and_nothing_more(open_mesh: OpenMesh) -> None:
@@ -88,7 +88,7 @@ async def test_a_memory_that_is_away_costs_its_hints_and_nothing_more(open_mesh:
 
 async def test_inference_that_cannot_read_a_command_is_503_and_starts_nothing(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED) as mesh:
-        mesh.inference.reads = False
+        mesh.eyes.reads = False
         answer = await mesh.client.post("/missions", json={"command": "find the red bottle"})
         assert answer.status_code == 503
         assert "inference" in answer.json()["detail"]

@@ -89,7 +89,7 @@ async def test_a_mission_ends_with_its_cause_when_the_map_becomes_that_of_anothe
         mission = await mesh.until_over(started.id, within_s=5.0)
         assert (mission.outcome, mission.reason) == (
             Outcome.ABORTED,
-            "the map was changed for that of another place",
+            "the map was replaced by that of another place",
         )
         assert mission.report is not None
         assert (mission.report.map_trouble, mission.map_id) == (MapTrouble.ANOTHER_MAP, "home")
@@ -101,4 +101,4 @@ async def test_what_is_remembered_in_another_map_is_said_and_not_driven_to(open_
         mesh.memory.in_other_maps = ("office",)
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.FOUND
-        assert "remembered in another map too" in (await mesh.timeline(mission.id))[0].text
+        assert "also remembered on another map" in (await mesh.timeline(mission.id))[0].text

@@ -23,7 +23,7 @@ from coordinator.settings import Settings
 from mesh.bus import RedisBus, open_bus
 from mesh.clock import SystemClock
 from support.bus import MemoryBus
-from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, Thing, World
+from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, Thing, World
 from support.memory_log import MemoryLog
 from support.served import served
 from support.waiting import until, until_true
@@ -53,7 +53,7 @@ async def rig(redis_url: str) -> AsyncIterator[Rig]:
     app = create_app(
         Settings(redis_url=redis_url, scan_speed_rad_s=1.9),
         robot=FakeRobot(world),
-        inference=FakeInference(world),
+        eyes=FakeEyes(world),
         memory=FakeMemory(),
         log=MemoryLog(),
     )
@@ -129,6 +129,6 @@ async def test_the_timeline_streams_from_an_event_on(rig: Rig) -> None:
         await rig.client.post(f"/missions/{mission['id']}/cancel")
         texts = [str(first)]
         async with asyncio.timeout(45.0):
-            while "cancelled by a person" not in texts[-1]:
+            while "cancelled by the operator" not in texts[-1]:
                 texts.append(str(await socket.recv()))
     assert mission["id"] in texts[-1]

@@ -187,7 +187,7 @@ def test_what_was_seen_from_afar_only_and_not_from_near_is_no_find() -> None:
     script = Script().begin().centred().measured(2.0, 3).voted(Verdict.YES).path().arrived().wait(4.5)
     script.path().arrived().wait(3.0).drove().wait(3.0)
     assert script.mission.outcome is None
-    assert "not to be seen from near" in script.said()
+    assert "seen only from far away so far" in script.said()
     script.wait(6.0)
     assert script.mission.state is S.SCANNING
     assert [loss.confirmed for loss in script.mission.search.losses] == [True]
@@ -261,6 +261,6 @@ def test_a_rejected_step_nearer_is_driven_straight() -> None:
 
 def test_a_goal_refused_twice_in_the_approach_is_done_without() -> None:
     script = approaching().path().arrived(GoalStatus.REJECTED).wait(2.4).path().arrived(GoalStatus.REJECTED)
-    assert "REJECTED 0: straight on from here" in script.said()
+    assert "REJECTED 0: driving straight ahead from here" in script.said()
     script.wait(3.0)
     assert script.asked(do.Drive)

@@ -52,7 +52,7 @@ class Robot(Protocol):
     async def dependency(self) -> Dependency: ...
 
 
-class Inference(Protocol):
+class Eyes(Protocol):
     """inference."""
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask: ...
@@ -102,7 +102,7 @@ class MissionLog(Protocol):
     @property
     def next_event_id(self) -> int: ...
 
-    def upsert(self, mission: Mission) -> None:
+    def put(self, mission: Mission) -> None:
         """Adds it, or replaces it by its id."""
         ...
 
@@ -114,7 +114,7 @@ class MissionLog(Protocol):
     def keep_picture(self, mission_id: str, number: int, jpeg: bytes) -> None: ...
     def keep_request(self, key: str, request: KnownRequest) -> None: ...
 
-    async def flushed(self) -> None:
+    async def saved(self) -> None:
         """Returns when everything written so far would survive this process."""
         ...
 

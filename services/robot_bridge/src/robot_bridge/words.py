@@ -12,7 +12,7 @@ def restraint_in_words(restraint: Restraint) -> str:
     where = "ahead" if restraint.forward else "behind"
     said: dict[SafetyCause, str] = {
         SafetyCause.BASE_STOPPED: "the base has disabled its wheels",
-        SafetyCause.STRANGER: "somebody else drives the base",
+        SafetyCause.STRANGER: "another node drives the base",
         SafetyCause.WHEEL_DROP: "a wheel hangs in the air",
         SafetyCause.NO_SCAN: "no laser scan",
         SafetyCause.OLD_SCAN: f"the laser scan is {restraint.scan_age_s:.1f} s old",
@@ -48,6 +48,6 @@ def refusal_in_words(refusal: Refusal, stop: EmergencyStop) -> str:
         case Refusal.SESSION_OVER:
             return "the session is unknown or has ended"
         case Refusal.NO_TICK:
-            return "the motion loop does not tick"
+            return "the motion loop has stopped"
         case _:
             return refusal.value

@@ -46,7 +46,7 @@ class SessionGreeting(Message):
     session_id: str
 
 
-class RobotBridgeClient:
+class BridgeRobot:
     """The port `Robot`, for real."""
 
     def __init__(self, base_url: str, *, timeout_s: float, heartbeat_s: float, reconnect_s: float) -> None:

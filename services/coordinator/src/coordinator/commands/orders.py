@@ -7,13 +7,13 @@ import structlog
 from contracts.mission import Heard, MissionState
 from contracts.reading import Mood
 from contracts.robot import EmergencyStop
-from coordinator.commands.dispatcher import Dispatcher
 from coordinator.core import events as ev
-from coordinator.execution.mission_runner import MissionRunner
+from coordinator.execution.dispatcher import Dispatcher
+from coordinator.execution.mission_runner import Runner
 from coordinator.ports import Robot
+from coordinator.questions.parsed_question import label_in
 from mesh.errors import ConflictError, MeshError, UnavailableError, UnprocessableError
 from vocabulary.folding import joined, words_of
-from vocabulary.labels import label_in
 from vocabulary.moods import Reading
 
 log = structlog.get_logger()
@@ -22,19 +22,19 @@ STILL_S = 1.0
 """A bridge that has not said within this time that the robot stands still is asked for its emergency stop."""
 ASKS_FOR_NOTHING = {
     Mood.DENIED: "you asked not to search: nothing was started",
-    Mood.STATEMENT: "that tells something, and asks for nothing: nothing was started",
+    Mood.STATEMENT: "that is not a request: nothing was started",
     Mood.THANKS: "you are welcome; nothing was started",
     Mood.QUESTION: "that is a question: ask it (Ask on the page, `atom ask`, POST /ask)",
     Mood.COUNT: "that is a question: ask it (Ask on the page, `atom ask`, POST /ask)",
-    Mood.CONDITION: "I do not wait for a condition: say it again when it is so",
-    Mood.LATER: "I keep no appointments: say it again then",
-    Mood.UNKNOWN: "I do not understand it: I find things, and I am spoken to in English",
+    Mood.CONDITION: "I cannot wait for a condition: ask again when it is true",
+    Mood.LATER: "I cannot schedule missions: ask again then",
+    Mood.UNKNOWN: "I did not understand. I find objects, and I understand English",
 }
 """What a person is told whose words start nothing; the `code` of the refusal is the mood."""
 
 
 class Orders:
-    def __init__(self, *, runner: MissionRunner, dispatcher: Dispatcher, robot: Robot) -> None:
+    def __init__(self, *, runner: Runner, dispatcher: Dispatcher, robot: Robot) -> None:
         self._runner = runner
         self._dispatcher = dispatcher
         self._robot = robot

@@ -30,7 +30,7 @@ APPROACH_TIMEOUT_S = 240.0
 def begin(context: StepContext) -> None:
     there = target_in_base(context)
     if there is None:
-        context.transition_to(MissionState.CENTERING, "its place is not known: looking again")
+        context.transition_to(MissionState.CENTERING, "its position is unknown: looking again")
         return
     context.update(approach=Approach(until_s=context.now_s + APPROACH_TIMEOUT_S))
     groups, costs = approach_candidates(context, context.rules.ring_radii_m)
@@ -47,10 +47,12 @@ def handle(context: StepContext, event: Event) -> None:
             if too_near_for_a_goal(context, poses[index]):
                 _face(context)
                 return
-            context.log_event(EventKind.NAVIGATION, "to a place in front of it", goal=poses[index].model_dump())
+            context.log_event(EventKind.NAVIGATION, "driving to a place in front of it", goal=poses[index].model_dump())
             context.navigate(poses[index])
         case ChoosingPath(), PathChosen(error=error):
-            context.log_event(EventKind.NAVIGATION, f"no place round it can be reached ({error}): straight on")
+            context.log_event(
+                EventKind.NAVIGATION, f"no place around it can be reached ({error}): driving straight ahead"
+            )
             _face(context)
         case Navigating(), GoalEnded():
             _goal_ended(context, event)
@@ -116,7 +118,7 @@ def _goal_ended(context: StepContext, event: GoalEnded) -> None:
     going = context.mission.activity
     assert isinstance(going, Navigating)
     if event.status is GoalStatus.ABORTED and going.tries == 0:
-        why = f"aborted with error {event.error_code}: clearing the costmaps, once more from here"
+        why = f"Nav2 error {event.error_code}: clearing the costmaps and trying again"
         context.log_event(EventKind.NAVIGATION, why, error_code=event.error_code)
         context.navigate(going.goal, tries=1)
         return
@@ -126,8 +128,8 @@ def _goal_ended(context: StepContext, event: GoalEnded) -> None:
         context.retry_later("navigation", f"{event.status.value} {event.error}".strip(), stopped=event.stopped)
         return
     if event.status is not GoalStatus.SUCCEEDED:
-        context.log_event(EventKind.NAVIGATION, f"{event.status.value} {event.error_code}: straight on from here",
-                  error_code=event.error_code)  # fmt: skip
+        why = f"{event.status.value} {event.error_code}: driving straight ahead from here"
+        context.log_event(EventKind.NAVIGATION, why, error_code=event.error_code)
     _face(context)
 
 
@@ -164,7 +166,9 @@ def _measured(context: StepContext, stage: Stage, reply: LocalizeReply) -> None:
     if reply.distance_m is None or new is None:
         _go_on(context, stage)
     elif old is not None and math.dist(old, new) > JUMP_M and not _said_before(context, new):
-        context.log_event(EventKind.DEPTH, f"measured {math.dist(old, new):.1f} m beside its place: not counted yet")
+        context.log_event(
+            EventKind.DEPTH, f"measured {math.dist(old, new):.1f} m from its known position: measuring again"
+        )
         context.update_approach(disputed=(*context.approach.disputed, new))
         if len(context.approach.disputed) < DISPUTES_MAX:
             context.look(context.rules.look_again_s)
@@ -220,7 +224,7 @@ def _seen_from_afar_only(context: StepContext) -> bool:
 def _look_afresh(context: StepContext) -> None:
     """Forgets the place; where it is not seen again either, it is told as what may have been it."""
     context.update_candidate(map_xy=None, odom_xy=None)
-    context.transition_to(MissionState.CENTERING, "not to be seen from near, only from afar before: looking again")
+    context.transition_to(MissionState.CENTERING, "seen only from far away so far: looking again")
 
 
 def _finish(context: StepContext) -> None:
@@ -232,13 +236,13 @@ def _finish(context: StepContext) -> None:
         found(context, distance, "within reach")
         return
     if distance is None:
-        set_aside(context, "nobody knows how far off it is")
+        set_aside(context, "its distance is unknown")
         return
     may_try = approach.alternatives < context.rules.alternatives_max
     if distance > context.rules.blocked_alternative_m and may_try and _other_side(context):
         return
     if approach.ended is not None and not approach.got_there:
-        set_aside(context, f"{distance:.2f} m were left: {approach.ended.sentence}")
+        set_aside(context, f"{distance:.2f} m short of it: {approach.ended.sentence}")
         return
     found(context, distance, f"as near as the map allows: {hindrance(approach.blocked, approach.furniture)}")
 
@@ -259,6 +263,6 @@ def _other_side(context: StepContext) -> bool:
         return False
     alternatives = context.approach.alternatives + 1
     context.update_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, ended=None, drives=0)
-    context.log_event(EventKind.NAVIGATION, "stopped too far off: trying another side of it")
+    context.log_event(EventKind.NAVIGATION, "stopped too far away: trying from another side")
     context.choose_path(groups, costs)
     return True

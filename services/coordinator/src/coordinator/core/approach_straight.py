@@ -46,7 +46,7 @@ def handle(context: StepContext, event: Event) -> None:
 
 def on_steering_end(context: StepContext) -> None:
     context.stop_motion()
-    context.transition_to(MissionState.CENTERING, "not there in time: centring again")
+    context.transition_to(MissionState.CENTERING, "not there in time: turning to it again")
 
 
 def on_failure(context: StepContext) -> None:
@@ -59,7 +59,7 @@ def _tick(context: StepContext, steering: Steering) -> None:
     rules, now = context.rules, context.now_s
     if now - context.candidate.seen_s > rules.centering_lost_s:
         context.stop_motion()
-        context.transition_to(MissionState.CENTERING, "out of the picture: looking again")
+        context.transition_to(MissionState.CENTERING, "out of view: looking again")
         return
     if context.mission.robot.speed_m_s > STILL_M_S:
         steering = replace(steering, moving_s=now)
@@ -90,7 +90,7 @@ def _seen(context: StepContext, seen: Detections) -> None:
     follow(context, sighting)
     if abs(sighting.error_px) > context.rules.drift_px:
         context.stop_motion()
-        context.transition_to(MissionState.CENTERING, "it drifted from the middle: centring again")
+        context.transition_to(MissionState.CENTERING, "no longer centred: turning to it again")
 
 
 def _measured(context: StepContext, reply: LocalizeReply) -> None:

@@ -58,13 +58,12 @@ def on_look_timeout(context: StepContext) -> None:
     """Lost for 4 s, or 15 s gone by: what is validated and localised is finished on the map, the rest is searched."""
     candidate = context.candidate
     if candidate.confirmed and candidate.map_xy is not None and context.rules.approach_rule is ApproachRule.LOCALIZED:
-        context.transition_to(
-            MissionState.APPROACHING, "out of the picture from here: finishing on the place it was measured at"
-        )
+        context.transition_to(MissionState.APPROACHING, "out of view from here: driving to its measured position")
         return
     lost = context.now_s - candidate.seen_s >= context.rules.centering_lost_s
     lose(context)
-    back_to_search(context, "lost it from the picture" if lost else "it would not be centred")
+    what = _what(context)
+    back_to_search(context, f"lost sight of the {what}" if lost else f"the {what} could not be centred")
 
 
 def back_to_search(context: StepContext, reason: str) -> None:
@@ -72,11 +71,11 @@ def back_to_search(context: StepContext, reason: str) -> None:
     here, started = context.mission.robot.pose, context.search.scan_from
     moved = here is not None and started is not None and distance_m(here, started) > MOVED_AWAY_M
     if moved:
-        new_scan(context, f"{reason}; looking round from here")
+        new_scan(context, f"{reason}; looking around from here")
     elif started is None:
-        new_scan(context, f"{reason}; looking round")
+        new_scan(context, f"{reason}; looking around")
     else:
-        context.transition_to(MissionState.SCANNING, f"{reason}; back to scanning")
+        context.transition_to(MissionState.SCANNING, f"{reason}; looking around again")
 
 
 def set_aside(context: StepContext, why: str) -> None:
@@ -106,7 +105,7 @@ def _seen(context: StepContext, seen: Detections) -> None:
     if abs(sighting.error_px) <= rules.centering_tolerance_px:
         context.update_candidate(centered=context.candidate.centered + 1)
         if context.candidate.centered >= rules.centering_detections:
-            context.transition_to(MissionState.DEPTH_CHECK, "in the middle of the picture: measuring")
+            context.transition_to(MissionState.DEPTH_CHECK, "centred: measuring the distance")
         else:
             _look(context, after_s=seen.stamp_s)
         return

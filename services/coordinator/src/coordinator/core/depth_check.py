@@ -23,7 +23,7 @@ NEAR_BOX_SHARE = 0.25
 
 def begin(context: StepContext) -> None:
     if context.now_s - context.candidate.seen_s > BOX_FRESH_S:
-        context.transition_to(MissionState.CENTERING, "the box grew old: looking again")
+        context.transition_to(MissionState.CENTERING, "the last detection is too old: looking again")
         return
     context.update_candidate(samples=())
     context.localize(context.candidate.sighting.box)
@@ -98,11 +98,11 @@ def _decide(context: StepContext) -> None:
     if not context.candidate.confirmed and is_refused(context.mission, context.candidate.map_xy, reply.distance_m):
         lose(context)
         context.update_search(headings=context.search.headings[1:])  # else the next look would find it here again
-        back_to_search(context, "the same thing that was refused before")
+        back_to_search(context, "this one was already rejected")
     elif distance <= rules.reach_m and rules.approach_rule is ApproachRule.STRAIGHT:
         found(context, distance, "within reach")
     elif distance > rules.far_m:
-        context.transition_to(MissionState.DRIVING_1M, f"{distance:.1f} m is too far to judge: going closer")
+        context.transition_to(MissionState.DRIVING_1M, f"{distance:.1f} m is too far away to judge: moving closer")
     else:
         _ask(context)
 
@@ -117,7 +117,7 @@ def _unmeasured(context: StepContext) -> None:
     if share >= NEAR_BOX_SHARE:
         _ask(context)
     else:
-        context.transition_to(MissionState.DRIVING_1M, "too far to measure: going closer")
+        context.transition_to(MissionState.DRIVING_1M, "too far away to measure: moving closer")
 
 
 def _ask(context: StepContext) -> None:
@@ -125,7 +125,7 @@ def _ask(context: StepContext) -> None:
     assert mission.target is not None, "a running mission has a target"
     context.request(do.Validate(call, mission.target, context.candidate.sighting.box, limit_s))
     context.set_activity(Validating(call, context.now_s + limit_s + context.rules.call_margin_s))
-    context.update(progress=f"asking whether this is the {mission.target.description}")
+    context.update(progress=f"checking whether this is the {mission.target.description}")
 
 
 def _validated(context: StepContext, validation: Validation) -> None:
@@ -144,21 +144,19 @@ def _validated(context: StepContext, validation: Validation) -> None:
         elif distance <= rules.near_m:
             context.transition_to(MissionState.APPROACHING, f"{word} ({tally}): driving up to it")
         else:
-            context.transition_to(MissionState.DRIVING_1M, f"{word} ({tally}): going closer first")
+            context.transition_to(MissionState.DRIVING_1M, f"{word} ({tally}): moving closer first")
         return
     narrow = is_narrow(validation.votes, rules.narrow_margin) or _looked_right(context) or by_too_few(validation.votes)
     closer = (narrow or unseen(validation.votes)) and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
     if closer and rules.approach_rule is ApproachRule.LOCALIZED:
         context.update_candidate(closer_looks=candidate.closer_looks + 1)
         context.transition_to(
-            MissionState.DRIVING_1M, f"{'narrowly ' if narrow else ''}{word} ({tally}): looking from closer once"
+            MissionState.DRIVING_1M, f"{'narrowly ' if narrow else ''}{word} ({tally}): taking a closer look"
         )
         return
     if unseen(validation.votes) and candidate.unseen_again < rules.unseen_again_max:
         context.update_candidate(unseen_again=candidate.unseen_again + 1)
-        context.transition_to(
-            MissionState.CENTERING, f"{word} ({tally}), on a picture that did not show it: looking again"
-        )
+        context.transition_to(MissionState.CENTERING, f"{word} ({tally}); the picture did not show it: looking again")
         return
     text = f"a {_label(context)} {distance:.1f} m off ({tally})"
     reject(context, text, narrow=narrow)

@@ -14,12 +14,12 @@ from coordinator.core.step_context import StepContext
 
 def begin(context: StepContext) -> None:
     if context.mission.robot.docked is True:
-        end(context, Outcome.DOCKED, "it stands on its dock", None)
+        end(context, Outcome.DOCKED, "the robot is on its dock", None)
         return
     call, limit_s = context.call(), context.rules.dock_timeout_s
     context.request(do.Dock(call, limit_s))
     context.set_activity(Docking(call, context.now_s + limit_s + context.rules.call_margin_s))
-    context.log_event(EventKind.DOCK, "driving to the dock and onto it")
+    context.log_event(EventKind.DOCK, "driving to the dock")
 
 
 def handle(context: StepContext, event: Event) -> None:

@@ -23,7 +23,13 @@ def handle(
             _start_docking(context, event)
         case ev.CancelRequested():
             if context.mission.running:
-                end(context, Outcome.CANCELED, "cancelled by a person", EndCause.PERSON, cause="a person asked for it")
+                end(
+                    context,
+                    Outcome.CANCELED,
+                    "cancelled by the operator",
+                    EndCause.PERSON,
+                    cause="requested by the operator",
+                )
         case ev.PauseRequested():
             _pause(context)
         case ev.ResumeRequested():
@@ -50,10 +56,10 @@ def _start(context: StepContext, event: ev.MissionStarted) -> None:
     context.log_event(EventKind.START, f"'{event.command}': {looking}{notes}", parser=event.parser)
     if context.search.views:
         places = len(context.search.views)
-        where = "one place: going there" if places == 1 else f"{places} places: the best first"
-        context.transition_to(MissionState.MEMORY_NAV, f"such things were seen at {where}")
+        where = "one place: driving there" if places == 1 else f"{places} places: driving to the most likely first"
+        context.transition_to(MissionState.MEMORY_NAV, f"seen before at {where}")
     else:
-        new_scan(context, "no place is remembered: looking round here first")
+        new_scan(context, "nothing remembered: looking around here first")
 
 
 def _start_docking(context: StepContext, event: ev.DockingStarted) -> None:
@@ -84,7 +90,7 @@ def _fresh(context: StepContext, mission_id: str, order: Order) -> Mission:
 
 def _pause(context: StepContext) -> None:
     if context.mission.running and not context.mission.paused:
-        context.pause(f"paused by a person while {context.mission.state.value}")
+        context.pause(f"paused by the operator while {context.mission.state.value}")
 
 
 def _resume(context: StepContext) -> None:
@@ -92,5 +98,5 @@ def _resume(context: StepContext) -> None:
     if not context.mission.running or not isinstance(paused, Paused):
         return
     context.update(deadline_s=context.mission.deadline_s + context.now_s - paused.since_s)
-    context.log_event(EventKind.RESUME, f"resumed by a person in {context.mission.state.value}")
+    context.log_event(EventKind.RESUME, f"resumed by the operator in {context.mission.state.value}")
     context.set_activity(Starting())

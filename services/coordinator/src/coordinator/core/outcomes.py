@@ -53,7 +53,7 @@ def _colour_unseen(context: StepContext) -> bool:
 def _doubt(context: StepContext) -> str:
     """What a person should know of a find that was confirmed: in poor light the votes on a crop can be wrong."""
     unseen = _colour_unseen(context)
-    return f"; no look at it named its colour: {context.mission.colour} by the votes alone" if unseen else ""
+    return f"; no picture confirmed its colour; only the votes say {context.mission.colour}" if unseen else ""
 
 
 def end(context: StepContext, outcome: Outcome, reason: str, by: EndCause | None, *, cause: str = "") -> None:
@@ -81,7 +81,7 @@ def abort(context: StepContext, by: EndCause, cause: str) -> None:
 MAP_TROUBLE_IN_WORDS = {
     MapTrouble.NO_FREE_SPACE: "the map shows no free space",
     MapTrouble.NO_ROOM: "the map shows no place with room for the robot",
-    MapTrouble.ANOTHER_MAP: "the map was changed for that of another place",
+    MapTrouble.ANOTHER_MAP: "the map was replaced by that of another place",
 }
 
 

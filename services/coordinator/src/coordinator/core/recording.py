@@ -11,7 +11,7 @@ from typing import Any, get_args
 from pydantic import TypeAdapter
 
 from contracts.mission import MissionState
-from coordinator.core.actions import Action
+from coordinator.core.actions import Action, Say
 from coordinator.core.events import Event
 from coordinator.core.mission import Mission, RobotSnapshot
 from coordinator.core.old_recordings import OLD_FORMS, translated_header, translated_step
@@ -59,8 +59,8 @@ class Replayed:
 
     @property
     def same(self) -> bool:
-        """As written down: what stands in a line of the timeline may be a tuple here and a list there."""
-        decided, recorded = ([_named(a) for a in some] for some in (self.actions, self.recorded.actions))
+        """As written down, whatever words a line of the timeline has: what is decided are types."""
+        decided, recorded = ([_decided(a) for a in some] for some in (self.actions, self.recorded.actions))
         return decided == recorded and self.after.state is self.recorded.state
 
 
@@ -127,6 +127,11 @@ def _step(plain: dict[str, Any]) -> Step:
 def _named(value: Any) -> dict[str, Any]:
     name = type(value).__name__
     return {"is": name, **_KINDS[name].dump_python(value, mode="json")}
+
+
+def _decided(action: Action) -> dict[str, Any]:
+    named = _named(action)
+    return named if not isinstance(action, Say) else named | {"text": ""}
 
 
 def _unnamed(plain: dict[str, Any]) -> Any:

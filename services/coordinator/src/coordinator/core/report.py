@@ -106,9 +106,9 @@ def looked_in_words(mission: Mission) -> str:
     looked = (
         ""
         if search.explored_fraction is None
-        else f"{search.explored_fraction * 100:.0f} % of the free space looked at "
+        else f"{search.explored_fraction * 100:.0f} % of the free space searched "
     )
-    looked += f"from {len(search.visited)} places" if looked else f"{len(search.visited)} places looked at"
+    looked += f"from {len(search.visited)} places" if looked else f"{len(search.visited)} places searched"
     if search.unreachable:
         looked += f", {len(search.unreachable)} could not be reached"
     return looked

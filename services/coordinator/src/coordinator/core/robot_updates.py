@@ -53,7 +53,9 @@ def _reset(context: StepContext, epoch: int) -> None:
     told_s = context.now_s if epoch > known.epoch else known.epoch_s
     context.update(robot=replace(known, stopped=False, epoch=epoch, epoch_s=told_s))
     if context.mission.state is MissionState.EMERGENCY_STOP:
-        context.transition_to(MissionState.IDLE, "the emergency stop was reset: idle, nothing resumes by itself")
+        context.transition_to(
+            MissionState.IDLE, "emergency stop reset: the robot is idle and nothing resumes by itself"
+        )
         context.set_activity(Idle())
 
 

@@ -57,11 +57,11 @@ def handle(context: StepContext, event: Event) -> None:
         case CheckingPlace(), Localized(reply=reply):
             place = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
             if place is None or is_refused(context.mission, place, reply.distance_m):
-                context.log_event(EventKind.SIGHTING, "the same thing that was refused before: going on")
+                context.log_event(EventKind.SIGHTING, "already rejected: going on")
                 context.update(candidate=None)
                 _next_heading(context)
             else:
-                context.transition_to(MissionState.CENTERING, "another one beside the refused one: turning to it")
+                context.transition_to(MissionState.CENTERING, "another one next to the rejected one: turning to it")
         case _:
             pass
 
@@ -83,10 +83,10 @@ def on_look_timeout(context: StepContext) -> None:
         abort(
             context,
             EndCause.NO_PICTURES,
-            f"no picture came in {context.search.blind_looks} looks: inference or the camera is away",
+            f"no camera picture in {context.search.blind_looks} looks: inference or the camera is down",
         )
         return
-    context.log_event(EventKind.FAILURE, "no picture came while looking", blind_looks=context.search.blind_looks)
+    context.log_event(EventKind.FAILURE, "no camera picture while looking", blind_looks=context.search.blind_looks)
     context.look(context.rules.look_timeout_s)
 
 
@@ -133,9 +133,9 @@ def _inspected(context: StepContext, seen: Detections) -> Sighting | None:
 def _sighted(context: StepContext, sighting: Sighting) -> None:
     new_candidate(context, sighting)
     data = {"confidence": sighting.confidence, "colour": sighting.colour, "bearing_rad": round(sighting.bearing_rad, 3)}
-    context.log_event(EventKind.SIGHTING, f"something like it at confidence {sighting.confidence:.2f}", **data)
+    context.log_event(EventKind.SIGHTING, f"possible match, confidence {sighting.confidence:.2f}", **data)
     if not is_near_rejected(context.mission, sighting):
-        context.transition_to(MissionState.CENTERING, "seen: turning to it")
+        context.transition_to(MissionState.CENTERING, "spotted: turning to it")
         return
     call, limit_s = context.call(), context.rules.localize_timeout_s
     context.request(do.Localize(call, sighting.box, limit_s))
@@ -151,4 +151,4 @@ def _finish(context: StepContext) -> None:
     here = context.mission.robot.pose
     places = tuple(p for p in (context.search.scan_from, here) if p is not None)[:1]
     context.update_search(visited=(*context.search.visited, *places), scan_from=None)
-    next_place(context, "looked all round, not here")
+    next_place(context, "nothing found here")

@@ -37,7 +37,7 @@ def undocked(context: StepContext) -> None:
     context.update_search(undocks=context.search.undocks + 1)
     context.log_event(
         EventKind.UNDOCK,
-        "off the dock; waiting for a picture, for a robot may turn its camera and lidar off on the dock",
+        "off the dock; waiting for the camera to start",
     )
     context.set_activity(Waking(context.now_s + context.rules.wake_s_max))
 
@@ -67,7 +67,7 @@ def next_place(context: StepContext, reason: str) -> None:
             MissionState.MEMORY_NAV, f"{reason}; next remembered place ({context.search.views[0].reason})"
         )
     else:
-        context.transition_to(MissionState.MOVING_TO_SCAN, f"{reason}; on to the next place of the search")
+        context.transition_to(MissionState.MOVING_TO_SCAN, f"{reason}; continuing with the next search place")
 
 
 def drop_views_looked_at(context: StepContext) -> None:
@@ -81,15 +81,17 @@ def begin_memory_nav(context: StepContext) -> None:
     drop_views_looked_at(context)
     if not context.search.views:
         if context.search.visited:
-            context.transition_to(MissionState.MOVING_TO_SCAN, "no remembered place is left: exploring")
+            context.transition_to(MissionState.MOVING_TO_SCAN, "no remembered places left: exploring")
         else:
-            new_scan(context, "no remembered place could be reached: looking round here first")
+            new_scan(context, "no remembered place could be reached: looking around here first")
         return
     place = context.search.views[0]
     if _is_here(context, place.pose):
         _arrive(context)
         return
-    context.log_event(EventKind.NAVIGATION, f"to a remembered place: {place.reason}", goal=place.pose.model_dump())
+    context.log_event(
+        EventKind.NAVIGATION, f"driving to a remembered place: {place.reason}", goal=place.pose.model_dump()
+    )
     _choose(context, place.pose)
 
 
@@ -150,7 +152,7 @@ def _maybe_seen(context: StepContext, event: DetectionsSeen) -> None:
     new_candidate(context, sighting)
     context.update_search(headings=(), tentative_sightings=())
     context.log_event(EventKind.SIGHTING, "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
-    context.transition_to(MissionState.CENTERING, "seen on the way: stopping to look")
+    context.transition_to(MissionState.CENTERING, "spotted on the way: stopping to look")
 
 
 def _again(sighting: Sighting, before: tuple[Sighting, ...], within_rad: float) -> bool:
@@ -171,7 +173,7 @@ def _goal_ended(context: StepContext, event: GoalEnded) -> None:
         case GoalStatus.SUCCEEDED:
             _arrive(context)
         case GoalStatus.ABORTED if going.tries == 0:
-            context.log_event(EventKind.NAVIGATION, f"{what}: clearing the costmaps and trying once more from here",
+            context.log_event(EventKind.NAVIGATION, f"{what}: clearing the costmaps and trying again",
                       error_code=event.error_code)  # fmt: skip
             context.navigate(going.goal, tries=1)
         case GoalStatus.REJECTED | GoalStatus.CANCELED:
@@ -197,7 +199,7 @@ def skip_after_failure(context: StepContext) -> bool:
     context.update_search(place_failures=context.search.place_failures + 1)
     if context.search.place_failures <= 1 or not isinstance(context.mission.activity, Navigating | ChoosingPath):
         return False
-    _skip(context, "its calls failed twice")
+    _skip(context, "two requests failed")
     return True
 
 
@@ -209,7 +211,7 @@ def _skip(context: StepContext, why: str) -> None:
         abort(
             context,
             EndCause.NAVIGATION,
-            f"navigation reached none of {missed} places in a row, the last one because: {why}",
+            f"navigation reached none of {missed} places in a row; the last one: {why}",
         )
         return
     if context.mission.state is MissionState.MEMORY_NAV:
@@ -227,10 +229,10 @@ def _arrive(context: StepContext) -> None:
     if context.mission.state is MissionState.MEMORY_NAV:
         place = context.search.views[0]
         context.update_search(views=context.search.views[1:])
-        new_scan(context, "arrived where it was seen: looking round", start_rad=place.pose.yaw)
+        new_scan(context, "arrived where it was seen before: looking around", start_rad=place.pose.yaw)
     else:
         context.update_search(points=context.search.points[1:])
-        new_scan(context, "arrived at the next place: looking round")
+        new_scan(context, "arrived at the search place: looking around")
 
 
 def _to_next_point(context: StepContext) -> None:
@@ -245,7 +247,7 @@ def _to_next_point(context: StepContext) -> None:
             give_up(context, EndCause.ALL_LOOKED, "every place was looked at")
         return
     context.log_event(
-        EventKind.NAVIGATION, f"to the next place of the search, {len(points)} to go", goal=points[0].model_dump()
+        EventKind.NAVIGATION, f"driving to the next search place, {len(points)} left", goal=points[0].model_dump()
     )
     if _is_here(context, points[0]):
         _arrive(context)

@@ -178,7 +178,7 @@ def _tick(context: StepContext) -> None:
             abort(
                 context,
                 EndCause.STAYED_PAUSED,
-                f"it stayed paused for {mission.rules.pause_timeout_s:.0f} s ({mission.activity.why})",
+                f"paused for more than {mission.rules.pause_timeout_s:.0f} s ({mission.activity.why})",
             )
         return
     if now >= mission.deadline_s:
@@ -187,13 +187,13 @@ def _tick(context: StepContext) -> None:
         abort(
             context,
             EndCause.BRIDGE_SILENT,
-            f"robot_bridge has said nothing for {mission.rules.robot_silent_s:.0f} s: it or Redis is away",
+            f"no data from the robot for {mission.rules.robot_silent_s:.0f} s: robot_bridge or Redis is down",
         )
     elif now - max(mission.robot.localized_s, mission.started_s) > mission.rules.lost_pose_s:
         abort(
             context,
             EndCause.LOST,
-            f"the robot has not known its place in the map for {mission.rules.lost_pose_s:.0f} s",
+            f"the robot has not known its position on the map for {mission.rules.lost_pose_s:.0f} s",
         )
     elif now >= mission.activity.until_s:
         _overdue(context)
@@ -204,7 +204,7 @@ def _tick(context: StepContext) -> None:
 
 
 def _out_of_time(context: StepContext) -> None:
-    why = f"the time is up ({context.rules.mission_timeout_s:.0f} s)"
+    why = f"time limit reached ({context.rules.mission_timeout_s:.0f} s)"
     if context.mission.kind is MissionKind.DOCK:
         abort(context, EndCause.TIME_UP, why)
     else:
@@ -219,7 +219,7 @@ def _overdue(context: StepContext) -> None:
         case Waking():
             context.log_event(
                 EventKind.FAILURE,
-                f"no picture came for {context.rules.wake_s_max:.0f} s after the dock: going on without one",
+                f"no camera picture {context.rules.wake_s_max:.0f} s after undocking: continuing without it",
             )
             search.awake(context)
         case AwaitingFrame():

@@ -33,16 +33,14 @@ def handle(context: StepContext, event: Event) -> None:
         case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
             _step_to(context, poses[index])
         case ChoosingPath(), PathChosen(error=error):
-            context.log_event(EventKind.NAVIGATION, f"no path to a nearer place ({error}): straight on")
+            context.log_event(EventKind.NAVIGATION, f"no path to a closer place ({error}): driving straight ahead")
             _straight(context)
         case Navigating(goal=goal, tries=tries), GoalEnded(status=status, error_code=code):
             if status is GoalStatus.ABORTED and tries == 0:
-                context.log_event(
-                    EventKind.NAVIGATION, f"aborted with error {code}: once more from here", error_code=code
-                )
+                context.log_event(EventKind.NAVIGATION, f"Nav2 error {code}: trying again", error_code=code)
                 context.navigate(goal, tries=1)
             elif status is GoalStatus.REJECTED:
-                context.log_event(EventKind.NAVIGATION, "the goal was rejected: straight on")
+                context.log_event(EventKind.NAVIGATION, "Nav2 rejected the goal: driving straight ahead")
                 _straight(context)
             else:
                 context.transition_to(MissionState.CENTERING, f"the step ended ({status.value}): looking from here")
@@ -58,7 +56,7 @@ def handle(context: StepContext, event: Event) -> None:
             follow(context, sighting)
             if abs(sighting.error_px) > context.rules.drift_px:
                 context.stop_motion()
-                context.transition_to(MissionState.CENTERING, "it drifted from the middle: centring again")
+                context.transition_to(MissionState.CENTERING, "no longer centred: turning to it again")
         case _:
             pass
 
@@ -67,7 +65,7 @@ def _driven(context: StepContext, ended: MotionEnded) -> None:
     early = f"the step ended after {ended.driven_m:.2f} m: {ended.text or ended.end.sentence}"
     match react(context, ended):
         case Reaction.GO_ON:
-            how = "one step nearer" if ended.end.completed else early
+            how = "one step closer" if ended.end.completed else early
             context.transition_to(MissionState.CENTERING, how, moved_m=round(ended.driven_m, 3))
         case Reaction.SET_ASIDE:
             set_aside(context, early)
@@ -77,14 +75,14 @@ def _driven(context: StepContext, ended: MotionEnded) -> None:
 
 def on_steering_end(context: StepContext) -> None:
     context.stop_motion()
-    context.transition_to(MissionState.CENTERING, "one step nearer: looking again")
+    context.transition_to(MissionState.CENTERING, "one step closer: looking again")
 
 
 def _step_to(context: StepContext, pose: Pose2D) -> None:
     if too_near_for_a_goal(context, pose):
         _straight(context)
         return
-    context.log_event(EventKind.NAVIGATION, "to a place nearer to it", goal=pose.model_dump())
+    context.log_event(EventKind.NAVIGATION, "driving to a place closer to it", goal=pose.model_dump())
     context.navigate(pose)
 
 
@@ -92,6 +90,6 @@ def _straight(context: StepContext) -> None:
     left_m = surface_distance_m(context)
     step_m = context.rules.step_m if left_m is None else min(context.rules.step_m, left_m - 2 * context.rules.reach_m)
     if step_m < 0.1:
-        context.transition_to(MissionState.CENTERING, "near enough to judge: looking again")
+        context.transition_to(MissionState.CENTERING, "close enough to judge: looking again")
     else:
         context.drive(step_m)

@@ -23,12 +23,13 @@ from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.mission import Mission
 from coordinator.core.step import step
-from coordinator.coverage.explored_space import ExploredSpace
-from coordinator.execution.look_reporter import LookReporter
+from coordinator.coverage.explored_space import Explored
+from coordinator.execution.look_reporter import Looks
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
-from coordinator.execution.motion_client import MotionClient
-from coordinator.execution.status_publisher import StatusPublisher
-from coordinator.ports import Inference, MissionLog, Robot
+from coordinator.execution.motion_client import Motions
+from coordinator.execution.status_publisher import Announcer
+from coordinator.ports import Eyes, MissionLog, Robot
+from coordinator.queue.mission_queue import Queue
 from coordinator.settings import Settings
 from geometry.grids import MapError
 from mesh.bus import Bus
@@ -41,41 +42,30 @@ log = structlog.get_logger()
 RECORDED_UNTIL = frozenset({MissionState.IDLE, MissionState.EMERGENCY_STOP})
 
 
-class MissionRunner:
+class Runner:
     """Owns the one mission. `feed` is synchronous: every event is worked out whole before the next."""
 
-    def __init__(
-        self,
-        *,
-        settings: Settings,
-        bus: Bus,
-        robot: Robot,
-        inference: Inference,
-        log_: MissionLog,
-        looks: LookReporter,
-        queued: Callable[[], tuple[wire.Mission, ...]],
-        clock: Clock,
-        tasks: Tasks,
-    ) -> None:
+    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, log_: MissionLog, looks: Looks,
+                 queue: Queue, clock: Clock, tasks: Tasks) -> None:  # fmt: skip
         self.mission = Mission(rules=settings)
         self.robot_state: RobotState | None = None
         self.robot_state_s = float("-inf")
         self._settings = settings
         self._bus = bus
         self._robot = robot
-        self._inference = inference
+        self._eyes = eyes
         self._log = log_
         self._looks = looks
-        self._queued = queued
+        self._queue = queue
         self._clock = clock
         self._tasks = tasks
-        self._motion = MotionClient(
+        self._motions = Motions(
             robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s,
             on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
         )  # fmt: skip
-        self._explored = ExploredSpace(robot, settings)
+        self._explored = Explored(robot, settings)
         self._query: asyncio.Task[None] | None = None
-        self._publisher = StatusPublisher(
+        self._announcer = Announcer(
             bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
             target=lambda: mission_target(self.mission),
         )  # fmt: skip
@@ -85,7 +75,7 @@ class MissionRunner:
         """Begins to listen, tick and publish; returns at once."""
         self._tasks.start("ticks", self._tick())
         self._tasks.start("session", self._robot.hold_session())
-        self._publisher.start(self._tasks)
+        self._announcer.start(self._tasks)
         self._tasks.start("looks", self._looks.send_forever())
         self._tasks.start("robot-state", self._bus.listen(ROBOT_STATE, self._on_robot_state))
         self._tasks.start("robot-stop", self._bus.listen(ROBOT_EMERGENCY_STOP, self._on_stop))
@@ -94,7 +84,7 @@ class MissionRunner:
 
     def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
         """Starts a mission, and its recording. Only while the core is idle."""
-        self._explored = ExploredSpace(self._robot, self._settings)
+        self._explored = Explored(self._robot, self._settings)
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
         self._recorded = event.mission_id
@@ -115,7 +105,7 @@ class MissionRunner:
             self._note()
 
     def status(self) -> MissionStatus:
-        return mission_status(self.mission, self._clock.now_s(), self._queued())
+        return mission_status(self.mission, self._clock.now_s(), self._queue.records())
 
     @property
     def robot_state_age_s(self) -> float:
@@ -126,7 +116,7 @@ class MissionRunner:
     async def _tick(self) -> None:
         while True:
             self.feed(ev.Tick())
-            self._publisher.tick()
+            self._announcer.tick()
             await self._clock.sleep(self._settings.tick_period_s)
 
     async def _on_robot_state(self, state: RobotState) -> None:
@@ -151,7 +141,7 @@ class MissionRunner:
         self.feed(ev.StopLatched(stop.epoch, stop.reason) if stop.latched else ev.StopReset(stop.epoch))
 
     async def _on_navigation(self, goal: Goal) -> None:
-        self._motion.on_goal_update(goal)
+        self._motions.heard(goal)
 
     async def _on_detections(self, seen: Detections) -> None:
         self.feed(ev.DetectionsSeen(seen))
@@ -162,18 +152,18 @@ class MissionRunner:
         epoch = self.mission.epoch
         match action:
             case do.Say():
-                self._publisher.say(self.mission.id, action)
+                self._announcer.say(self.mission.id, action)
             case do.RecordLook() | do.KeepPicture():
                 self._keep(action)
             case do.StopMotion():
-                self._motion.stop(epoch)
+                self._motions.stop(epoch)
             case do.SetVelocity(twist=twist, duration_s=duration_s):
-                self._motion.send_velocity(twist, duration_s, epoch)
+                self._motions.lease(twist, duration_s, epoch)
             case do.Celebrate():
                 if self._settings.celebrate:
                     self._spawn(self._celebrate())
             case do.Undock() | do.Dock() | do.Navigate() | do.Rotate() | do.Drive():
-                self._motion.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
+                self._motions.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
             case do.ChoosePath() | do.Localize() | do.Validate() | do.PlanCoverage():
                 if self._query is not None:
                     self._query.cancel()
@@ -208,7 +198,7 @@ class MissionRunner:
         try:
             return await self._moved(action, epoch)
         except UnavailableError:
-            self._motion.mark_uncertain(epoch)
+            self._motions.doubt(epoch)
             raise
 
     async def _moved(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
@@ -220,7 +210,7 @@ class MissionRunner:
                 reply = await self._robot.dock(timeout_s=timeout_s)
                 return ev.Docked(call) if reply.end.completed else _base_gave_up(call, reply)
             case do.Navigate(call=call, goal=pose, timeout_s=timeout_s):
-                goal = await self._motion.navigate(pose, timeout_s, epoch)
+                goal = await self._motions.navigate(pose, timeout_s, epoch)
                 return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg, goal.cause)
             case do.Rotate(call=call, angle_rad=angle, speed_rad_s=speed, timeout_s=timeout_s):
                 reply = await self._robot.rotate(angle, speed_rad_s=speed, timeout_s=timeout_s, epoch=epoch)
@@ -238,7 +228,7 @@ class MissionRunner:
                     return ev.Localized(call, await self._robot.localize(box))
                 case do.Validate(call=call, target=target, box=box):
                     request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
-                    return ev.Validated(call, await self._inference.validate(request, timeout_s=action.timeout_s))
+                    return ev.Validated(call, await self._eyes.validate(request, timeout_s=action.timeout_s))
                 case do.PlanCoverage(call=call, avoid=avoid):
                     pose = self.mission.robot.pose
                     plan = await self._explored.plan(pose, avoid)
@@ -269,13 +259,13 @@ class MissionRunner:
     async def _keep_picture(self, action: do.KeepPicture, mission_id: str) -> None:
         try:
             async with asyncio.timeout(self._settings.call_timeout_s):
-                jpeg = await self._inference.evidence(action.validation_id)
+                jpeg = await self._eyes.evidence(action.validation_id)
         except (MeshError, TimeoutError) as error:
             log.warning("no picture of what was judged", error=str(error))
         else:
             self._log.keep_picture(mission_id, action.number, jpeg)
 
-    async def _prefetch_map(self, explored: ExploredSpace) -> None:
+    async def _prefetch_map(self, explored: Explored) -> None:
         try:
             await explored.refresh()
         except (MeshError, MapError) as error:
@@ -283,15 +273,15 @@ class MissionRunner:
 
     def tell(self, mission: wire.Mission, kind: EventKind, text: str, **data: Any) -> None:
         """A line of the timeline of a mission that does not run: queued, or over before it began."""
-        self._log.upsert(mission)
-        self._publisher.say(mission.id, do.Say(self.mission.state, kind, text, data))
-        self._publisher.changed()
+        self._log.put(mission)
+        self._announcer.say(mission.id, do.Say(self.mission.state, kind, text, data))
+        self._announcer.changed()
 
     def _note(self) -> None:
         record = mission_record(self.mission)
         if record is not None:
-            self._log.upsert(record)
-        self._publisher.changed()
+            self._log.put(record)
+        self._announcer.changed()
 
     def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
         return self._tasks.start("call", work, forever=False)

@@ -25,7 +25,7 @@ END_WAIT_S = 1.5
 """A stop waits so long for word that what ran is over, a goal still being sent included; then it drops the session."""
 
 
-class MotionClient:
+class Motions:
     """Each `start` waits for what ran before; `stop` cancels it, the goal it had sent, and any lease. Where it is not
     sure that nothing moves any more, it drops the session, and everything ends that was ever asked for in it.
     """
@@ -45,7 +45,7 @@ class MotionClient:
         self._over: asyncio.Future[Goal] | None = None
         self._in_doubt = False
 
-    def mark_uncertain(self, epoch: int) -> None:
+    def doubt(self, epoch: int) -> None:
         """A call that moves the robot was not answered: it may be moving all the same, and is stopped before anything
         else begins.
         """
@@ -55,7 +55,7 @@ class MotionClient:
     def start(self, work: Callable[[], Awaitable[None]]) -> None:
         self._running = self._chain(work)
 
-    def send_velocity(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
+    def lease(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
         """Dropped while another motion runs or the last lease is still on its way."""
         busy = any(not task.done() for task in (*self._open, *filter(None, (self._lease,))))
         if not busy:
@@ -70,7 +70,7 @@ class MotionClient:
         if moving or leased is not None or self._goal is not None or self._in_doubt:
             self._chain(lambda: self._halt(leased, epoch))
 
-    def on_goal_update(self, goal: Goal) -> None:
+    def heard(self, goal: Goal) -> None:
         """A goal's news from the bus: quicker than asking."""
         mine = self._goal is not None and goal.id == self._goal.id
         if mine and goal.status in OVER and self._over is not None and not self._over.done():

@@ -11,7 +11,7 @@ from mesh.errors import TooManyError
 
 
 @dataclass(frozen=True, slots=True)
-class QueuedMission:
+class Pending:
     """`task` is none for the way to the dock."""
 
     id: str
@@ -34,36 +34,36 @@ class QueuedMission:
             request_id=self.order.request_id,
             part=self.order.part,
             parts=self.order.parts,
-            reason="waits for its turn",
+            reason="waiting in the queue",
             asked_s=asked_s,
             started_s=asked_s,
         )
 
 
-class MissionQueue:
+class Queue:
     def __init__(self, most: int) -> None:
         self._most = most
-        self._waiting: deque[QueuedMission] = deque()
+        self._waiting: deque[Pending] = deque()
 
     def __len__(self) -> int:
         return len(self._waiting)
 
-    def add(self, some: tuple[QueuedMission, ...]) -> None:
+    def add(self, some: tuple[Pending, ...]) -> None:
         """All of them or none. Raises `TooManyError`."""
         if len(self._waiting) + len(some) > self._most:
             raise TooManyError(f"{len(self._waiting)} missions wait already; at most {self._most} may")
         self._waiting.extend(some)
 
-    def pop(self) -> QueuedMission | None:
+    def pop(self) -> Pending | None:
         return self._waiting.popleft() if self._waiting else None
 
-    def remove(self, mission_id: str) -> QueuedMission | None:
+    def remove(self, mission_id: str) -> Pending | None:
         found = next((one for one in self._waiting if one.id == mission_id), None)
         if found is not None:
             self._waiting.remove(found)
         return found
 
-    def clear(self) -> tuple[QueuedMission, ...]:
+    def clear(self) -> tuple[Pending, ...]:
         some = tuple(self._waiting)
         self._waiting.clear()
         return some

@@ -5,7 +5,7 @@ from contracts.mission import EndCause, EventKind, Mission, MissionEvent, Missio
 
 def interrupted(mission: Mission, now_s: float) -> Mission:
     doing = "it waited in the queue" if mission.queue_position is not None else f"it was {mission.state.value}"
-    text = f"interrupted: the coordinator ended while {doing}; it is not taken up again by itself"
+    text = f"interrupted: the coordinator stopped while {doing}; it does not resume by itself"
     return mission.model_copy(
         update={
             "state": MissionState.IDLE,
@@ -14,7 +14,7 @@ def interrupted(mission: Mission, now_s: float) -> Mission:
             "outcome": Outcome.INTERRUPTED,
             "reason": text,
             "ended_s": max(now_s, mission.started_s),
-            "report": Report(text=text, ended_by=EndCause.RESTART, cause=f"the coordinator ended while {doing}"),
+            "report": Report(text=text, ended_by=EndCause.RESTART, cause=f"the coordinator stopped while {doing}"),
         }
     )
 
