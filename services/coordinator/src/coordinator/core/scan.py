@@ -83,7 +83,7 @@ def on_look_timeout(context: StepContext) -> None:
         abort(
             context,
             EndCause.NO_PICTURES,
-            f"no camera picture in {context.search.blind_looks} looks: inference or the camera is down",
+            f"no picture came in {context.search.blind_looks} looks: inference or the camera is down",
         )
         return
     context.log_event(EventKind.FAILURE, "no camera picture while looking", blind_looks=context.search.blind_looks)
