@@ -10,6 +10,18 @@ from contracts.causes import SafetyCause
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import MotionEnd
 from contracts.robot import Goal, GoalStatus, VelocityReply
+from coordinator.execution.motion_phases import (
+    FOLLOWS,
+    Calling,
+    Ending,
+    Following,
+    Idle,
+    Leased,
+    Motion,
+    MotionPhase,
+    Sending,
+    Uncertain,
+)
 from coordinator.ports import Robot
 from mesh.clock import Clock
 from mesh.errors import MeshError
@@ -37,62 +49,66 @@ class Motions:
         self._spawn = spawn
         self._goal_poll_s = goal_poll_s
         self._on_lease = on_lease
+        self._motion: Motion = Idle()
         self._open: set[asyncio.Task[None]] = set()
-        self._running: asyncio.Task[None] | None = None
-        self._lease: asyncio.Task[None] | None = None
-        self._sending: asyncio.Task[Goal | MeshError] | None = None
-        self._goal: Goal | None = None
-        self._over: asyncio.Future[Goal] | None = None
-        self._in_doubt = False
+        """What the next in line waits for."""
+
+    @property
+    def phase(self) -> MotionPhase:
+        return self._motion.phase
 
     def doubt(self, epoch: int) -> None:
         """A call that moves the robot was not answered: it may be moving all the same, and is stopped before anything
         else begins.
         """
-        self._in_doubt = True
-        self._chain(lambda: self._halt(None, epoch))
+        self._end(self._motion, Uncertain(), epoch)
 
     def start(self, work: Callable[[], Awaitable[None]]) -> None:
-        self._running = self._chain(work)
+        self._become(Calling(self._chain(lambda: self._call(work))))
 
     def lease(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
         """Dropped while another motion runs or the last lease is still on its way."""
-        busy = any(not task.done() for task in (*self._open, *filter(None, (self._lease,))))
-        if not busy:
-            self._lease = self._spawn(self._send_lease(twist, duration_s, epoch))
+        if self.phase in {MotionPhase.IDLE, MotionPhase.LEASED} and all(task.done() for task in self._open):
+            self._become(Leased())
+            self._open = {self._spawn(self._send_lease(twist, duration_s, epoch))}
 
     def stop(self, epoch: int) -> None:
-        leased, self._lease = self._lease, None
-        running, self._running = self._running, None
-        moving = running is not None and not running.done()
-        if moving and running is not None:
-            running.cancel()
-        if moving or leased is not None or self._goal is not None or self._in_doubt:
-            self._chain(lambda: self._halt(leased, epoch))
+        motion = self._motion
+        if isinstance(motion, Calling | Sending | Following):
+            motion.task.cancel()
+        if motion.phase.to_end:
+            self._end(motion, Ending(), epoch)
 
     def heard(self, goal: Goal) -> None:
         """A goal's news from the bus: quicker than asking."""
-        mine = self._goal is not None and goal.id == self._goal.id
-        if mine and goal.status in OVER and self._over is not None and not self._over.done():
-            self._over.set_result(goal)
+        match self._motion:
+            case Following(goal=mine, over=over) if mine.id == goal.id and goal.status in OVER and not over.done():
+                over.set_result(goal)
+            case _:
+                pass
 
     async def navigate(self, pose: Pose2D, timeout_s: float, epoch: int) -> Goal:
-        """The goal when it is over. A goal whose sending is interrupted is cancelled as soon as its id is known."""
-        self._over = asyncio.get_running_loop().create_future()
-        self._sending = self._spawn(self._send(pose, timeout_s, epoch))
-        sent = await asyncio.shield(self._sending)
-        self._sending = None
-        if isinstance(sent, MeshError):
-            raise sent
-        self._goal = goal = sent
+        """The goal when it is over. Only inside the work of a `start`. A goal whose sending is interrupted is cancelled
+        as soon as its id is known.
+        """
+        calling = self._motion
+        assert isinstance(calling, Calling)
+        answer = self._spawn(self._send(pose, timeout_s, epoch))
+        self._become(Sending(calling.task, answer))
+        goal = await asyncio.shield(answer)
+        if isinstance(goal, MeshError):
+            self._become(calling)
+            raise goal
+        over: asyncio.Future[Goal] = asyncio.get_running_loop().create_future()
+        self._become(Following(calling.task, goal, over))
         while goal.status not in OVER:
             polling = asyncio.ensure_future(self._clock.sleep(self._goal_poll_s))
             try:
-                await asyncio.wait({polling, self._over}, return_when=asyncio.FIRST_COMPLETED)
+                await asyncio.wait({polling, over}, return_when=asyncio.FIRST_COMPLETED)
             finally:
                 polling.cancel()
-            goal = self._over.result() if self._over.done() else await self._robot.goal(goal.id)
-        self._goal = None
+            goal = over.result() if over.done() else await self._robot.goal(goal.id)
+        self._become(calling)
         return goal
 
     async def _send(self, pose: Pose2D, timeout_s: float, epoch: int) -> Goal | MeshError:
@@ -101,6 +117,11 @@ class Motions:
             return await self._robot.navigate(pose, timeout_s=timeout_s, epoch=epoch)
         except MeshError as error:
             return error
+
+    def _become(self, motion: Motion) -> None:
+        if motion.phase not in FOLLOWS[self.phase]:
+            raise RuntimeError(f"a motion cannot be {motion.phase} after it was {self.phase}")
+        self._motion = motion
 
     def _chain(self, work: Callable[[], Awaitable[None]]) -> "asyncio.Task[None]":
         before = {task for task in self._open if not task.done()}
@@ -113,35 +134,42 @@ class Motions:
             await asyncio.wait(before)
         await work()
 
-    async def _halt(self, leased: "asyncio.Task[None] | None", epoch: int) -> None:
-        if leased is not None:
-            await asyncio.wait({leased})
-        if self._in_doubt:
-            self._in_doubt, self._goal = False, None
-            await self._robot.drop_session()
-            if self._sending is None:
-                return
-        ending = self._spawn(self._ended(leased, epoch))
-        if not (await self._answered(ending) and ending.result()):
-            ending.cancel()
-            await self._robot.drop_session()
+    async def _call(self, work: Callable[[], Awaitable[None]]) -> None:
+        """A goal of which no end was heard is still followed afterwards: the next stop cancels it."""
+        await work()
+        if isinstance(self._motion, Calling) and self._motion.task is asyncio.current_task():
+            self._become(Idle())
 
-    async def _ended(self, leased: "asyncio.Task[None] | None", epoch: int) -> bool:
+    def _end(self, motion: Motion, ending: Ending | Uncertain, epoch: int) -> None:
+        self._become(ending)
+        self._chain(lambda: self._halt(motion, ending, epoch))
+
+    async def _halt(self, motion: Motion, ending: Ending | Uncertain, epoch: int) -> None:
+        if isinstance(ending, Uncertain):
+            await self._robot.drop_session()
+        else:
+            asked = self._spawn(self._ended(motion, epoch))
+            if not (await self._answered(asked) and asked.result()):
+                asked.cancel()
+                await self._robot.drop_session()
+        if self._motion is ending:
+            self._become(Idle())
+
+    async def _ended(self, motion: Motion, epoch: int) -> bool:
         """Whether the bridge says that what was asked for last is over."""
-        sending, self._sending = self._sending, None
-        goal, self._goal = self._goal, None
         try:
-            if sending is not None:
-                sent = await sending
-                if isinstance(sent, MeshError):
-                    raise sent
-                goal = sent
-            if goal is not None:
-                await self._robot.cancel_goal(goal.id)
-            elif leased is not None:
-                await self._robot.velocity(Twist2D(), duration_s=0.3, epoch=epoch)
-            else:
-                await self._robot.end_motion()
+            match motion:
+                case Sending(answer=answer):
+                    sent = await answer
+                    if isinstance(sent, MeshError):
+                        raise sent
+                    await self._robot.cancel_goal(sent.id)
+                case Following(goal=goal):
+                    await self._robot.cancel_goal(goal.id)
+                case Leased():
+                    await self._robot.velocity(Twist2D(), duration_s=0.3, epoch=epoch)
+                case _:
+                    await self._robot.end_motion()
         except MeshError as error:
             log.warning("the motion could not be ended: dropping the session, which ends it", error=error.detail)
             return False
