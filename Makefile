@@ -33,10 +33,11 @@ up: setup ## start everything without a mission (same settings as demo)
 down: ## end what `make up` started
 	@$(PY) -m demo down --port-base $(PORT_BASE)
 
-check: setup ## format, lint and types: no network, ROS, Docker or display
+check: setup ## format, lint, types, dead wood: no network, ROS, Docker or display
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/pyright
+	$(VENV)/bin/vulture --min-confidence 80 services packages sim/src demo/src bench
 
 format: ## format and mend what can be mended
 	$(VENV)/bin/ruff format .

@@ -102,7 +102,7 @@ async def test_frames_of_another_time_are_not_believed(open_mesh: OpenMesh) -> N
             await mesh.bus.publish(VISION_DETECTIONS, lie(mesh.clock.now_s() + seconds))
             await mesh.clock.settle()
         assert (await mesh.client.get("/state")).json()["state"] == MissionState.SCANNING.value
-        assert "something like it" not in await said(mesh, mission.id)
+        assert "possible match" not in await said(mesh, mission.id)
 
 
 async def test_an_arrival_elsewhere_is_no_arrival(open_mesh: OpenMesh) -> None:

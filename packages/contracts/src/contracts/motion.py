@@ -70,11 +70,6 @@ class MotionEnd(StrEnum):
         return self is MotionEnd.BLOCKED
 
     @property
-    def worth_repeating(self) -> bool:
-        """True when the same request may well be done a moment later, without a person and without another way."""
-        return self in _WORTH_REPEATING
-
-    @property
     def sentence(self) -> str:
         return _MOTION_ENDS[self]
 
@@ -168,12 +163,6 @@ class MotionGains(Message):
     drive_m_s_min: float = Field(ge=0.0, le=0.1, description="slower than this the base does not drive")
     blocked_s_max: float = Field(gt=0.0, le=10.0, description="given up when nothing reaches the base for so long")
 
-
-_WORTH_REPEATING = frozenset({
-    MotionEnd.NO_SCAN, MotionEnd.NO_ODOMETRY, MotionEnd.TIMED_OUT, MotionEnd.HELD_BACK, MotionEnd.PREEMPTED,
-    MotionEnd.BASE_BUSY, MotionEnd.RESET, MotionEnd.SESSION_ENDED, MotionEnd.CLIENT_LEFT, MotionEnd.CANCELED,
-    MotionEnd.SHUT_DOWN,
-})  # fmt: skip
 
 _MOTION_ENDS: dict[MotionEnd, str] = {
     MotionEnd.COMPLETED: "",

@@ -83,7 +83,7 @@ class Rules(BaseModel):
     )
     scan_angle_rad: float = Field(default=7.3304, gt=0.0, le=12.5, description="420 degrees")
     scan_step_rad: float = Field(default=0.7331, gt=0.0, le=1.6, description="42 degrees; the camera sees about 54")
-    scan_speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9, description="of the turns while looking round")
+    scan_speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9, description="of the turns while looking around")
     scan_overlap_min: float = Field(default=0.15, ge=0.0, lt=0.9, description="of one look with the next, of the view")
     scan_looks_min: int = Field(default=3, ge=1, le=20, description="slow turn: looks in which a bearing is in view")
     detector_period_s: float = Field(default=0.2, gt=0.0, le=5.0, description="between looks while scanning")
