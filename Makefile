@@ -15,7 +15,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls
 .PHONY: test-ui screens bench-ui
 
 help: ## list the targets
@@ -59,6 +59,9 @@ bench-coordinator: setup ## how long a step and a coverage plan take: out/bench/
 
 bench-campaign: setup ## hundreds of simulated missions with faults injected, judged: out/bench/campaign.json
 	$(PY) -m bench.campaign --missions $(or $(MISSIONS),500)
+
+bench-calls: setup ## how many HTTP calls a mission makes, by caller and route: out/bench/calls.json
+	$(PY) -m bench.calls --missions $(or $(MISSIONS),6)
 
 bench-scan: setup ## stop-look-turn against a slow turn, both measured: out/bench/scan.json
 	$(PY) -m bench.scan

@@ -152,7 +152,7 @@ class SimulatedBridge:
         async def work() -> Map:
             return self.place.map_message
 
-        return await self.wire.call(work)
+        return await self.wire.call("GET /map", work)
 
     async def path(self, goal: Pose2D) -> PathReply:
         async def work() -> PathReply:
@@ -164,7 +164,7 @@ class SimulatedBridge:
                 return PathReply(reachable=False, error_code=int(error.code), error_name=error.code.name)
             return PathReply(reachable=True, length_m=float(np.hypot(*np.diff(way, axis=0).T).sum()))
 
-        return await self.wire.call(work)
+        return await self.wire.call("POST /navigation/path", work)
 
     async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
         self.asked("navigate")
@@ -176,13 +176,13 @@ class SimulatedBridge:
             self._may_move(epoch)
             return await self._accept(pose, timeout_s)
 
-        return await self.wire.call(work, timeout_s=15.0)
+        return await self.wire.call("POST /navigation/goals", work, timeout_s=15.0)
 
     async def goal(self, goal_id: str) -> Goal:
         async def work() -> Goal:
             return self._known(goal_id)
 
-        return await self.wire.call(work)
+        return await self.wire.call("GET /navigation/goals/{id}", work)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
         async def work() -> Goal:
@@ -193,16 +193,16 @@ class SimulatedBridge:
                 goal = self._known(goal_id)
             return goal
 
-        return await self.wire.call(work)
+        return await self.wire.call("DELETE /navigation/goals/{id}", work)
 
     async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply:
         self.asked("rotate")
-        motion, end = await self._motion(lambda: Turning(angle_rad, speed_rad_s), timeout_s, epoch)
+        motion, end = await self._motion("POST /rotate", lambda: Turning(angle_rad, speed_rad_s), timeout_s, epoch)
         return motion.reply(end)
 
     async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> DriveReply:
         self.asked("drive")
-        motion, end = await self._motion(lambda: Straight(distance_m, speed_m_s), timeout_s, epoch)
+        motion, end = await self._motion("POST /drive", lambda: Straight(distance_m, speed_m_s), timeout_s, epoch)
         return motion.reply(end)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
@@ -214,14 +214,14 @@ class SimulatedBridge:
             self.wheels.lease(twist, asyncio.get_running_loop().time() + duration_s)
             return VelocityReply(accepted=True, sent=twist)
 
-        return await self.wire.call(work, timeout_s=1.0)
+        return await self.wire.call("POST /velocity", work, timeout_s=1.0)
 
     async def end_motion(self) -> None:
         async def work() -> None:
             if self._goal_id is None:
                 self.wheels.end(MotionEnd.CANCELED)
 
-        await self.wire.call(work)
+        await self.wire.call("DELETE /motion", work)
 
     async def halt(self) -> EmergencyStop:
         async def work() -> EmergencyStop:
@@ -230,20 +230,20 @@ class SimulatedBridge:
             await self._end_goal(GoalStatus.CANCELED)
             return self.stop
 
-        return await self.wire.call(work, timeout_s=1.0)
+        return await self.wire.call("POST /halt", work, timeout_s=1.0)
 
     async def emergency_stop(self, reason: str) -> EmergencyStop:
         async def work() -> EmergencyStop:
             await self.latch(reason)
             return self.stop
 
-        return await self.wire.call(work, timeout_s=1.0)
+        return await self.wire.call("POST /emergency-stop", work, timeout_s=1.0)
 
     async def localize(self, box: BoxQuery) -> LocalizeReply:
         async def work() -> LocalizeReply:
-            return self._localized(box)
+            return self.localized(box)
 
-        return await self.wire.call(work)
+        return await self.wire.call("POST /localize", work)
 
     async def undock(self, *, timeout_s: float) -> BaseReply:
         self.asked("undock")
@@ -257,7 +257,7 @@ class SimulatedBridge:
                 self.docked = False
             return BaseReply(end=BaseEnd.COMPLETED)
 
-        return await self.wire.call(work, timeout_s=timeout_s)
+        return await self.wire.call("POST /undock", work, timeout_s=timeout_s)
 
     async def dock(self, *, timeout_s: float) -> BaseReply:
         self.asked("dock")
@@ -270,7 +270,7 @@ class SimulatedBridge:
             self.docked = True
             return BaseReply(end=BaseEnd.COMPLETED)
 
-        return await self.wire.call(work, timeout_s=timeout_s)
+        return await self.wire.call("POST /dock", work, timeout_s=timeout_s)
 
     async def celebrate(self) -> None:
         self.celebrations += 1
@@ -338,7 +338,7 @@ class SimulatedBridge:
         self._goals[goal.id], self._goal_id = over, None
         await self._bus.publish(ROBOT_NAVIGATION, over)
 
-    async def _motion(self, make: Callable[[], M], timeout_s: float, epoch: int) -> tuple[M, MotionEnd]:
+    async def _motion(self, route: str, make: Callable[[], M], timeout_s: float, epoch: int) -> tuple[M, MotionEnd]:
         async def work() -> tuple[M, MotionEnd]:
             self._may_move(epoch)
             motion = make()
@@ -355,11 +355,11 @@ class SimulatedBridge:
                 if not motion.ended.done() or motion.ended.cancelled():
                     self.wheels.end(MotionEnd.CLIENT_LEFT)
 
-        return await self.wire.call(work, timeout_s=timeout_s + 2.0)
+        return await self.wire.call(route, work, timeout_s=timeout_s + 2.0)
 
     # --- depth
 
-    def _localized(self, box: BoxQuery) -> LocalizeReply:
+    def localized(self, box: BoxQuery) -> LocalizeReply:
         if not self.frames:
             return LocalizeReply(distance_m=None, bearing_rad=0.0, reason="no picture")
         stamp_s = box.stamp_s if box.stamp_s is not None else self.frames[-1].stamp_s
