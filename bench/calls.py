@@ -22,14 +22,15 @@ from bench.memory_story import HandClock
 from bench.missions.bridge import Frame, SimulatedBridge
 from bench.missions.bus import SimulatedBus
 from bench.missions.clock import run_simulated
-from bench.missions.eyes import detections_of
+from bench.missions.eyes import SimulatedEyes, detections_of
 from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run, run_mission
 from bench.missions.scenario import HOMES, scenario, wanted_in
 from bench.missions.seeing import Errors, detect
+from contracts.measuring import LocalizeReply, LocalizeRequest
 from contracts.memory import LookBatch
-from contracts.robot import BoxQuery, DepthReply
+from contracts.vision import Detections
 from memory.adapters.robot_bridge import RobotBridge
 from memory.adapters.store import SqlStore
 from memory.memory_service import Memory
@@ -56,17 +57,10 @@ class CountedBridge:
         self.calls[route] += 1
         if route == "GET /map":
             return httpx.Response(200, text=self._bridge.place.map_message.model_dump_json())
-        box = BoxQuery.model_validate_json(request.content)
-        stamp_s = box.stamp_s or 0.0
-        frame = min(self._frames, key=lambda one: abs(one.stamp_s - stamp_s))
-        if route == "POST /localize":
-            self._bridge.frames.clear()
-            self._bridge.frames.append(frame)
-            return httpx.Response(200, text=self._bridge.localized(box).model_dump_json())
-        u, v = (box.bbox_xyxy[0] + box.bbox_xyxy[2]) / 2, (box.bbox_xyxy[1] + box.bbox_xyxy[3]) / 2
-        depth_m = self._bridge.place.depth_at(frame.true_pose, u, v)
-        reply = DepthReply(distance_m=depth_m if 0.2 <= depth_m <= 3.0 else None)
-        return httpx.Response(200, text=reply.model_dump_json())
+        asked = LocalizeRequest.model_validate_json(request.content)
+        frame = min(self._frames, key=lambda one: abs(one.stamp_s - (asked.stamp_s or 0.0)))
+        found = self._bridge.localize(frame, "memory", asked.boxes_xyxy)
+        return httpx.Response(200, text=LocalizeReply(measurements=found).model_dump_json())
 
 
 def calls_of(run: Run) -> Calls:
@@ -77,15 +71,15 @@ def calls_of(run: Run) -> Calls:
     for wire in (stage.bridge.wire, stage.eyes.wire, stage.memory.wire):
         for (caller, route), count in wire.calls.items():
             calls[caller, wire.service, route] += count
-    for route, count in asyncio.run(_memory_calls(stage.bridge, stage.eyes.taken, stage.memory.told)).items():
+    for route, count in asyncio.run(_memory_calls(stage.bridge, stage.eyes, stage.memory.told)).items():
         calls["memory", "robot_bridge", route] += count
     return calls
 
 
-async def _memory_calls(bridge: SimulatedBridge, frames: list[Frame], looks: list[LookBatch]) -> Counter[str]:
+async def _memory_calls(bridge: SimulatedBridge, eyes: SimulatedEyes, looks: list[LookBatch]) -> Counter[str]:
     tour, clock = _tour(bridge.place), HandClock(0.0)
-    counted = CountedBridge(bridge, [*tour, *frames])
-    told = [(frame.stamp_s, frame) for frame in frames]
+    counted = CountedBridge(bridge, [*tour, *eyes.taken])
+    told: list[tuple[float, Detections | LookBatch]] = [(seen.stamp_s, seen) for seen in eyes.told]
     told += [(batch.looks[-1].stamp_s + LOOK_ARRIVES_S, batch) for batch in looks]
     with tempfile.TemporaryDirectory() as folder:
         settings = Settings(database_url=f"sqlite:///{folder}/memory.db", senses_timeout_s=5.0)
@@ -94,7 +88,8 @@ async def _memory_calls(bridge: SimulatedBridge, frames: list[Frame], looks: lis
         memory = Memory(settings, store, SimulatedBus(Faults(), np.random.default_rng(0)), clock, senses)
         for frame in tour:
             clock.time_s = frame.stamp_s
-            await memory.take(detections_of(frame))
+            boxes = [found.bbox_xyxy for found, _ in frame.boxes]
+            await memory.take(detections_of(frame, bridge.localize(frame, "tour", boxes)))
         await memory.catch_up()
         counted.calls.clear()
         for arrives_s, what in sorted(told, key=lambda one: one[0]):
@@ -102,7 +97,7 @@ async def _memory_calls(bridge: SimulatedBridge, frames: list[Frame], looks: lis
             if isinstance(what, LookBatch):
                 await memory.look(what)
             else:
-                await memory.take(detections_of(what))
+                await memory.take(what)
                 await memory.catch_up()
         await senses.aclose()
         await store.aclose()

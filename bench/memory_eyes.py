@@ -9,10 +9,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from contracts.base import BboxXyxy
 from contracts.geometry import Point3D, Pose2D
-from contracts.robot import BoxQuery, KnownMap
+from contracts.measuring import LocalizeRequest, Measurement, NotMeasured, not_measured
+from contracts.robot import KnownMap
 from contracts.vision import Detection, Detections
 from geometry.grids import OccupancyGrid
+from robot_bridge.sensing.depth import noise_m
 from sim.home import Home
 from sim.home.model import Thing
 from sim.world import World
@@ -80,17 +83,22 @@ class Eyes:
                 break
         return chosen
 
-    async def locate(self, box: BoxQuery) -> Point3D | None:
+    async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
+        near = [self._depth_m(box) for box in request.boxes_xyxy]
+        return tuple(Measurement(depth_m=one, sigma_m=noise_m(one) if one is not None else None) for one in near)
+
+    def _measured(self, box: BboxXyxy) -> Measurement:
         ahead_m = self._ahead(_centre(box))
         if ahead_m > DEPTH_M_MAX:
-            return None
-        eye = self._eye(self.pose)
-        point = eye + self._ray(_centre(box)) * (ahead_m + self._rng.normal(0.0, 0.012 * ahead_m**3.461))
-        return Point3D(x=float(point[0]), y=float(point[1]), z=float(point[2]))
+            return not_measured(NotMeasured.NO_DEPTH, "too far")
+        sigma_m = noise_m(ahead_m)
+        point = self._eye(self.pose) + self._ray(_centre(box)) * (ahead_m + self._rng.normal(0.0, sigma_m))
+        place = Point3D(x=float(point[0]), y=float(point[1]), z=float(point[2]))
+        return Measurement(distance_m=ahead_m, depth_m=ahead_m, sigma_m=sigma_m, map_point=place)
 
-    async def depth_m(self, box: BoxQuery) -> float | None:
+    def _depth_m(self, box: BboxXyxy) -> float | None:
         """The nearest distance that a good part of the box's middle shares."""
-        x_min, y_min, x_max, y_max = box.bbox_xyxy
+        x_min, y_min, x_max, y_max = box
         us = np.linspace(0.75 * x_min + 0.25 * x_max, 0.25 * x_min + 0.75 * x_max, 5)
         vs = np.linspace(0.8 * y_min + 0.2 * y_max, 0.2 * y_min + 0.8 * y_max, 5)
         near_m = float(np.percentile([self._ahead((u, v)) for u in us for v in vs], 20))
@@ -114,11 +122,13 @@ class Eyes:
         us, vs = [at[0] for at in pixels], [at[1] for at in pixels]
         middle = self._pixel(self.middle(thing), self.pose)
         assert middle is not None, "it is seen"
+        box = (min(us), min(vs), max(us), max(vs))
         return Detection(
             label=thing.kind,
             confidence=max(0.35, 0.95 - 0.2 * middle[2]),
-            bbox_xyxy=(min(us), min(vs), max(us), max(vs)),
+            bbox_xyxy=box,
             colour=thing.colour,
+            measurement=self._measured(box),
         )
 
     def _eye(self, pose: Pose2D) -> NDArray[np.float64]:
@@ -150,6 +160,6 @@ class Eyes:
         return self.world.first_hit(self._eye(pose), target)
 
 
-def _centre(box: BoxQuery) -> tuple[float, float]:
-    x_min, y_min, x_max, y_max = box.bbox_xyxy
+def _centre(box: BboxXyxy) -> tuple[float, float]:
+    x_min, y_min, x_max, y_max = box
     return (x_min + x_max) / 2.0, (y_min + y_max) / 2.0

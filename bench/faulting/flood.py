@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 CONNECTIONS = 16
 BOX = {"bbox_xyxy": [10, 10, 50, 50], "image_width_px": 250, "image_height_px": 250}
+BOXES = {"boxes_xyxy": [[10, 10, 50, 50]], "image_width_px": 250, "image_height_px": 250}
 POSE = {"x": 0.0, "y": 0.0, "yaw": 0.0}
 
 
@@ -37,7 +38,7 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "DELETE /navigation/goals/none": None,
         "DELETE /motion": None,
         "POST /depth": BOX,
-        "POST /localize": BOX,
+        "POST /localize": BOXES,
         "POST /velocity": {"twist": {"linear_x": 0.0}, "source": "flood", "duration_s": 0.1, **old},
         "POST /rotate": {"angle_rad": 1.0, **old},
         "POST /drive": {"distance_m": 0.5, **old},

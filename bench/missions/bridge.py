@@ -3,7 +3,7 @@
 import asyncio
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -14,17 +14,17 @@ from bench.missions.faults import Faults
 from bench.missions.place import InPicture, SimulatedPlace
 from bench.missions.wheels import Going, Moving, Straight, Turning, Wheels
 from bench.missions.wire import Wire
+from contracts.base import BboxXyxy
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
+from contracts.measuring import Measurement, NotMeasured, not_measured
 from contracts.motion import BaseEnd, BaseReply, DriveReply, MotionEnd, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import (
     Battery,
-    BoxQuery,
     EmergencyStop,
     Goal,
     GoalStatus,
-    LocalizeReply,
     Map,
     PathReply,
     RobotState,
@@ -33,6 +33,7 @@ from contracts.robot import (
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_STATE
 from contracts.vision import Detection
 from mesh.errors import UpstreamError
+from robot_bridge.sensing.depth import noise_m
 from sim.nav.codes import NavigationError
 from sim.world.robot import CAMERA_X_M, RGB_CAMERA
 from sim.world.sensors import compose
@@ -239,12 +240,6 @@ class SimulatedBridge:
 
         return await self.wire.call("POST /emergency-stop", work, timeout_s=1.0)
 
-    async def localize(self, box: BoxQuery) -> LocalizeReply:
-        async def work() -> LocalizeReply:
-            return self.localized(box)
-
-        return await self.wire.call("POST /localize", work)
-
     async def undock(self, *, timeout_s: float) -> BaseReply:
         self.asked("undock")
 
@@ -359,26 +354,28 @@ class SimulatedBridge:
 
     # --- depth
 
-    def localized(self, box: BoxQuery) -> LocalizeReply:
-        if not self.frames:
-            return LocalizeReply(distance_m=None, bearing_rad=0.0, reason="no picture")
-        stamp_s = box.stamp_s if box.stamp_s is not None else self.frames[-1].stamp_s
-        frame = min(self.frames, key=lambda f: abs(f.stamp_s - stamp_s))
-        u = (box.bbox_xyxy[0] + box.bbox_xyxy[2]) / 2
-        v = (box.bbox_xyxy[1] + box.bbox_xyxy[3]) / 2
+    def localize(self, frame: Frame, caller: str, boxes: Sequence[BboxXyxy]) -> tuple[Measurement, ...]:
+        """All boxes of one picture in one call."""
+        self.wire.calls[caller, "POST /localize"] += 1
+        return tuple(self._measured(frame, box) for box in boxes)
+
+    def _measured(self, frame: Frame, box: BboxXyxy) -> Measurement:
+        u, v = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
         bearing = math.atan2(RGB_CAMERA.cx - u, RGB_CAMERA.fx)
-        seen = shown_in(frame, box.bbox_xyxy)
+        seen = shown_in(frame, box)
         distance = seen.distance_m if seen is not None else self.place.depth_at(frame.true_pose, u, v)
         if math.isfinite(distance):
-            distance += float(self.rng.normal(0.0, min(0.5, 0.012 * distance**3.461)))
+            distance += float(self.rng.normal(0.0, min(0.5, noise_m(distance))))
         if self._faults.depth_lie and self.rng.random() < self._faults.depth_lie:
             distance *= float(self.rng.choice([0.5, 0.65, 1.5, 2.0]))
         if not DEPTH_MIN_M <= distance <= DEPTH_MAX_M:
-            return LocalizeReply(distance_m=None, bearing_rad=bearing, reason="no depth in the box")
+            return not_measured(NotMeasured.NO_DEPTH, "no depth in the box")
         x, y = CAMERA_X_M + distance * math.cos(bearing), distance * math.sin(bearing)
         there = compose(frame.believed, x, y, 0.0)
-        return LocalizeReply(
+        return Measurement(
             distance_m=distance,
+            depth_m=distance * math.cos(bearing),
+            sigma_m=noise_m(distance),
             bearing_rad=math.atan2(y, x),
             base_point=Point3D(x=x, y=y, z=0.2),
             map_point=Point3D(x=there.x, y=there.y, z=0.2),

@@ -12,6 +12,7 @@ from bench.missions.seeing import SIZE_PX, detect, false_box, votes
 from bench.missions.wire import Wire
 from contracts.geometry import Pose2D
 from contracts.language import ReasonReply, ReasonRequest
+from contracts.measuring import Measurement
 from contracts.memory import LabelCount, LookBatch, RecalledView, RecallReply, RecallRequest, RememberedObject, View
 from contracts.problem import Dependency
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
@@ -31,6 +32,7 @@ class SimulatedEyes:
         self.wire = Wire("inference", faults, np.random.default_rng([seed, 42]))
         self.validations = 0
         self.taken: list[Frame] = []
+        self.told: list[Detections] = []
         self._bridge = bridge
         self._bus = bus
         self._errors = faults.errors
@@ -60,7 +62,10 @@ class SimulatedEyes:
         return frame
 
     def _publish_later(self, frame: Frame) -> None:
-        self._publishing = asyncio.ensure_future(self._bus.publish(VISION_DETECTIONS, detections_of(frame)))
+        boxes = [found.bbox_xyxy for found, _ in frame.boxes]
+        measured = self._bridge.localize(frame, "inference", boxes) if boxes else ()
+        self.told.append(detections_of(frame, measured))
+        self._publishing = asyncio.ensure_future(self._bus.publish(VISION_DETECTIONS, self.told[-1]))
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
         async def work() -> ParsedTask:
@@ -98,13 +103,17 @@ class SimulatedEyes:
         return Dependency.of("inference", ok=not self.wire.down)
 
 
-def detections_of(frame: Frame) -> Detections:
+def detections_of(frame: Frame, measured: Sequence[Measurement]) -> Detections:
+    """As inference publishes them: each box with its measurement."""
+    boxes = (found for found, _ in frame.boxes)
     return Detections(
         stamp_s=frame.stamp_s,
         image_width_px=SIZE_PX,
         image_height_px=SIZE_PX,
         pose=frame.believed,
-        detections=tuple(found for found, _ in frame.boxes),
+        detections=tuple(
+            found.model_copy(update={"measurement": one}) for found, one in zip(boxes, measured, strict=True)
+        ),
         model="ground truth with errors",
     )
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import httpx
+import pytest
 from asgi_lifespan import LifespanManager
 from mcap.reader import make_reader
 
@@ -452,15 +453,37 @@ class BridgeBehaviour:
         assert reply["holes"] < 0.2
         assert reply["age_s"] < 5.0
 
+        boxes = {"boxes_xyxy": [bbox], "image_width_px": 250, "image_height_px": 250}
+
         async def located() -> bool:
-            return (await rig.post("/localize", box)).json()["map_point"] is not None
+            return (await rig.post("/localize", boxes)).json()["measurements"][0]["map_point"] is not None
 
         await until_true(located)
-        place = (await rig.post("/localize", box)).json()
+        place = (await rig.post("/localize", boxes)).json()["measurements"][0]
         assert math.isclose(place["base_point"]["x"], depth_m + 0.06, abs_tol=0.02)
         assert math.isclose(place["map_point"]["x"], x, abs_tol=0.03)
         assert math.isclose(place["map_point"]["y"], y, abs_tol=0.03)
         assert abs(place["bearing_rad"]) < 0.02
+        assert place["sigma_m"] == pytest.approx(0.012 * place["depth_m"] ** 3.461)
+        assert place["cause"] is None
+
+    async def test_boxes_of_one_picture_are_measured_together_each_with_its_own_cause(self, rig: Rig) -> None:
+        bbox, depth_m, _ = rig.toy.face_the_thing()
+        boxes = [bbox, (900, 900, 950, 950), (50, 50, 10, 10), bbox]
+        request = {"boxes_xyxy": boxes, "image_width_px": 250, "image_height_px": 250}
+
+        async def measurements() -> list[dict[str, Any]]:
+            return (await rig.post("/localize", request)).json()["measurements"]
+
+        async def measured() -> bool:
+            found = (await measurements())[0]["depth_m"]
+            return found is not None and math.isclose(found, depth_m, abs_tol=0.02)
+
+        await until_true(measured)
+        first, outside, empty, again = await measurements()
+        assert (outside["cause"], empty["cause"]) == ("outside_picture", "no_area")
+        assert outside["distance_m"] is None
+        assert again["distance_m"] == pytest.approx(first["distance_m"], abs=0.05)
 
     async def test_frames_come_with_their_stamp_and_pose_and_only_newer_ones_on_demand(self, rig: Rig) -> None:
         first = await rig.client.get("/camera/frame")

@@ -12,6 +12,7 @@ from PIL import Image
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.language import ReasonReply, ReasonRequest
+from contracts.measuring import Measurement, NotMeasured, not_measured
 from contracts.memory import (
     LabelCount,
     Look,
@@ -30,7 +31,6 @@ from contracts.robot import (
     EmergencyStop,
     Goal,
     GoalStatus,
-    LocalizeReply,
     Map,
     PathReply,
     RobotState,
@@ -50,6 +50,7 @@ from contracts.vision import (
 from geometry.grids import OccupancyGrid, encode
 from geometry.poses import compose
 from mesh.errors import UnavailableError, UpstreamError
+from robot_bridge.sensing.depth import noise_m
 from support.bus import MemoryBus
 from support.fake_clock import FakeClock
 
@@ -96,6 +97,8 @@ class World:
     """It does not know its place in the map."""
     sees: bool = True
     colours_unknown: bool = False
+    unmeasured: int = 0
+    """The next pictures with something in them come without places."""
     range_m: float = 2.5
     speed_m_s: float = 0.0
     map_id: str | None = None
@@ -154,13 +157,36 @@ class World:
                 u, half = WIDTH_PX / 2 - focal * math.tan(bearing), max(3.0, 0.04 * focal / away)
                 box = (max(0.0, u - half), 100.0, min(float(WIDTH_PX), u + half), 100.0 + 4 * half)
                 colour = None if self.colours_unknown else thing.colour
-                found.append(Detection(label=thing.label, confidence=0.8, bbox_xyxy=box, colour=colour))
+                found.append(
+                    Detection(
+                        label=thing.label,
+                        confidence=0.8,
+                        bbox_xyxy=box,
+                        colour=colour,
+                        measurement=self._measured(thing, away, bearing),
+                    )
+                )
+        self.unmeasured = max(0, self.unmeasured - 1) if found else self.unmeasured
         return Detections(
             stamp_s=self.clock.now_s(),
             image_width_px=WIDTH_PX,
             image_height_px=HEIGHT_PX,
             pose=self.pose,
             detections=tuple(found),
+        )
+
+    def _measured(self, thing: Thing, away_m: float, bearing_rad: float) -> Measurement:
+        if self.unmeasured:
+            return not_measured(NotMeasured.NOT_ANSWERED, "no answer within 0.3 s")
+        if away_m > 3.0:
+            return not_measured(NotMeasured.NO_DEPTH, "no depth in the box")
+        reach = away_m + CAMERA_M
+        return Measurement(
+            distance_m=away_m,
+            sigma_m=noise_m(away_m),
+            bearing_rad=bearing_rad,
+            base_point=Point3D(x=reach * math.cos(bearing_rad), y=reach * math.sin(bearing_rad), z=0.1),
+            map_point=Point3D(x=thing.x, y=thing.y, z=0.1),
         )
 
     def at(self, box: BoxQuery) -> Thing | None:
@@ -368,21 +394,6 @@ class FakeRobot:
         for goal in [g for g in self.goals.values() if g.status is GoalStatus.EXECUTING]:
             self.goals[goal.id] = goal.model_copy(update={"status": GoalStatus.CANCELED})
         self.world.speed_m_s = 0.0
-
-    async def localize(self, box: BoxQuery) -> LocalizeReply:
-        await self._check("localize")
-        thing = self.world.at(box)
-        seen = self.world.in_sight(thing) if thing is not None else None
-        if thing is None or seen is None or seen[0] > 3.0:
-            return LocalizeReply(distance_m=None, bearing_rad=0.0, reason="no depth in the box")
-        away, bearing = seen
-        reach = away + CAMERA_M
-        return LocalizeReply(
-            distance_m=away,
-            bearing_rad=bearing,
-            base_point=Point3D(x=reach * math.cos(bearing), y=reach * math.sin(bearing), z=0.1),
-            map_point=Point3D(x=thing.x, y=thing.y, z=0.1),
-        )
 
     async def undock(self, *, timeout_s: float) -> BaseReply:
         await self._check("undock", self.world.stop.epoch)

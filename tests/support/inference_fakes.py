@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 
 from contracts.coco import COLOURS
-from contracts.geometry import Pose2D
+from contracts.geometry import Point3D, Pose2D
+from contracts.measuring import LocalizeRequest, Measurement
 from contracts.vision import Detection, ModelInfo
 from inference.perception.models import Loaded
 from inference.ports import Completion, Embeddings, Frame, Prompt, RgbImage
@@ -45,6 +46,9 @@ class FakeCamera:
     def __init__(self) -> None:
         self.away = False
         self.asked = 0
+        self.localized: list[LocalizeRequest] = []
+        self.localize_fails = False
+        self.localize_hangs = False
         self._frame: Frame | None = None
         self._changed = asyncio.Event()
 
@@ -64,6 +68,18 @@ class FakeCamera:
         except TimeoutError:
             return None
         return self._frame
+
+    async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
+        """Each box at a place of its own: 1 m, 2 m ... ahead of the map's origin."""
+        self.localized.append(request)
+        if self.localize_fails:
+            raise UnavailableError("robot_bridge", "no depth camera")
+        if self.localize_hangs:
+            await asyncio.Event().wait()
+        return tuple(
+            Measurement(distance_m=x, depth_m=x, sigma_m=0.01, map_point=Point3D(x=x, y=0.0, z=0.2))
+            for x in map(float, range(1, len(request.boxes_xyxy) + 1))
+        )
 
     async def aclose(self) -> None:
         return

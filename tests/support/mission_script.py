@@ -4,9 +4,10 @@ import math
 from typing import TypeVar
 
 from contracts.geometry import Point3D, Pose2D
+from contracts.measuring import Measurement, NotMeasured
 from contracts.mission import MissionState
 from contracts.motion import MotionEnd
-from contracts.robot import GoalStatus, LocalizeReply
+from contracts.robot import GoalStatus
 from contracts.vision import Detection, Detections, Target, Validation, Verdict, Vote
 from coordinator.core import actions as do
 from coordinator.core import events as ev
@@ -131,12 +132,13 @@ class Script:
         cos, sin = math.cos(-pose.yaw), math.sin(-pose.yaw)
         base = Point3D(x=cos * dx - sin * dy, y=sin * dx + cos * dy, z=0.1)
         known = distance_m is not None
-        reply = LocalizeReply(
+        reply = Measurement(
             distance_m=distance_m,
+            sigma_m=0.012 * distance_m**3.461 if distance_m is not None else None,
             bearing_rad=0.0,
             base_point=base if known else None,
             map_point=point if known else None,
-            reason="" if known else "no depth",
+            cause=None if known else NotMeasured.NO_DEPTH,
         )
         return self.feed(ev.Localized(self.last(do.Localize).call, reply))
 

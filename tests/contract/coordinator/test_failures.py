@@ -14,14 +14,14 @@ FAR = Pose2D(x=7.5, y=6.0, yaw=0.7)
 LATEST_S = 130.0
 """The mission's own limit and a little: whatever happens, it is over by then."""
 
-CALLS = ["map", "path", "navigate", "rotate", "localize", "drive"]
+CALLS = ["map", "path", "navigate", "rotate", "drive"]
 
 
 async def said(mesh: Mesh, mission_id: str) -> str:
     return "\n".join(event.text for event in await mesh.timeline(mission_id))
 
 
-@pytest.mark.parametrize("call", ["path", "rotate", "localize", "drive"])
+@pytest.mark.parametrize("call", ["path", "rotate", "drive"])
 async def test_a_bridge_that_never_answers_one_kind_of_call_ends_in_time_and_is_named(
     open_mesh: OpenMesh, call: str
 ) -> None:
@@ -34,6 +34,15 @@ async def test_a_bridge_that_never_answers_one_kind_of_call_ends_in_time_and_is_
         here = mesh.world.pose
         await mesh.clock.advance(10.0)
         assert mesh.world.pose == here
+
+
+async def test_boxes_that_nobody_measures_end_it_in_time_and_robot_bridge_is_named(open_mesh: OpenMesh) -> None:
+    async with open_mesh(RED, views=(FAR,), mission_timeout_s=100.0) as mesh:
+        mesh.world.unmeasured = 1_000_000
+        mission = await mesh.until_over((await mesh.post_mission()).id, within_s=LATEST_S)
+        assert mission.outcome is Outcome.ABORTED
+        assert "robot_bridge" in mission.reason
+        assert "no answer within 0.3 s" in await said(mesh, mission.id)
 
 
 @pytest.mark.parametrize("call", ["map", "navigate"])

@@ -120,7 +120,8 @@ async def test_it_leaves_the_dock_first(open_mesh: OpenMesh) -> None:
 async def test_passing_failures_of_every_service_are_outlived(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED, views=(Pose2D(x=7.5, y=6.0, yaw=0.7),)) as mesh:
         mesh.memory.away = True
-        mesh.robot.fail_next = {"map": 1, "path": 1, "navigate": 1, "rotate": 2, "localize": 1, "drive": 1}
+        mesh.robot.fail_next = {"map": 1, "path": 1, "navigate": 1, "rotate": 2, "drive": 1}
+        mesh.world.unmeasured = 1
         mesh.eyes.fail_next = 1
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.FOUND

@@ -6,6 +6,7 @@ import httpx
 import pytest
 
 from contracts.geometry import Pose2D
+from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement
 from inference.adapters.bridge_camera import BridgeCamera
 from inference.ports import Frame
 from mesh.errors import MeshError, ServiceTimeoutError, UnavailableError, UpstreamError
@@ -73,3 +74,30 @@ def slow(_: httpx.Request) -> httpx.Response:
 async def test_trouble_has_a_name(answer: Answer, error: type[MeshError]) -> None:
     with pytest.raises(error):
         await newest(answer)
+
+
+async def localized(answer: Answer) -> tuple[Measurement, ...]:
+    camera = BridgeCamera("http://bridge", transport=httpx.MockTransport(answer))
+    boxes = ((1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0))
+    try:
+        return await camera.localize(LocalizeRequest(boxes_xyxy=boxes, image_width_px=250, image_height_px=250))
+    finally:
+        await camera.aclose()
+
+
+async def test_boxes_are_localized_in_one_call_in_their_order() -> None:
+    asked: list[str] = []
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        asked.append(request.url.path)
+        boxes = LocalizeRequest.model_validate_json(request.content).boxes_xyxy
+        found = tuple(Measurement(distance_m=box[0]) for box in boxes)
+        return httpx.Response(200, text=LocalizeReply(measurements=found).model_dump_json())
+
+    assert [one.distance_m for one in await localized(answer)] == [1.0, 5.0]
+    assert asked == ["/localize"]
+
+
+async def test_an_answer_with_another_number_of_measurements_is_not_the_contract() -> None:
+    with pytest.raises(UpstreamError, match="not one measurement a box"):
+        await localized(lambda _: httpx.Response(200, json={"measurements": [{}]}))

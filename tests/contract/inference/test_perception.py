@@ -27,8 +27,42 @@ async def test_each_frame_is_told_with_its_own_stamp_pose_and_size(opened: Opene
         await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
     (told,) = house.bus.of(VISION_DETECTIONS)
     assert (told.stamp_s, told.pose, told.image_width_px, told.image_height_px) == (10.0, POSE, 250, 250)
-    assert told.detections == (bottle().model_copy(update={"colour": "red"}),)
+    (one,) = told.detections
+    assert one.model_copy(update={"measurement": None}) == bottle().model_copy(update={"colour": "red"})
     assert told.model == "fake-detector"
+
+
+async def test_all_boxes_of_a_frame_are_measured_by_one_call_and_told_with_their_places(opened: Opened) -> None:
+    house = House(detector=FakeDetector((bottle(), bottle((10.0, 60.0, 40.0, 200.0)))))
+    async with opened(house):
+        house.camera.show(10.0, picture(RED_THING))
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+    (told,) = house.bus.of(VISION_DETECTIONS)
+    assert [one.measurement.distance_m for one in told.detections if one.measurement] == [1.0, 2.0]
+    (request,) = house.camera.localized
+    assert (request.stamp_s, request.image_width_px) == (10.0, 250)
+    assert request.boxes_xyxy == tuple(one.bbox_xyxy for one in told.detections)
+
+
+@pytest.mark.parametrize("trouble", ["localize_fails", "localize_hangs"])
+async def test_without_places_the_detections_go_out_all_the_same(opened: Opened, trouble: str) -> None:
+    house = House()
+    setattr(house.camera, trouble, True)
+    async with opened(house):
+        house.camera.show(10.0, picture(RED_THING))
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+    (told,) = house.bus.of(VISION_DETECTIONS)
+    (one,) = told.detections
+    assert one.measurement is not None
+    assert (one.measurement.answered, one.measurement.distance_m) == (False, None)
+
+
+async def test_a_frame_that_shows_nothing_is_not_measured(opened: Opened) -> None:
+    house = House(detector=FakeDetector())
+    async with opened(house):
+        house.camera.show(10.0, picture())
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+    assert house.camera.localized == []
 
 
 async def test_the_same_frame_is_never_told_twice(opened: Opened) -> None:

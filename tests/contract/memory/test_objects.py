@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from contracts.geometry import Point3D, Pose2D
+from contracts.measuring import Measurement
 from contracts.memory import (
     Area,
     DeletedReply,
@@ -111,24 +112,34 @@ async def test_every_frame_is_sightings_with_places_and_a_look(
     client: ServiceClient, bus: MemoryBus, senses: FakeSenses, store: FakeStore, clock: FakeClock
 ) -> None:
     await remember(client, bottle())
-    senses.places[200.0] = Point3D(x=1.4, y=-0.5, z=0.3)
+    place = Measurement(distance_m=1.4, sigma_m=0.05, map_point=Point3D(x=1.4, y=-0.5, z=0.3))
     message = Detections(
         stamp_s=NOW_S + 1.0,
         image_width_px=250,
         image_height_px=250,
         pose=Pose2D(x=0.0, y=0.0, yaw=0.0),
         detections=(
-            Detection(label="cup", confidence=0.8, bbox_xyxy=(200.0, 120.0, 220.0, 140.0)),
+            Detection(label="cup", confidence=0.8, bbox_xyxy=(200.0, 120.0, 220.0, 140.0), measurement=place),
             Detection(label="person", confidence=0.9, bbox_xyxy=(0.0, 0.0, 40.0, 250.0)),
         ),
     )
     await bus.publish(VISION_DETECTIONS, message)
-    await until(lambda: len(senses.asked) == 2, timeout_s=30.0)
+    await until(lambda: len(senses.asked) == 1, timeout_s=30.0)
     await clock.advance(2.0)
     await until(lambda: len(store.frames) == 2, timeout_s=30.0)
     cup, missed = sorted(await objects(client), key=lambda one: one.label, reverse=True)
     assert (cup.label, cup.position.x, missed.label, missed.times_missed) == ("cup", 1.4, "bottle", 1)
-    assert [one.label for frame in store.frames for one in frame.seen] == ["bottle", "cup"]
+    assert [(one.label, one.sigma_m) for frame in store.frames for one in frame.seen][1] == ("cup", 0.05)
+    assert senses.asked[0].stamp_s == NOW_S + 1.0
+
+
+async def test_all_that_is_missing_from_a_look_is_measured_in_one_call(
+    client: ServiceClient, senses: FakeSenses
+) -> None:
+    await remember(client, bottle(), seen("cup", 1.2, at=(1.2, 0.1), stamp_s=NOW_S))
+    reply = await client.post("/looks", LookBatch(looks=(look(stamp_s=NOW_S + 1.0, far_m=None),)), LooksReply)
+    assert reply == LooksReply(missed=2)
+    assert [len(one.boxes_xyxy) for one in senses.asked] == [2]
 
 
 async def test_recall_says_where_to_go_what_is_there_and_why(client: ServiceClient) -> None:

@@ -13,6 +13,8 @@ from support.fake_robot import FakeRobot
 from support.toy_robot import ToyRobot
 
 BOX = {"bbox_xyxy": [100, 100, 150, 150], "image_width_px": 250, "image_height_px": 250}
+BOXES = {"boxes_xyxy": [[100, 100, 150, 150]], "image_width_px": 250, "image_height_px": 250}
+BODIES = {"/depth": BOX, "/localize": BOXES}
 
 
 class Deaf(FakeRobot):
@@ -71,7 +73,7 @@ async def test_what_needs_it_is_refused_with_the_reason(
     rig, robot = deaf
     robot.never(sensor)
     robot.senses.depth_history._images = robot.senses.depth_history._images[:0] if sensor == "depth" else ()
-    answer = await rig.client.request(method, path, json=BOX if method == "POST" else None)
+    answer = await rig.client.request(method, path, json=BODIES.get(path))
     assert answer.status_code == 503
     assert answer.json()["detail"].endswith(f"{sensor} is received and not understood: its K has no focal length")
 
@@ -84,17 +86,17 @@ async def test_a_camera_info_of_another_cut_than_the_picture_is_named_and_nothin
     robot.senses.rgb_intrinsics.put(Intrinsics("optical", 1280, 720, 1000.0, 1000.0, 640.0, 360.0), 1.0)
     why = "camera_info describes 1280 x 720 pixels, the picture has 250 x 250: that is another cut, not another size"
     assert (await ready(rig))["rgb_info"]["detail"] == f"received, not understood: {why}"
-    for path in ("/localize", "/depth"):
-        answer = await rig.post(path, BOX)
+    for path, body in (("/localize", BOXES), ("/depth", BOX)):
+        answer = await rig.post(path, body)
         assert (answer.status_code, answer.json()["detail"]) == (503, f"rgb_info: {why}")
 
 
 async def test_a_box_in_a_picture_of_another_shape_than_the_cameras_is_refused(deaf: tuple[Rig, Deaf]) -> None:
     rig, _ = deaf
-    answer = await rig.post("/localize", BOX | {"image_width_px": 320, "image_height_px": 240})
+    answer = await rig.post("/localize", BOXES | {"image_width_px": 320, "image_height_px": 240})
     assert answer.status_code == 422
     assert "camera_info describes 250 x 250 pixels, the picture has 320 x 240" in answer.json()["detail"]
-    halved = {"bbox_xyxy": [50, 50, 75, 75], "image_width_px": 125, "image_height_px": 125}
+    halved = {"boxes_xyxy": [[50, 50, 75, 75]], "image_width_px": 125, "image_height_px": 125}
     assert (await rig.post("/localize", halved)).status_code == 200
 
 

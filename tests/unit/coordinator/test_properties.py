@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from contracts.causes import GoalCause
 from contracts.geometry import Point3D, Pose2D
+from contracts.measuring import Measurement
 from contracts.mission import MissionKind, MissionState, Outcome
 from contracts.motion import MotionEnd
-from contracts.robot import GoalStatus, LocalizeReply
+from contracts.robot import GoalStatus
 from contracts.vision import Detection, Detections, Target, Validation, Verdict, Vote
 from coordinator.core import actions as do
 from coordinator.core import events as ev
@@ -59,7 +60,7 @@ def detections(stamp_s: float, boxes: list[tuple[float, str | None, float]], pos
 
 def localized(call: int, distance_m: float | None, pose: Pose2D) -> ev.Localized:
     point = Point3D(x=pose.x, y=pose.y, z=0.2) if distance_m is not None else None
-    return ev.Localized(call, LocalizeReply(distance_m=distance_m, bearing_rad=0.0, base_point=point, map_point=point))
+    return ev.Localized(call, Measurement(distance_m=distance_m, sigma_m=0.02, base_point=point, map_point=point))
 
 
 def validated(call: int, confirmed: bool, score: float) -> ev.Validated:

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from contracts.geometry import Point3D, Pose2D
-from contracts.robot import GoalStatus, LocalizeReply
+from contracts.measuring import Measurement
+from contracts.robot import GoalStatus
 from contracts.vision import Validation, Verdict, Vote
 from coordinator.core.activities import Navigating
 from coordinator.core.events import GoalEnded
@@ -35,7 +36,7 @@ def test_an_arrival_counts_where_the_robot_stands_there(away_m: float, status: G
 @pytest.mark.parametrize(("distance_m", "kept"), [(0.3, 0.3), (7.9, 7.9), (0.0, None), (-1.0, None), (60.0, None)])
 def test_a_distance_that_depth_cannot_give_is_no_measurement(distance_m: float, kept: float | None) -> None:
     point = Point3D(x=1.0, y=0.0, z=0.1)
-    reply = LocalizeReply(distance_m=distance_m, bearing_rad=0.1, map_point=point)
+    reply = Measurement(distance_m=distance_m, bearing_rad=0.1, map_point=point)
     told = plausible(reply, RULES)
     assert told.distance_m == kept
     assert (told.map_point is None) == (kept is None)

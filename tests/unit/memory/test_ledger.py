@@ -64,7 +64,8 @@ def test_of_two_near_things_the_one_of_the_colour_is_meant() -> None:
 
 
 def test_a_better_measured_place_counts_more_and_the_place_gets_surer() -> None:
-    far, near = seen(at=(2.4, 0.0)), seen(x=1.5, at=(2.1, 0.0), stamp_s=2.0)
+    far = seen(at=(2.4, 0.0)).model_copy(update={"sigma_m": 0.25})
+    near = seen(x=1.5, at=(2.1, 0.0), stamp_s=2.0).model_copy(update={"sigma_m": 0.01})
     (thing,) = things(ledger_after([far], [near]))
     assert thing.x == pytest.approx(2.1, abs=0.05)
     assert math.sqrt(thing.variance_m2) < 0.07

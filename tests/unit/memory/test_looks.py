@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from contracts.geometry import Pose2D
+from contracts.measuring import Measurement
 from contracts.memory import Look, SeenBox
 from geometry.grids import OccupancyGrid
 from geometry.poses import compose
@@ -27,8 +28,8 @@ def cup(x: float = 1.2, y: float = 0.0, z: float = 0.3, label: str = "cup") -> T
 def verdict(given: Look, thing: Thing, ground: OccupancyGrid | None = None, depth_m: float | None = None) -> str:
     wanted = expected(given, [thing], CAMERA, 2.3)
 
-    def towards(one: Expected) -> float | None:
-        return depth_m if given.ranges_m is None else range_towards(one, given)
+    def towards(one: Expected) -> Measurement:
+        return Measurement(depth_m=depth_m if given.ranges_m is None else range_towards(one, given), sigma_m=0.01)
 
     seen, missing, untold = judged(given, wanted, towards, ground)
     return "seen" if seen else "missing" if missing else "untold" if untold else "out of view"

@@ -285,14 +285,6 @@ class DepthReply(Message):
     reason: str = ""
 
 
-class LocalizeReply(Message):
-    distance_m: float | None = Field(description="from the camera to the near surface, horizontal; none = not measured")
-    bearing_rad: float = Field(description="of the box centre from the robot's x axis, counter-clockwise positive")
-    base_point: Point3D | None = Field(default=None, description="in base_link at the time of the frame")
-    map_point: Point3D | None = Field(default=None, description="in map")
-    reason: str = ""
-
-
 MAP_CELLS_MAX = 4096 * 4096
 
 

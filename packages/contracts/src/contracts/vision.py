@@ -7,6 +7,7 @@ from pydantic import Field
 
 from contracts.base import BboxXyxy, Confidence, ImageSidePx, Label, Message, StampS
 from contracts.geometry import Pose2D
+from contracts.measuring import Measurement
 from contracts.reading import Mood, Restriction
 
 
@@ -25,6 +26,7 @@ class Detection(Message):
     colour: str | None = Field(
         default=None, max_length=24, description="the colour word the image-text model is sure of, if any"
     )
+    measurement: Measurement | None = Field(default=None, description="none where nobody was asked to measure")
 
 
 class Detections(Message):

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from contracts.geometry import Pose2D
+from contracts.measuring import LocalizeRequest, Measurement
 from contracts.vision import Detection, ModelInfo
 
 RgbImage = npt.NDArray[np.uint8]
@@ -199,6 +200,10 @@ class Camera(Protocol):
 
         Raises `UnavailableError` when the camera's owner cannot be reached.
         """
+        ...
+
+    async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
+        """How far away and where the things in the boxes are, in their order. Raises `MeshError` where nobody says."""
         ...
 
     async def aclose(self) -> None: ...

@@ -91,6 +91,9 @@ class Settings(LanguageSettings, ServiceSettings):
     clock_restarted_after_s: float = Field(
         default=5.0, gt=0.0, description="without a newer frame, the robot's clock may have started again: any will do"
     )
+    localize_timeout_s: float = Field(
+        default=0.3, gt=0.0, le=5.0, description="detections are published without places where these take longer"
+    )
     spotted_period_s: float = Field(default=0.5, ge=0.0, description="shortest time between two vision.spotted")
 
     validate_frame_wait_s: float = Field(default=3.0, gt=0.0, le=10.0, description="for a frame to vote on")

@@ -3,9 +3,9 @@
 import asyncio
 from collections.abc import Sequence
 
-from contracts.geometry import Point3D, Pose2D
+from contracts.geometry import Pose2D
+from contracts.measuring import LocalizeRequest, Measurement
 from contracts.memory import Area, Look, Observation, SeenBox
-from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
 from geometry.grids import OccupancyGrid
 from memory.frames import Camera, Exclusion, Frame, Tally, worth_keeping
@@ -22,8 +22,8 @@ DEPTHS_MAX = 12
 
 
 class Intake:
-    """Asks robot_bridge while the frame is still in its depth history. Everything it cannot learn in time it does
-    without: a sighting without a place, a look without a verdict."""
+    """The places of what was seen come with the frame. What should be there and was not seen is measured in one call,
+    while the frame is still in robot_bridge's depth history; without its answer a look has no verdict."""
 
     def __init__(self, settings: Settings, store: Store, senses: Senses | None) -> None:
         self._settings = settings
@@ -39,7 +39,7 @@ class Intake:
         if message.pose is None:
             return None
         kept = worth_keeping(message, self._excluded, self._settings.confidence_min)
-        seen = _observations(message, message.pose, kept, await self._places(message, kept))
+        seen = tuple(_observation(message, message.pose, one) for one in kept)
         look = Look(
             pose=message.pose,
             stamp_s=message.stamp_s,
@@ -73,40 +73,26 @@ class Intake:
         )
         return frame, Tally(len(confirmed), len(missing), len(untold))
 
-    async def _places(self, message: Detections, kept: Sequence[Detection]) -> Sequence[Point3D | None]:
-        senses = self._senses
-        if senses is None or not kept:
-            return [None] * len(kept)
-        size = (message.image_width_px, message.image_height_px)
-        try:
-            async with asyncio.timeout(self._settings.senses_timeout_s):
-                return await asyncio.gather(
-                    *(senses.locate(_query(one.bbox_xyxy, size, message.stamp_s)) for one in kept)
-                )
-        except TimeoutError:
-            return [None] * len(kept)
-
-    async def _sight(self, look: Look, wanted: Sequence[Expected]) -> tuple[dict[int, float], OccupancyGrid | None]:
+    async def _sight(
+        self, look: Look, wanted: Sequence[Expected]
+    ) -> tuple[dict[int, Measurement], OccupancyGrid | None]:
         """How far one sees towards each thing that is not in the picture, by its id, and the map."""
         absent = [one for one in wanted if not seen_in(one, look)][:DEPTHS_MAX]
         if not absent:
             return {}, None
         if look.ranges_m is not None:
-            ranges = {one.thing.id: range_towards(one, look) for one in absent}
-            return {number: range_m for number, range_m in ranges.items() if range_m is not None}, None
+            return {one.thing.id: Measurement(depth_m=range_towards(one, look)) for one in absent}, None
         senses = self._senses
         if senses is None:
             return {}, None
-        size = (look.image_width_px, look.image_height_px)
         try:
             async with asyncio.timeout(self._settings.senses_timeout_s):
                 ground = await senses.ground()
                 asked = [one for one in absent if ground is None or clear(ground, look.pose, one.thing)]
-                depths = await asyncio.gather(*(senses.depth_m(_query(one.box, size, look.stamp_s)) for one in asked))
+                found = await senses.localize(_request(asked, look)) if asked else ()
         except TimeoutError:
             return {}, None
-        found = zip(asked, depths, strict=True)
-        return {one.thing.id: depth_m for one, depth_m in found if depth_m is not None}, ground
+        return {one.thing.id: measured for one, measured in zip(asked, found or (), strict=False)}, ground
 
 
 def _around(pose: Pose2D) -> Area:
@@ -115,21 +101,23 @@ def _around(pose: Pose2D) -> Area:
     return Area(x_min=x - AROUND_M, y_min=y - AROUND_M, x_max=x + AROUND_M, y_max=y + AROUND_M)
 
 
-def _observations(
-    message: Detections, pose: Pose2D, kept: Sequence[Detection], places: Sequence[Point3D | None]
-) -> tuple[Observation, ...]:
-    return tuple(
-        Observation(
-            label=one.label,
-            confidence=one.confidence,
-            pose=pose,
-            stamp_s=message.stamp_s,
-            colour=one.colour if (one.colour or "").isprintable() else None,
-            position=place,
-        )
-        for one, place in zip(kept, places, strict=True)
+def _observation(message: Detections, pose: Pose2D, one: Detection) -> Observation:
+    measured = one.measurement or Measurement()
+    return Observation(
+        label=one.label,
+        confidence=one.confidence,
+        pose=pose,
+        stamp_s=message.stamp_s,
+        colour=one.colour if (one.colour or "").isprintable() else None,
+        position=measured.map_point,
+        sigma_m=measured.sigma_m,
     )
 
 
-def _query(box: tuple[float, float, float, float], size: tuple[int, int], stamp_s: float) -> BoxQuery:
-    return BoxQuery(bbox_xyxy=box, image_width_px=size[0], image_height_px=size[1], stamp_s=stamp_s)
+def _request(asked: Sequence[Expected], look: Look) -> LocalizeRequest:
+    return LocalizeRequest(
+        boxes_xyxy=tuple(one.box for one in asked),
+        image_width_px=look.image_width_px,
+        image_height_px=look.image_height_px,
+        stamp_s=look.stamp_s,
+    )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from contracts.geometry import Pose2D
+from contracts.measuring import Measurement
 from contracts.memory import Look
 from geometry.grids import OccupancyGrid
 from memory.belief import detectability
@@ -83,9 +84,8 @@ def covered(one: Expected, look: Look) -> bool:
     )
 
 
-def hidden_by_depth(one: Expected, depth_m: float) -> bool:
+def hidden_by_depth(one: Expected, depth_m: float, sigma_m: float) -> bool:
     """`depth_m` is what was measured in its direction, along the optical axis."""
-    sigma_m = 0.012 * min(depth_m, one.at.ahead_m) ** 3.461
     return depth_m < one.at.ahead_m - max(HIDDEN_M, 2.0 * sigma_m)
 
 
@@ -109,7 +109,10 @@ def clear(ground: OccupancyGrid, pose: Pose2D, thing: Thing) -> bool:
 
 
 def judged(
-    look: Look, wanted: Sequence[Expected], depth_m: Callable[[Expected], float | None], ground: OccupancyGrid | None
+    look: Look,
+    wanted: Sequence[Expected],
+    measured: Callable[[Expected], Measurement | None],
+    ground: OccupancyGrid | None,
 ) -> tuple[list[Expected], list[Expected], list[Expected]]:
     """(seen, missing, untold). Hidden or ambiguous is untold; so is what neither depth nor a map can tell."""
     seen: list[Expected] = []
@@ -118,18 +121,18 @@ def judged(
     for one in wanted:
         if seen_in(one, look):
             seen.append(one)
-        elif covered(one, look) or not _in_sight(one, look, depth_m(one), ground):
+        elif covered(one, look) or not _in_sight(one, look, measured(one), ground):
             untold.append(one)
         else:
             missing.append(one)
     return seen, missing, untold
 
 
-def _in_sight(one: Expected, look: Look, depth_m: float | None, ground: OccupancyGrid | None) -> bool:
+def _in_sight(one: Expected, look: Look, measured: Measurement | None, ground: OccupancyGrid | None) -> bool:
     if ground is not None and not clear(ground, look.pose, one.thing):
         return False
-    if depth_m is not None:
-        return not hidden_by_depth(one, depth_m)
+    if measured is not None and measured.depth_m is not None:
+        return not hidden_by_depth(one, measured.depth_m, measured.sigma_m or 0.0)
     return ground is not None
 
 

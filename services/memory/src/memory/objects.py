@@ -16,6 +16,8 @@ from memory.class_priors import kind_of
 LOCALISED_M_MAX = 3.0
 """Depth farther away than this is noise (requirement A9)."""
 POSE_SIGMA_M = 0.06
+UNKNOWN_SIGMA_M = 0.1
+"""Of a place that comes without its own."""
 SIGMA_MIN_M = 0.03
 DRIFT_M = 0.02
 """Added before each sighting, so that a thing follows a map that drifts."""
@@ -133,7 +135,7 @@ def first_seen(observation: Observation, position: Point3D, number: int) -> Thin
         x=position.x,
         y=position.y,
         z=position.z,
-        variance_m2=_variance_m2(observation, position),
+        variance_m2=_variance_m2(observation),
         belief=after_sighting(FIRST, observation.confidence),
         believed_s=observation.stamp_s,
         confidence=observation.confidence,
@@ -190,7 +192,7 @@ def _cost(observation: Observation, thing: Thing) -> float:
     radius_m = kind_of(thing.label).radius_m
     if away_m > radius_m + GATE_M_MAX:
         return math.inf
-    sigma_m = math.sqrt(thing.variance_m2 + _variance_m2(observation, position))
+    sigma_m = math.sqrt(thing.variance_m2 + _variance_m2(observation))
     gate_m = radius_m + min(GATE_M_MAX, max(0.0, 2.0 * sigma_m - radius_m))
     handicap = (
         OTHER_COLOUR if None not in {observation.colour, thing.colour} and (observation.colour != thing.colour) else 0.0
@@ -201,7 +203,7 @@ def _cost(observation: Observation, thing: Thing) -> float:
 def _moved_towards(thing: Thing, observation: Observation, position: Point3D) -> Thing:
     """A scalar Kalman step: the surer of the two counts more."""
     before = thing.variance_m2 + DRIFT_M**2
-    new = _variance_m2(observation, position)
+    new = _variance_m2(observation)
     gain = before / (before + new)
     return replace(
         thing,
@@ -212,10 +214,10 @@ def _moved_towards(thing: Thing, observation: Observation, position: Point3D) ->
     )
 
 
-def _variance_m2(observation: Observation, position: Point3D) -> float:
-    """Of the place: stereo depth (1.2 cm at 1 m, 28.6 cm at 2.5 m, requirement A9) and the robot's own pose."""
-    depth_m = 0.012 * _distance_m(observation.pose, position) ** 3.461
-    return depth_m**2 + POSE_SIGMA_M**2
+def _variance_m2(observation: Observation) -> float:
+    """Of the place: the measurement's, and the robot's own pose."""
+    sigma_m = observation.sigma_m if observation.sigma_m is not None else UNKNOWN_SIGMA_M
+    return sigma_m**2 + POSE_SIGMA_M**2
 
 
 def _distance_m(pose: Pose2D, position: Point3D) -> float:

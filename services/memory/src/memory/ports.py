@@ -4,9 +4,10 @@ from collections.abc import AsyncGenerator, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from contracts.geometry import Point3D, Pose2D
+from contracts.geometry import Pose2D
+from contracts.measuring import LocalizeRequest, Measurement
 from contracts.memory import Area, ForgetRequest, LabelCount, View
-from contracts.robot import BoxQuery, KnownMap
+from contracts.robot import KnownMap
 from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
 from memory.objects import Thing
@@ -182,12 +183,8 @@ class Store(Protocol):
 class Senses(Protocol):
     """robot_bridge. Every method answers none where it cannot be had now, and within a second."""
 
-    async def locate(self, box: BoxQuery) -> Point3D | None:
-        """What the box shows, in map."""
-        ...
-
-    async def depth_m(self, box: BoxQuery) -> float | None:
-        """How far it is to the nearest thing in the box."""
+    async def localize(self, request: LocalizeRequest) -> Sequence[Measurement] | None:
+        """How far it is to the nearest thing in each box."""
         ...
 
     async def ground(self) -> OccupancyGrid | None:

@@ -13,13 +13,11 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, RotateRequest
 from contracts.problem import Dependency
 from contracts.robot import (
-    BoxQuery,
     EmergencyStop,
     EmergencyStopReply,
     EmergencyStopRequest,
     Goal,
     GoalRequest,
-    LocalizeReply,
     Map,
     PathReply,
     PathRequest,
@@ -163,9 +161,6 @@ class BridgeRobot:
     async def emergency_stop(self, reason: str) -> EmergencyStop:
         request = EmergencyStopRequest(reason=reason, by=SOURCE)
         return (await self._client.post("/emergency-stop", request, EmergencyStopReply, timeout_s=STOP_S)).state
-
-    async def localize(self, box: BoxQuery) -> LocalizeReply:
-        return await self._client.post("/localize", box, LocalizeReply)
 
     async def undock(self, *, timeout_s: float) -> BaseReply:
         path = f"/undock?session_id={self._session()}"

@@ -4,8 +4,9 @@ more where looking is possible, and drives the rest straight on odometry ("Geome
 
 import math
 
+from contracts.measuring import Measurement
 from contracts.mission import EventKind, MissionState
-from contracts.robot import GoalStatus, LocalizeReply
+from contracts.robot import GoalStatus
 from coordinator.core.activities import AwaitingFrame, ChoosingPath, Driving, Measuring, Navigating, Rotating, Stage
 from coordinator.core.approach_poses import approach_candidates, surface_distance_m, target_in_base, too_near_for_a_goal
 from coordinator.core.centering import set_aside
@@ -157,7 +158,7 @@ def _turned(context: StepContext, stage: Stage) -> None:
             _finish(context)
 
 
-def _measured(context: StepContext, stage: Stage, reply: LocalizeReply) -> None:
+def _measured(context: StepContext, stage: Stage, reply: Measurement) -> None:
     """Takes the new place where it is near the old one. Of one that jumps a second has to say the same to count:
     either it, or what was believed so far, is wrong.
     """

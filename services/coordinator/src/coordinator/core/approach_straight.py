@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from contracts.geometry import Twist2D
+from contracts.measuring import Measurement
 from contracts.mission import MissionState
 from contracts.motion import MotionEnd
-from contracts.robot import LocalizeReply
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import Steering
@@ -93,7 +93,7 @@ def _seen(context: StepContext, seen: Detections) -> None:
         context.transition_to(MissionState.CENTERING, "no longer centred: turning to it again")
 
 
-def _measured(context: StepContext, reply: LocalizeReply) -> None:
+def _measured(context: StepContext, reply: Measurement) -> None:
     take_measurement(context, reply)
     if reply.distance_m is not None and reply.distance_m <= context.rules.reach_m:
         context.stop_motion()

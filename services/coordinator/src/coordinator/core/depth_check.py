@@ -1,12 +1,12 @@
 """DEPTH_CHECK: standing still, measuring how far, and asking the three votes (requirements A9 to A11)."""
 
+from contracts.measuring import Measurement
 from contracts.mission import EventKind, MissionState
-from contracts.robot import LocalizeReply
 from contracts.vision import Validation, Verdict, Vote
 from coordinator.core import actions as do
 from coordinator.core.activities import AwaitingFrame, Measuring, Validating
 from coordinator.core.centering import back_to_search
-from coordinator.core.depth_consensus import agreed, sigma_m
+from coordinator.core.depth_consensus import agreed
 from coordinator.core.events import DetectionsSeen, Event, Localized
 from coordinator.core.events import Validated as ValidatedEvent
 from coordinator.core.geometry import base_to_frame
@@ -69,12 +69,12 @@ def _measured(context: StepContext) -> None:
         )
 
 
-def take_measurement(context: StepContext, reply: LocalizeReply) -> None:
+def take_measurement(context: StepContext, reply: Measurement) -> None:
     """Keeps the place of the newest measurement that is not much worse than the best so far."""
     reply = plausible(reply, context.rules)
     if reply.distance_m is None:
         return
-    sigma, odometry = sigma_m(reply.distance_m), context.mission.robot.odometry
+    sigma, odometry = reply.sigma_m or 0.0, context.mission.robot.odometry
     context.update_candidate(distance_m=reply.distance_m, measured_s=context.now_s)
     if context.candidate.map_xy is not None and sigma > 1.5 * context.candidate.sigma_m + 0.03:
         return
@@ -112,7 +112,7 @@ def _unmeasured(context: StepContext) -> None:
     box = context.candidate.sighting.box
     x0, y0, x1, y1 = box.bbox_xyxy
     share = (x1 - x0) * (y1 - y0) / (box.image_width_px * box.image_height_px)
-    why = context.candidate.samples[-1].reason if context.candidate.samples else ""
+    why = context.candidate.samples[-1].text if context.candidate.samples else ""
     context.log_event(EventKind.DEPTH, f"no distance could be measured ({why or 'no depth in the box'})")
     if share >= NEAR_BOX_SHARE:
         _ask(context)

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
+from contracts.measuring import Measurement
 from contracts.mission import LastSeen, MapTrouble
 from contracts.motion import BaseEnd, MotionEnd
-from contracts.robot import GoalStatus, LocalizeReply
+from contracts.robot import GoalStatus
 from contracts.vision import Detections, Target, Validation
 from coordinator.core.mission import FIRST, Order, SearchPose
 
@@ -141,7 +142,7 @@ class MotionEnded:
 @dataclass(frozen=True, slots=True)
 class Localized:
     call: int
-    reply: LocalizeReply
+    reply: Measurement
 
 
 @dataclass(frozen=True, slots=True)

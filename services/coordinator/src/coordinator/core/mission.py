@@ -3,10 +3,11 @@
 from dataclasses import dataclass, field
 
 from contracts.geometry import Pose2D
+from contracts.measuring import Measurement
 from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import LastSeen, MapTrouble, MissionKind, MissionState, Outcome, Report, SeenInstead
 from contracts.motion import MotionEnd
-from contracts.robot import BoxQuery, LocalizeReply
+from contracts.robot import BoxQuery
 from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Idle, Paused, Stage
 from coordinator.core.rules import Rules
@@ -72,7 +73,7 @@ class Candidate:
     """Pictures that named another colour in its place, less those that named the one asked for."""
     centered: int = 0
     rounds: int = 0
-    samples: tuple[LocalizeReply, ...] = ()
+    samples: tuple[Measurement, ...] = ()
     distance_m: float | None = None
     measured_s: float = 0.0
     sigma_m: float = 0.0

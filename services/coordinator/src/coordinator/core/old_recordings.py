@@ -51,9 +51,19 @@ def translated_step(form: int, step: dict[str, Any]) -> dict[str, Any]:
         return step
     event: dict[str, Any] = step["event"]
     event = event | {"is": EVENTS.get(event["is"], event["is"])}
+    if event["is"] == "Localized":
+        event = event | {"reply": _measurement(event["reply"])}
     if form == 1 and event["is"] == "MotionEnded":
         event = _typed_end(event)
     return step | {"event": event}
+
+
+def _measurement(reply: dict[str, Any]) -> dict[str, Any]:
+    """Until form 2 robot_bridge did not say how sure a distance is: the core had the requirements' formula (A9)."""
+    distance_m = reply["distance_m"]
+    sigma_m = 0.012 * distance_m**3.461 if distance_m is not None else None
+    kept = {name: value for name, value in reply.items() if name != "reason"}
+    return kept | {"sigma_m": sigma_m, "text": reply["reason"]}
 
 
 def _typed_end(event: dict[str, Any]) -> dict[str, Any]:

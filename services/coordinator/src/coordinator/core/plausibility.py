@@ -3,7 +3,8 @@
 import math
 from dataclasses import replace
 
-from contracts.robot import GoalStatus, LocalizeReply
+from contracts.measuring import Measurement, NotMeasured, not_measured
+from contracts.robot import GoalStatus
 from contracts.vision import Validation, Verdict
 from coordinator.core.activities import Navigating
 from coordinator.core.events import GoalEnded
@@ -28,12 +29,12 @@ def checked_arrival(mission: Mission, event: GoalEnded) -> GoalEnded:
     return replace(event, status=GoalStatus.ABORTED, error=f"said it arrived, but stands {off_m:.1f} m from there")
 
 
-def plausible(reply: LocalizeReply, rules: Rules) -> LocalizeReply:
+def plausible(reply: Measurement, rules: Rules) -> Measurement:
     """The reply, or no measurement where it claims a distance that depth cannot give."""
     distance_m = reply.distance_m
     if distance_m is None or 0.0 < distance_m <= rules.depth_m_max:
         return reply
-    return LocalizeReply(distance_m=None, bearing_rad=reply.bearing_rad, reason=f"{distance_m:.1f} m is no distance")
+    return not_measured(NotMeasured.IMPLAUSIBLE, f"{distance_m:.1f} m is no distance")
 
 
 def is_confirmed(validation: Validation, rules: Rules) -> bool:

@@ -24,6 +24,7 @@ from coordinator.core import recording
 from coordinator.core.mission import Mission
 from coordinator.core.step import step
 from coordinator.coverage.explored_space import Explored
+from coordinator.execution.box_measurements import BoxMeasurements
 from coordinator.execution.look_reporter import Looks
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
 from coordinator.execution.motion_client import Motions
@@ -69,6 +70,7 @@ class Runner:
             bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
             target=lambda: mission_target(self.mission),
         )  # fmt: skip
+        self._measured = BoxMeasurements()
         self._recorded = ""
 
     def start(self) -> None:
@@ -144,6 +146,7 @@ class Runner:
         self._motions.heard(goal)
 
     async def _on_detections(self, seen: Detections) -> None:
+        self._measured.take(seen)
         self.feed(ev.DetectionsSeen(seen))
 
     # what goes out
@@ -225,7 +228,7 @@ class Runner:
                 case do.ChoosePath():
                     return await self._choose_path(action)
                 case do.Localize(call=call, box=box):
-                    return ev.Localized(call, await self._robot.localize(box))
+                    return ev.Localized(call, self._measured.of(box))
                 case do.Validate(call=call, target=target, box=box):
                     request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
                     return ev.Validated(call, await self._eyes.validate(request, timeout_s=action.timeout_s))

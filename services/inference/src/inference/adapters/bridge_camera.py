@@ -8,6 +8,7 @@ from pydantic import Field, TypeAdapter
 
 from contracts.base import StampS
 from contracts.geometry import Pose2D
+from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement
 from inference.ports import Frame
 from mesh.errors import UpstreamError
 from mesh.http import ServiceClient
@@ -29,6 +30,12 @@ class BridgeCamera:
         if response.status_code == NO_CONTENT:
             return None
         return frame_of(response.headers, response.content)
+
+    async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
+        reply = await self._client.post("/localize", request, LocalizeReply)
+        if len(reply.measurements) != len(request.boxes_xyxy):
+            raise UpstreamError(SERVICE, 200, "not one measurement a box")
+        return reply.measurements
 
     async def aclose(self) -> None:
         await self._client.aclose()

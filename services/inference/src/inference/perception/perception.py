@@ -8,6 +8,7 @@ import numpy as np
 import structlog
 from prometheus_client import Counter
 
+from contracts.measuring import LocalizeRequest, NotMeasured, not_measured
 from contracts.mission import MissionTarget
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS, VISION_OBJECT_SPOTTED
 from contracts.vision import Detection, Detections, ObjectSpotted, Target
@@ -27,6 +28,7 @@ FRAMES = Counter("inference_frames_total", "camera frames looked at")
 TROUBLES = Counter(
     "inference_perception_troubles_total", "rounds of the perception loop that came to nothing", ["kind"]
 )
+UNMEASURED = Counter("inference_frames_unmeasured_total", "frames whose boxes robot_bridge did not measure in time")
 
 PAUSE_S = 0.5
 """Between attempts while the bridge is away."""
@@ -95,11 +97,12 @@ class Perception:
         sight = await self.models.see(frame.jpeg, target, shrink=self._shrunk, own=True)
         image, look = sight.image, sight.look
         x, y = self._scale(image)
-        found = tuple(scaled(one, x, y) for one in look.detections)
+        size_px = (image.shape[1], image.shape[0])
+        found = await self._measured(tuple(scaled(one, x, y) for one in look.detections), frame.stamp_s, size_px)
         seen = Detections(
             stamp_s=frame.stamp_s,
-            image_width_px=image.shape[1],
-            image_height_px=image.shape[0],
+            image_width_px=size_px[0],
+            image_height_px=size_px[1],
             pose=frame.pose,
             detections=found,
             model=look.model,
@@ -113,6 +116,31 @@ class Perception:
         FRAMES.inc()
         drawn = await asyncio.to_thread(self._drawn, image, found, target)
         await self.annotated.put(frame.stamp_s, drawn)
+
+    async def _measured(
+        self, found: tuple[Detection, ...], stamp_s: float, size_px: tuple[int, int]
+    ) -> tuple[Detection, ...]:
+        """The detections with their places: one call a frame, and never waited for beyond its bound."""
+        if not found:
+            return found
+        request = LocalizeRequest(
+            boxes_xyxy=tuple(one.bbox_xyxy for one in found),
+            image_width_px=size_px[0],
+            image_height_px=size_px[1],
+            stamp_s=stamp_s,
+        )
+        limit_s = self.settings.localize_timeout_s
+        try:
+            async with asyncio.timeout(limit_s):
+                measurements = await self.camera.localize(request)
+        except (MeshError, TimeoutError) as error:
+            text = error.detail if isinstance(error, MeshError) else f"no answer within {limit_s:g} s"
+            UNMEASURED.inc()
+            measurements = (not_measured(NotMeasured.NOT_ANSWERED, text),) * len(found)
+        return tuple(
+            one.model_copy(update={"measurement": measurement})
+            for one, measurement in zip(found, measurements, strict=True)
+        )
 
     async def _announce(self, seen: Detections, target: Target) -> None:
         """At most every 0.5 s of frame time; a clock that went back counts as a new time."""

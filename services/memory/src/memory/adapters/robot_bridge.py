@@ -1,13 +1,12 @@
 """robot_bridge's depth and map over HTTP; while it is away nobody waits for it."""
 
-from typing import TypeVar
+from collections.abc import Sequence
 
 import httpx
 import structlog
 
-from contracts.base import Message
-from contracts.geometry import Point3D
-from contracts.robot import BoxQuery, DepthReply, KnownMap, LocalizeReply, Map
+from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement
+from contracts.robot import KnownMap, Map
 from geometry.grids import MapError, OccupancyGrid, decode
 from geometry.places import content_id, sketch_of
 from mesh.clock import Clock
@@ -15,8 +14,6 @@ from mesh.errors import MeshError, UpstreamError
 from mesh.http import ServiceClient
 
 log = structlog.get_logger()
-
-M = TypeVar("M", bound=Message)
 
 AWAY_S = 2.0
 """After a failure nothing is asked for so long."""
@@ -40,13 +37,18 @@ class RobotBridge:
     async def aclose(self) -> None:
         await self._client.aclose()
 
-    async def locate(self, box: BoxQuery) -> Point3D | None:
-        reply = await self._ask("/localize", box, LocalizeReply)
-        return reply.map_point if reply is not None else None
-
-    async def depth_m(self, box: BoxQuery) -> float | None:
-        reply = await self._ask("/depth", box, DepthReply)
-        return reply.distance_m if reply is not None else None
+    async def localize(self, request: LocalizeRequest) -> Sequence[Measurement] | None:
+        """None, and nothing is asked for a while, where the bridge is away; a refusal concerns this picture alone."""
+        if self._away():
+            return None
+        try:
+            reply = await self._client.post("/localize", request, LocalizeReply)
+        except UpstreamError:
+            return None
+        except MeshError:
+            self._away_until_s = self._clock.now_s() + AWAY_S
+            return None
+        return reply.measurements if len(reply.measurements) == len(request.boxes_xyxy) else None
 
     async def ground(self) -> OccupancyGrid | None:
         await self._refresh()
@@ -69,18 +71,6 @@ class RobotBridge:
                 self._map = found
         except (MeshError, MapError) as error:
             log.warning("no map", error=str(error))
-
-    async def _ask(self, path: str, box: BoxQuery, reply: type[M]) -> M | None:
-        """None, and nothing is asked for a while, where the bridge is away; a refusal concerns this box alone."""
-        if self._away():
-            return None
-        try:
-            return await self._client.post(path, box, reply)
-        except UpstreamError:
-            return None
-        except MeshError:
-            self._away_until_s = self._clock.now_s() + AWAY_S
-            return None
 
     def _away(self) -> bool:
         return self._clock.now_s() < self._away_until_s

@@ -2,7 +2,8 @@
 
 from fastapi import APIRouter
 
-from contracts.robot import BoxQuery, DepthReply, LocalizeReply
+from contracts.measuring import LocalizeReply, LocalizeRequest
+from contracts.robot import BoxQuery, DepthReply
 from robot_bridge.routes.deps import BridgeDep
 from robot_bridge.sensing.object_localizer import ObjectLocalizer
 
@@ -16,9 +17,9 @@ async def depth(query: BoxQuery, bridge: BridgeDep) -> DepthReply:
 
 
 @router.post("/localize")
-async def localize(query: BoxQuery, bridge: BridgeDep) -> LocalizeReply:
-    """Where what the box shows is: bearing, horizontal distance, and the point in base_link and map."""
-    return await _measuring(bridge).localize(query)
+async def localize(request: LocalizeRequest, bridge: BridgeDep) -> LocalizeReply:
+    """Where the things in the boxes of a picture are: bearing, distance, the point in base_link and map, or why not."""
+    return await _measuring(bridge).localize(request)
 
 
 def _measuring(bridge: BridgeDep) -> ObjectLocalizer:

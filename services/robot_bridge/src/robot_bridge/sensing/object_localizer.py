@@ -5,11 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contracts.robot import BoxQuery, DepthReply, LocalizeReply, Sighting
+from contracts.base import BboxXyxy
+from contracts.geometry import Pose2D
+from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement, NotMeasured, not_measured
+from contracts.robot import BoxQuery, DepthReply, Sighting
 from contracts.vision import ObjectSpotted
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
-from robot_bridge.sensing.depth import Measured, core, depths_in_box, localise, measure, scaled_box
+from robot_bridge.sensing.depth import Box, Measured, core, depths_in_box, localise, measure, noise_m, scaled_box
 from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
 from robot_bridge.sensing.transforms import Matrix, compose, in_map, inverse, upright
 
@@ -24,11 +27,15 @@ class ObjectLocalizer:
     image_age_s_max: float
 
     async def depth(self, query: BoxQuery) -> DepthReply:
-        colour, box = self._camera(query)
-        measured, image = await self._measure(query, colour, box)
-        if image is None:
-            return DepthReply(distance_m=None, reason=measured.reason)
-        age_s = abs(image.stamp_s - query.stamp_s) if query.stamp_s is not None else self._depth_age_s()
+        size_px = (query.image_width_px, query.image_height_px)
+        if refused := _refused(query.bbox_xyxy, size_px):
+            raise UnprocessableError(refused.text)
+        colour = self._colour(size_px)
+        view = self._depth_view(query.stamp_s, colour)
+        if isinstance(view, str):
+            return DepthReply(distance_m=None, reason=view)
+        measured = await asyncio.to_thread(view.measured, _scaled(query.bbox_xyxy, size_px, colour))
+        age_s = abs(view.image.stamp_s - query.stamp_s) if query.stamp_s is not None else self._depth_age_s()
         return DepthReply(
             distance_m=measured.distance_m,
             spread_m=measured.spread_m,
@@ -38,69 +45,53 @@ class ObjectLocalizer:
             reason=measured.reason,
         )
 
-    async def localize(self, query: BoxQuery) -> LocalizeReply:
-        colour, box = self._camera(query)
-        measured, image = await self._measure(query, colour, box)
+    async def localize(self, request: LocalizeRequest) -> LocalizeReply:
+        """One measurement a box. Raises `UnavailableError` where no box at all can be measured."""
+        size_px = (request.image_width_px, request.image_height_px)
+        colour = self._colour(size_px)
+        view = self._depth_view(request.stamp_s, colour)
         mount = self.senses.frames.in_base(colour.frame_id)
         if mount is None:
             raise UnavailableError("tf", f"no transform leads from base_link to {colour.frame_id}")
-        place = localise(box, measured.distance_m, colour, mount)
-        stamp_s = query.stamp_s if query.stamp_s is not None else image.stamp_s if image is not None else None
+        stamp_s = request.stamp_s if request.stamp_s is not None or isinstance(view, str) else view.image.stamp_s
         robot = self.senses.poses.at(stamp_s) if stamp_s is not None else self.senses.poses.newest()
-        reason = measured.reason
-        if place.base_point is not None and robot is None:
-            reason = "the robot's pose at that time is not known"
-        return LocalizeReply(
-            distance_m=place.distance_m,
-            bearing_rad=place.bearing_rad,
-            base_point=place.base_point,
-            map_point=in_map(robot, place.base_point) if robot is not None and place.base_point is not None else None,
-            reason=reason,
-        )
+
+        def measurements() -> tuple[Measurement, ...]:
+            return tuple(
+                _refused(box, size_px) or _measurement(_scaled(box, size_px, colour), colour, mount, view, robot)
+                for box in request.boxes_xyxy
+            )
+
+        return LocalizeReply(measurements=await asyncio.to_thread(measurements))
 
     async def sighting(self, spotted: ObjectSpotted) -> Sighting:
-        """How far, and where, what was spotted is; raises nothing: what cannot be measured has a reason."""
-        query = BoxQuery(
-            bbox_xyxy=spotted.detection.bbox_xyxy,
-            image_width_px=spotted.image_width_px,
-            image_height_px=spotted.image_height_px,
-            stamp_s=spotted.stamp_s,
-        )
-        try:
-            found = await self.localize(query)
-        except (UnavailableError, UnprocessableError) as error:
-            return Sighting(stamp_s=spotted.stamp_s, label=spotted.target.label, reason=error.detail)
+        """How far, and where, what was spotted is, as inference had it measured."""
+        found = spotted.detection.measurement or not_measured(NotMeasured.NOT_ANSWERED, "nobody measured it")
         return Sighting(
             stamp_s=spotted.stamp_s,
             label=spotted.target.label,
             distance_m=found.distance_m,
             bearing_rad=found.bearing_rad,
             map_point=found.map_point,
-            reason=found.reason,
+            reason=found.text,
         )
 
-    def _camera(self, query: BoxQuery) -> tuple[Intrinsics, tuple[float, float, float, float]]:
-        x_min, y_min, x_max, y_max = query.bbox_xyxy
-        if not (x_max > x_min and y_max > y_min):
-            raise UnprocessableError("the box has no area (x_min, y_min, x_max, y_max in pixels)")
-        if x_max <= 0 or y_max <= 0 or x_min >= query.image_width_px or y_min >= query.image_height_px:
-            raise UnprocessableError("the box lies outside the picture")
+    def _colour(self, size_px: tuple[int, int]) -> Intrinsics:
+        """Of the colour camera; raises where it is not known, or where its picture has another shape than `size_px`."""
         colour = self.senses.rgb_intrinsics.value
         if colour is None:
             why = self.senses.reception.why_none("rgb_info", "no camera_info has been received")
             raise UnavailableError("rgb_info", why)
-        size = (query.image_width_px, query.image_height_px)
-        if why := colour.why_not_of(*size):
+        if why := colour.why_not_of(*size_px):
             picture = self.senses.rgb.value
             if picture is not None and not colour.why_not_of(*picture.size_px):
                 raise UnprocessableError(why)  # the camera is well: it is not its picture that was asked about
             raise UnavailableError("rgb_info", why)
-        return colour, scaled_box(query.bbox_xyxy, size, (colour.width_px, colour.height_px))
+        return colour
 
-    async def _measure(
-        self, query: BoxQuery, colour: Intrinsics, box: tuple[float, float, float, float]
-    ) -> tuple[Measured, DepthImage | None]:
-        image = self.senses.depth_history.nearest(query.stamp_s)
+    def _depth_view(self, stamp_s: float | None, colour: Intrinsics) -> "DepthView | str":
+        """The depth image of that time as the colour camera sees it, or why there is none."""
+        image = self.senses.depth_history.nearest(stamp_s)
         camera = self.senses.depth_intrinsics.value
         age_s = self._depth_age_s()
         reception = self.senses.reception
@@ -111,16 +102,14 @@ class ObjectLocalizer:
             raise UnavailableError("depth", reception.why_none("depth", "no depth image has been received"))
         if why := camera.why_not_of(*image.size_px):
             raise UnavailableError("depth_info", why)
-        if query.stamp_s is None and age_s > self.image_age_s_max:
-            why = reception.why_none("depth", f"the newest depth image is {age_s:.1f} s old")
-            return Measured(None, None, 0, why), None
-        if query.stamp_s is not None and abs(image.stamp_s - query.stamp_s) > self.match_s_max:
-            apart_s = abs(image.stamp_s - query.stamp_s)
-            return Measured(None, None, 0, f"the nearest depth image is {apart_s:.1f} s away from the picture"), None
+        if stamp_s is None and age_s > self.image_age_s_max:
+            return reception.why_none("depth", f"the newest depth image is {age_s:.1f} s old")
+        if stamp_s is not None and abs(image.stamp_s - stamp_s) > self.match_s_max:
+            return f"the nearest depth image is {abs(image.stamp_s - stamp_s):.1f} s away from the picture"
         height_px, width_px = image.depth_m.shape
         camera = camera.scaled_to(width_px, height_px)
-        moved = self._registration(camera.frame_id, image.stamp_s, colour.frame_id, query.stamp_s)
-        return await asyncio.to_thread(_near, image, core(box), colour, camera, moved), image
+        moved = self._registration(camera.frame_id, image.stamp_s, colour.frame_id, stamp_s)
+        return DepthView(image, colour, camera, moved)
 
     def _registration(
         self, depth_frame: str, depth_s: float, colour_frame: str, colour_s: float | None
@@ -145,11 +134,50 @@ class ObjectLocalizer:
         return self.senses.depth.age_s(self.clock.now_s())
 
 
-def _near(
-    image: DepthImage,
-    box: tuple[float, float, float, float],
-    colour: Intrinsics,
-    camera: Intrinsics,
-    moved: Matrix | None,
-) -> Measured:
-    return measure(depths_in_box(image.depth_m, box, colour, camera, moved))
+@dataclass(frozen=True, slots=True)
+class DepthView:
+    """A depth image and how it lies in the colour picture."""
+
+    image: DepthImage
+    colour: Intrinsics
+    camera: Intrinsics
+    moved: Matrix | None
+
+    def measured(self, box: Box) -> Measured:
+        return measure(depths_in_box(self.image.depth_m, core(box), self.colour, self.camera, self.moved))
+
+
+def _refused(box: BboxXyxy, size_px: tuple[int, int]) -> Measurement | None:
+    x_min, y_min, x_max, y_max = box
+    if not (x_max > x_min and y_max > y_min):
+        return not_measured(NotMeasured.NO_AREA, "the box has no area (x_min, y_min, x_max, y_max in pixels)")
+    if x_max <= 0 or y_max <= 0 or x_min >= size_px[0] or y_min >= size_px[1]:
+        return not_measured(NotMeasured.OUTSIDE_PICTURE, "the box lies outside the picture")
+    return None
+
+
+def _scaled(box: BboxXyxy, size_px: tuple[int, int], colour: Intrinsics) -> Box:
+    return scaled_box(box, size_px, (colour.width_px, colour.height_px))
+
+
+def _measurement(
+    box: Box, colour: Intrinsics, mount: Matrix, view: DepthView | str, robot: Pose2D | None
+) -> Measurement:
+    measured = Measured(None, None, 0, view) if isinstance(view, str) else view.measured(box)
+    depth_m = measured.distance_m
+    place = localise(box, depth_m, colour, mount)
+    cause, text = None, measured.reason
+    if depth_m is None:
+        cause = NotMeasured.NO_DEPTH_IMAGE if isinstance(view, str) else NotMeasured.NO_DEPTH
+    elif robot is None:
+        cause, text = NotMeasured.NO_POSE, "the robot's pose at that time is not known"
+    return Measurement(
+        distance_m=place.distance_m,
+        depth_m=depth_m,
+        sigma_m=noise_m(depth_m) if depth_m is not None else None,
+        bearing_rad=place.bearing_rad,
+        base_point=place.base_point,
+        map_point=in_map(robot, place.base_point) if robot is not None and place.base_point is not None else None,
+        cause=cause,
+        text=text,
+    )
