@@ -25,7 +25,7 @@ from contracts.geometry import Pose2D
 from coordinator.core.rules import Rules
 from coordinator.coverage.lawnmower import lawnmower
 from coordinator.coverage.viewpoints import viewpoints
-from coordinator.coverage.visibility import Lookouts  # noqa: F401 - loaded before the clock runs
+from coordinator.coverage.visibility import VisibilityIndex  # noqa: F401 - loaded before the clock runs
 from coordinator.execution import mission_runner
 
 SIZES_M = ((10, 8), (20, 16), (30, 30), (50, 50), (70, 70), (100, 100))

@@ -16,10 +16,10 @@ from bench.missions.scenario import Scenario, remembered_views
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
 from contracts.vision import ParsedTask
+from coordinator.adapters.interrupted import interrupted
 from coordinator.app import create_app
-from coordinator.commands.mission_service import Missions
+from coordinator.commands.mission_service import MissionService
 from coordinator.core.states import RESTING
-from coordinator.queue.interrupted import interrupted
 from coordinator.settings import Settings
 from mesh.errors import MeshError
 from support.memory_log import MemoryLog
@@ -59,15 +59,15 @@ class Stage:
     settings: Settings
     log: MemoryLog
     run: Run
-    missions: Missions | None = None
+    missions: MissionService | None = None
     quiet_since_s: float = float("inf")
     quiet_from: Pose2D | None = None
 
     @contextlib.asynccontextmanager
-    async def coordinator(self) -> AsyncGenerator[Missions]:
+    async def coordinator(self) -> AsyncGenerator[MissionService]:
         """The service from its composition root, without HTTP; leaving the block is its death."""
         app = create_app(
-            self.settings, bus=self.bus, robot=self.bridge, eyes=self.eyes, memory=self.memory, log=self.log,
+            self.settings, bus=self.bus, robot=self.bridge, inference=self.eyes, memory=self.memory, log=self.log,
             clock=SimulatedClock(), on_death=lambda: self.run.problems.append("crash: a background task died"),
         )  # fmt: skip
         async with app.router.lifespan_context(app) as state:
@@ -166,12 +166,12 @@ async def _lived(stage: Stage) -> None:
         await _reborn(stage, mission_id)
 
 
-async def _started(missions: Missions, run: Run) -> str:
+async def _started(missions: MissionService, run: Run) -> str:
     begun = await missions.start(run.scenario.command)
     return begun.id
 
 
-async def _rested(stage: Stage, missions: Missions) -> None:
+async def _rested(stage: Stage, missions: MissionService) -> None:
     """After its ending a mission leaves the coordinator IDLE, or stopped while the stop is latched."""
     state = missions.runner.mission.state
     stopped = stage.bridge.stop.latched and state is MissionState.EMERGENCY_STOP
@@ -184,7 +184,7 @@ async def _reborn(stage: Stage, mission_id: str) -> None:
     await asyncio.sleep(2.0)
     left = await stage.log.get(mission_id)
     if left is not None and left.outcome is None:
-        stage.log.put(interrupted(left, asyncio.get_running_loop().time()))
+        stage.log.upsert(interrupted(left, asyncio.get_running_loop().time()))
     async with stage.coordinator() as missions:
         await asyncio.sleep(AFTER_S)
         if missions.runner.mission.state not in {MissionState.IDLE, MissionState.EMERGENCY_STOP}:
@@ -192,7 +192,7 @@ async def _reborn(stage: Stage, mission_id: str) -> None:
         stage.run.mission = await missions.get(mission_id)
 
 
-async def _whims(stage: Stage, missions: Missions, mission_id: str, began_s: float) -> None:
+async def _whims(stage: Stage, missions: MissionService, mission_id: str, began_s: float) -> None:
     """What the person does, and when."""
     faults = stage.run.scenario.faults
 

@@ -67,7 +67,7 @@ PURE = {
         "celebration",
     ),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
-    "vocabulary": ("folding", "groups", "languages", "moods", "orders", "restrictions"),
+    "vocabulary": ("folding", "groups", "labels", "languages", "moods", "orders", "restrictions"),
     "ui": ("latest_facts", "notifications", "overlay", "page_model", "suggestions", "teleoperation", "timeline_lines"),
 }
 """The one table. A name stands for the module or for everything in the package."""

@@ -15,7 +15,7 @@ from coordinator.app import create_app
 from coordinator.ports import MissionLog
 from coordinator.settings import Settings
 from support.bus import MemoryBus
-from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, Thing, World
+from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, Thing, World
 from support.fake_clock import FakeClock
 from support.memory_log import MemoryLog
 
@@ -25,7 +25,7 @@ class Mesh:
     client: httpx.AsyncClient
     world: World
     robot: FakeRobot
-    eyes: FakeEyes
+    inference: FakeInference
     memory: FakeMemory
     clock: FakeClock
     bus: MemoryBus
@@ -91,13 +91,13 @@ async def opened_mesh(
 ) -> AsyncIterator[Mesh]:
     clock, bus = FakeClock(), MemoryBus()
     world = World(clock, bus, things=list(things), keep_out=list(keep_out), colours_unknown=colours_unknown)
-    robot, eyes, memory = FakeRobot(world), FakeEyes(world), FakeMemory(views)
+    robot, inference, memory = FakeRobot(world), FakeInference(world), FakeMemory(views)
     deaths: list[str] = []
     app = create_app(
         Settings.model_validate(settings),
         bus=bus,
         robot=robot,
-        eyes=eyes,
+        inference=inference,
         memory=memory,
         clock=clock,
         log=MemoryLog() if log is None else log,
@@ -108,7 +108,7 @@ async def opened_mesh(
         transport = httpx.ASGITransport(app=manager.app)
         async with httpx.AsyncClient(transport=transport, base_url="http://coordinator") as client:
             await clock.advance(0.3)
-            yield Mesh(client, world, robot, eyes, memory, clock, bus, running)
+            yield Mesh(client, world, robot, inference, memory, clock, bus, running)
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
     assert deaths == []

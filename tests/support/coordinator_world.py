@@ -420,7 +420,7 @@ def _drove(end: MotionEnd, metres: float) -> DriveReply:
     return DriveReply(end=end, driven_m=metres, text=end.sentence)
 
 
-class FakeEyes:
+class FakeInference:
     """The port `Eyes`: reads '<verb> the <colour> <label>', and votes by what really stands in the box."""
 
     def __init__(self, world: World) -> None:

@@ -5,7 +5,7 @@ from collections.abc import AsyncIterator
 
 from contracts.mission import Mission, MissionEvent
 from contracts.problem import Dependency
-from coordinator.adapters.tail import Tail
+from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
 from mesh.errors import NotFoundError
 
@@ -15,7 +15,7 @@ class MemoryLog:
 
     def __init__(self) -> None:
         self._missions: OrderedDict[str, Mission] = OrderedDict()
-        self._tail = Tail(1_000_000)
+        self._tail = EventTail(1_000_000)
         self._recordings: defaultdict[str, list[str]] = defaultdict(list)
         self._pictures: dict[tuple[str, int], bytes] = {}
         self._requests: dict[str, KnownRequest] = {}
@@ -24,7 +24,7 @@ class MemoryLog:
     def next_event_id(self) -> int:
         return self._tail.events[-1].id + 1 if self._tail.events else 0
 
-    def put(self, mission: Mission) -> None:
+    def upsert(self, mission: Mission) -> None:
         self._missions[mission.id] = mission
 
     def append(self, event: MissionEvent) -> None:
@@ -39,7 +39,7 @@ class MemoryLog:
     def keep_request(self, key: str, request: KnownRequest) -> None:
         self._requests[key] = request
 
-    async def saved(self) -> None:
+    async def flushed(self) -> None:
         pass
 
     async def get(self, mission_id: str) -> Mission | None:

@@ -15,7 +15,7 @@ import structlog
 
 from contracts.vision import ParsedTask, ParseTaskRequest
 from support.coordinator_mesh import opened_mesh
-from support.coordinator_world import FakeEyes, Thing
+from support.coordinator_world import FakeInference, Thing
 
 SAID = (
     "stop",
@@ -32,7 +32,7 @@ SAID = (
 ROUNDS = 20
 
 
-async def hangs(_: FakeEyes, request: ParseTaskRequest) -> ParsedTask:
+async def hangs(_: FakeInference, request: ParseTaskRequest) -> ParsedTask:
     await asyncio.Event().wait()
     raise AssertionError(request)
 
@@ -41,16 +41,16 @@ async def took_ms() -> tuple[list[float], list[float]]:
     """On the wall, and of this process's own time, sorted."""
     found: list[float] = []
     own: list[float] = []
-    real = FakeEyes.parse_task
+    real = FakeInference.parse_task
     for text in SAID * ROUNDS:
         async with opened_mesh(Thing("bottle", "red", 8.0, 6.5)) as mesh:
             await mesh.post_mission()
-            FakeEyes.parse_task, mesh.memory.away = hangs, True
+            FakeInference.parse_task, mesh.memory.away = hangs, True
             began_s, began_own_s = time.perf_counter(), time.process_time()
             answer = await mesh.client.post("/missions", json={"command": text})
             found.append((time.perf_counter() - began_s) * 1000.0)
             own.append((time.process_time() - began_own_s) * 1000.0)
-            FakeEyes.parse_task = real
+            FakeInference.parse_task = real
             assert answer.json()["still"], answer.text
     return sorted(found), sorted(own)
 

@@ -100,17 +100,17 @@ async def test_a_memory_that_is_away_is_said_to_be(open_mesh: OpenMesh) -> None:
 async def test_a_model_phrases_the_facts_and_is_named(open_mesh: OpenMesh) -> None:
     async with open_mesh() as mesh:
         mesh.memory.things = KITCHEN
-        mesh.eyes.words = "Your red bottle was at x 8.5 m, y 6.5 m, 10 minutes ago."
+        mesh.inference.words = "Your red bottle was at x 8.5 m, y 6.5 m, 10 minutes ago."
         answer = await ask(mesh, "where is my red bottle?")
-        assert (answer.answer, answer.phrased_by) == (mesh.eyes.words, "openai:test")
-        assert mesh.eyes.reasoned[0].facts == tuple(record.text for record in answer.records)
+        assert (answer.answer, answer.phrased_by) == (mesh.inference.words, "openai:test")
+        assert mesh.inference.reasoned[0].facts == tuple(record.text for record in answer.records)
 
 
 @pytest.mark.parametrize("words", ["It is at x 99 m.", "Found.\x07\x1b[2J", "  "])
 async def test_what_the_facts_do_not_hold_is_not_said(open_mesh: OpenMesh, words: str) -> None:
     async with open_mesh() as mesh:
         mesh.memory.things = KITCHEN
-        mesh.eyes.words = words
+        mesh.inference.words = words
         answer = await ask(mesh, "where is my red bottle?")
         assert answer.phrased_by == "template"
         assert "8.5 m" in answer.answer
@@ -119,7 +119,7 @@ async def test_what_the_facts_do_not_hold_is_not_said(open_mesh: OpenMesh, words
 async def test_no_question_moves_the_robot(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED) as mesh:
         mesh.memory.things = KITCHEN
-        mesh.eyes.words = "DRIVE forward 2 m; call /velocity; navigate to 1 1"
+        mesh.inference.words = "DRIVE forward 2 m; call /velocity; navigate to 1 1"
         for question in ("drive to the kitchen", "find the red bottle", "POST /velocity", "go to the dock", "stop"):
             await ask(mesh, question)
         await mesh.clock.advance(10.0)

@@ -35,7 +35,10 @@ async def test_found_says_where_how_far_on_which_votes_and_shows_it(open_mesh: O
         assert [vote.verdict.value for vote in found.votes] == ["yes", "yes", "abstain"]
         assert found.distance_m == mission.measured_distance_m
         assert found.picture is not None
-        assert await shown(mesh, mission.id, found.picture) == mesh.eyes.pictures[f"validation-{mesh.eyes.validations}"]
+        assert (
+            await shown(mesh, mission.id, found.picture)
+            == mesh.inference.pictures[f"validation-{mesh.inference.validations}"]
+        )
 
 
 async def test_not_found_says_how_much_was_looked_at_where_it_was_last_seen_and_what_was_seen_instead(
@@ -58,7 +61,7 @@ async def test_not_found_says_how_much_was_looked_at_where_it_was_last_seen_and_
 
 async def test_unsure_names_its_candidates_with_their_votes_and_pictures(open_mesh: OpenMesh) -> None:
     async with open_mesh(BLUE, colours_unknown=True) as mesh:
-        mesh.eyes.narrow = True
+        mesh.inference.narrow = True
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.UNSURE
         assert mission.report is not None
@@ -68,19 +71,19 @@ async def test_unsure_names_its_candidates_with_their_votes_and_pictures(open_me
         assert best.votes
         assert best.place is not None
         assert best.picture is not None
-        assert await shown(mesh, mission.id, best.picture) in mesh.eyes.pictures.values()
+        assert await shown(mesh, mission.id, best.picture) in mesh.inference.pictures.values()
 
 
 async def test_a_confirmation_with_a_single_yes_is_none(open_mesh: OpenMesh) -> None:
     async with open_mesh(BLUE, colours_unknown=True) as mesh:
-        mesh.eyes.lies = True
+        mesh.inference.lies = True
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome in {Outcome.NOT_FOUND, Outcome.UNSURE}
 
 
 async def test_what_nobody_could_judge_stays_in_doubt_with_its_place(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED) as mesh:
-        mesh.eyes.fail_next = 1000
+        mesh.inference.fail_next = 1000
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.UNSURE
         assert mission.report is not None

@@ -97,7 +97,7 @@ async def test_a_memory_that_is_away_costs_its_hints_and_nothing_more(open_mesh:
 
 async def test_inference_that_cannot_read_a_command_is_503_and_starts_nothing(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED) as mesh:
-        mesh.eyes.reads = False
+        mesh.inference.reads = False
         answer = await mesh.client.post("/missions", json={"command": "find the red bottle"})
         assert answer.status_code == 503
         assert "inference" in answer.json()["detail"]

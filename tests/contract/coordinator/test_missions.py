@@ -64,7 +64,7 @@ async def test_a_house_without_it_is_searched_and_the_share_is_told(open_mesh: O
         assert "% of the free space" in mission.reason
         last = (await mesh.timeline(mission.id))[-1]
         assert last.data["looked_share"] > 0.9
-        assert mesh.eyes.validations == 0
+        assert mesh.inference.validations == 0
 
 
 async def test_a_remembered_view_is_tried_first_and_saves_the_search(open_mesh: OpenMesh) -> None:
@@ -94,7 +94,7 @@ async def test_error_104_is_answered_by_another_try_from_where_it_stands(open_me
 
 async def test_a_narrow_refusal_makes_the_ending_unsure_with_its_votes(open_mesh: OpenMesh) -> None:
     async with open_mesh(BLUE, colours_unknown=True) as mesh:
-        mesh.eyes.narrow = True
+        mesh.inference.narrow = True
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.UNSURE
         assert mission.votes
@@ -122,7 +122,7 @@ async def test_passing_failures_of_every_service_are_outlived(open_mesh: OpenMes
         mesh.memory.away = True
         mesh.robot.fail_next = {"map": 1, "path": 1, "navigate": 1, "rotate": 2, "drive": 1}
         mesh.world.unmeasured = 1
-        mesh.eyes.fail_next = 1
+        mesh.inference.fail_next = 1
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.FOUND
 

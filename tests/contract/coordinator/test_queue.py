@@ -51,7 +51,7 @@ async def test_a_second_mission_waits_and_begins_when_the_first_is_over(open_mes
 
 async def test_one_command_with_two_things_makes_two_missions_in_the_order_said(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED, CUP) as mesh:
-        mesh.eyes.parse = BOTH
+        mesh.inference.parse = BOTH
         first = await ask(mesh, "find the red bottle, then the blue cup")
         assert (first.part, first.parts, first.target and first.target.label) == (1, 2, "bottle")
         assert (await mesh.until_over(first.id)).outcome is Outcome.FOUND
@@ -65,7 +65,7 @@ async def test_one_command_with_two_things_makes_two_missions_in_the_order_said(
 async def test_what_is_not_known_of_several_things_is_left_out_and_told(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED) as mesh:
         unknown = ParsedTarget(said="my unicorn", yolo_class="none", parser="rules")
-        mesh.eyes.parse = BOTH.model_copy(update={"targets": (BOTH.targets[0], unknown)})
+        mesh.inference.parse = BOTH.model_copy(update={"targets": (BOTH.targets[0], unknown)})
         mission = await ask(mesh, "find the red bottle and my unicorn")
         assert mission.parts == 1
         assert "my unicorn" in (await mesh.timeline(mission.id))[0].text
@@ -139,7 +139,7 @@ async def test_a_full_queue_is_429_and_takes_all_of_a_command_or_nothing(open_me
     async with open_mesh(RED, queue_max=2) as mesh:
         for _ in range(2):
             await ask(mesh)
-        mesh.eyes.parse = BOTH
+        mesh.inference.parse = BOTH
         answer = await mesh.client.post("/missions", json={"command": "find the red bottle, then the blue cup"})
         assert answer.status_code == 429
         assert len((await status(mesh)).queue) == 1

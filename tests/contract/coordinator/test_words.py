@@ -13,7 +13,7 @@ from inference.language.providers import Providers
 from inference.parsing.task_parsing import Reader
 from mesh.clock import SystemClock
 from support.coordinator_mesh import Mesh, opened_mesh
-from support.coordinator_world import FakeEyes, Thing
+from support.coordinator_world import FakeInference, Thing
 
 BOTTLE = Thing("bottle", "red", 8.0, 6.5)
 STOPS = ("stop", "stop!", "halt", "wait, stop", "cancel that", "stop moving", "no, stop it", "freeze", "that's enough",
@@ -24,7 +24,7 @@ STOPPED_WITHIN_S = 0.2
 """Of this process's own time, so that a busy machine does not count."""
 
 
-class Reading(FakeEyes):
+class Reading(FakeInference):
     """Reads as the service does by its rules."""
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
@@ -34,7 +34,7 @@ class Reading(FakeEyes):
 
 @pytest.fixture(autouse=True)
 def _eyes_that_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(FakeEyes, "parse_task", Reading.parse_task)
+    monkeypatch.setattr(FakeInference, "parse_task", Reading.parse_task)
 
 
 async def said(mesh: Mesh, text: str) -> Heard:
@@ -62,7 +62,7 @@ async def test_what_a_person_says_to_end_it_ends_it_though_nobody_else_answers(
     async with opened_mesh(BOTTLE) as mesh:
         running = await under_way(mesh)
         later = await mesh.post_mission("find the bottle")
-        monkeypatch.setattr(FakeEyes, "parse_task", lambda *_: asyncio.Event().wait())
+        monkeypatch.setattr(FakeInference, "parse_task", lambda *_: asyncio.Event().wait())
         mesh.memory.away = True
         began_s = time.process_time()
         heard = await said(mesh, text)
@@ -80,13 +80,13 @@ async def test_a_stop_does_not_wait_for_a_command_that_is_being_read_and_that_ne
 ) -> None:
     async with opened_mesh(BOTTLE) as mesh:
         reads = asyncio.Event()
-        real = FakeEyes.parse_task
+        real = FakeInference.parse_task
 
-        async def slow(self: FakeEyes, request: ParseTaskRequest) -> ParsedTask:
+        async def slow(self: FakeInference, request: ParseTaskRequest) -> ParsedTask:
             await reads.wait()
             return await real(self, request)
 
-        monkeypatch.setattr(FakeEyes, "parse_task", slow)
+        monkeypatch.setattr(FakeInference, "parse_task", slow)
         asking = asyncio.create_task(mesh.client.post("/missions", json={"command": "find the red bottle"}))
         waiting = asyncio.create_task(mesh.client.post("/missions", json={"command": "find the cup"}))
         await mesh.clock.advance(0.5)
@@ -212,11 +212,11 @@ async def test_nothing_of_the_peoples_table_sets_out_that_did_not_ask_to() -> No
 async def test_a_model_cannot_turn_a_denial_into_a_search_nor_name_what_was_not_asked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    async def lies(self: FakeEyes, request: ParseTaskRequest) -> ParsedTask:
+    async def lies(self: FakeInference, request: ParseTaskRequest) -> ParsedTask:
         claim = {"yolo_class": "cup", "description": "cup", "parser": "ollama:lies"}
         return ParsedTask.model_validate(claim | {"targets": (claim | {"said": "find the cup"},)})
 
-    monkeypatch.setattr(FakeEyes, "parse_task", lies)
+    monkeypatch.setattr(FakeInference, "parse_task", lies)
     async with opened_mesh(BOTTLE) as mesh:
         assert (await refused(mesh, "don't find the cup"))[0] == Mood.DENIED
         assert (await said(mesh, "stop")).mood is Mood.STOP

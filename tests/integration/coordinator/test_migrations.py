@@ -19,7 +19,7 @@ from coordinator.adapters.tables import metadata
 from coordinator.app import create_app
 from coordinator.settings import Settings
 from support.bus import MemoryBus
-from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, World
+from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, World
 from support.fake_clock import FakeClock
 
 VERSION_1 = """
@@ -75,7 +75,12 @@ async def ready(path: Path) -> httpx.Response:
     clock, bus = FakeClock(), MemoryBus()
     world = World(clock, bus)
     app = create_app(
-        settings(path), bus=bus, robot=FakeRobot(world), eyes=FakeEyes(world), memory=FakeMemory(), clock=clock
+        settings(path),
+        bus=bus,
+        robot=FakeRobot(world),
+        inference=FakeInference(world),
+        memory=FakeMemory(),
+        clock=clock,
     )
     async with (
         LifespanManager(app) as manager,

@@ -65,8 +65,8 @@ async def take(log: MissionLog, after: int | None, count: int) -> list[int]:
 
 async def test_what_was_put_is_read_back_and_replaced_by_its_id(opened: Opened) -> None:
     async with opened() as log:
-        log.put(mission("a"))
-        log.put(mission("a", Outcome.FOUND))
+        log.upsert(mission("a"))
+        log.upsert(mission("a", Outcome.FOUND))
         found = await log.get("a")
         assert found is not None
         assert found.outcome is Outcome.FOUND
@@ -77,8 +77,8 @@ async def test_what_was_put_is_read_back_and_replaced_by_its_id(opened: Opened) 
 async def test_missions_come_newest_first_and_a_change_does_not_reorder_them(opened: Opened) -> None:
     async with opened() as log:
         for name in "abcd":
-            log.put(mission(name))
-        log.put(mission("a", Outcome.FOUND))
+            log.upsert(mission(name))
+        log.upsert(mission("a", Outcome.FOUND))
         assert [one.id for one in await log.newest(2)] == ["d", "c"]
         assert [one.id for one in await log.newest(2, before="c")] == ["b", "a"]
         with pytest.raises(NotFoundError):
@@ -108,7 +108,7 @@ async def test_a_follower_gets_what_it_missed_and_then_what_comes(opened: Opened
 
 async def test_recordings_pictures_and_requests_are_kept(opened: Opened) -> None:
     async with opened() as log:
-        log.put(mission("a"))
+        log.upsert(mission("a"))
         for k in range(3):
             log.record("a", f'{{"line": {k}}}')
         log.keep_picture("a", 0, b"jpeg")
@@ -123,12 +123,12 @@ async def test_recordings_pictures_and_requests_are_kept(opened: Opened) -> None
 
 async def test_after_a_restart_what_ran_or_waited_is_interrupted_and_what_was_over_is_not(tmp_path: Path) -> None:
     async with sqlite_log(tmp_path / "missions.db") as log:
-        log.put(mission("over", Outcome.FOUND))
-        log.put(mission("ran", state=MissionState.SCANNING, paused=True))
-        log.put(mission("waited", queue_position=0))
+        log.upsert(mission("over", Outcome.FOUND))
+        log.upsert(mission("ran", state=MissionState.SCANNING, paused=True))
+        log.upsert(mission("waited", queue_position=0))
         log.append(event(0, "ran"))
         log.append(event(1, "ran"))
-        await log.saved()
+        await log.flushed()
     async with sqlite_log(tmp_path / "missions.db") as log:
         found = {one.id: one for one in await log.newest(10)}
         assert [found[name].outcome for name in ("over", "ran", "waited")] == [
@@ -152,7 +152,7 @@ WRITTEN_BEFORE = (
 
 async def test_a_history_written_before_ends_were_types_still_opens(tmp_path: Path) -> None:
     async with sqlite_log(tmp_path / "missions.db") as log:
-        await log.saved()
+        await log.flushed()
     report = {"text": "aborted", "cause": "emergency stop: smoke", "found": None, "candidates": []}
     record = {"id": "old", "command": "find it", "state": "IDLE", "outcome": "aborted", "reason": "aborted",
               "started_s": 1.0, "ended_s": 2.0, "report": report}  # fmt: skip
@@ -171,7 +171,7 @@ async def test_a_history_written_before_ends_were_types_still_opens(tmp_path: Pa
 
 async def test_a_second_restart_changes_nothing_more(tmp_path: Path) -> None:
     async with sqlite_log(tmp_path / "missions.db") as log:
-        log.put(mission("ran"))
+        log.upsert(mission("ran"))
     for _ in range(2):
         async with sqlite_log(tmp_path / "missions.db") as log:
             assert len(await log.events("ran", after=-1, limit=10)) == 1
@@ -187,12 +187,12 @@ async def test_a_follower_reads_from_the_file_what_has_left_the_memory(tmp_path:
 async def test_the_oldest_are_forgotten(tmp_path: Path) -> None:
     async with sqlite_log(tmp_path / "missions.db", missions_kept=3, recordings_kept=1, events_kept=100) as log:
         for k, name in enumerate("abcde"):
-            log.put(mission(name))
+            log.upsert(mission(name))
             log.record(name, "{}")
             for number in range(40):
                 log.append(event(k * 40 + number, name))
-            await log.saved()
-            log.put(mission(name, Outcome.FOUND))
+            await log.flushed()
+            log.upsert(mission(name, Outcome.FOUND))
         assert [one.id for one in await log.newest(10)] == ["e", "d", "c"]
         assert (await log.recording("c"), await log.recording("e")) == ((), ("{}",))
         assert await log.events("a", after=-1, limit=10) == ()
@@ -212,7 +212,7 @@ async def test_a_file_that_is_locked_at_the_start_is_opened_later(
     monkeypatch.setattr(sqlite_log_module, "OPEN_AGAIN_S", 0.01)
     path = tmp_path / "missions.db"
     async with sqlite_log(path) as log:
-        log.put(mission("ran"))
+        log.upsert(mission("ran"))
     other = sqlite3.connect(path, isolation_level=None)
     other.execute("BEGIN EXCLUSIVE")
     async with sqlite_log(path, busy_timeout_s=0.05) as log:
@@ -233,18 +233,18 @@ async def test_a_file_that_is_locked_at_the_start_is_opened_later(
 async def test_while_the_file_is_locked_nothing_is_lost_and_its_trouble_is_named(tmp_path: Path) -> None:
     path = tmp_path / "missions.db"
     async with sqlite_log(path, busy_timeout_s=0.05) as log:
-        log.put(mission("a"))
-        await log.saved()
+        log.upsert(mission("a"))
+        await log.flushed()
         other = sqlite3.connect(path, isolation_level=None)
         other.execute("BEGIN IMMEDIATE")
-        log.put(mission("a", Outcome.FOUND))
+        log.upsert(mission("a", Outcome.FOUND))
         log.append(event(0))
 
         async def well() -> bool:
             return (await log.dependency()).ok
 
         with pytest.raises(UnavailableError):
-            await log.saved()
+            await log.flushed()
         assert not await well()
         recent = await log.get("a")
         assert recent is not None

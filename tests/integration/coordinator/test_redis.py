@@ -23,7 +23,7 @@ from coordinator.settings import Settings
 from mesh.bus import RedisBus, open_bus
 from mesh.clock import SystemClock
 from support.bus import MemoryBus
-from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, Thing, World
+from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, Thing, World
 from support.memory_log import MemoryLog
 from support.served import served
 from support.waiting import until, until_true
@@ -53,7 +53,7 @@ async def rig(redis_url: str) -> AsyncIterator[Rig]:
     app = create_app(
         Settings(redis_url=redis_url, scan_speed_rad_s=1.9),
         robot=FakeRobot(world),
-        eyes=FakeEyes(world),
+        inference=FakeInference(world),
         memory=FakeMemory(),
         log=MemoryLog(),
     )

@@ -16,7 +16,7 @@ from coordinator.core import recording
 from coordinator.settings import Settings
 from mesh.clock import SystemClock
 from support.bus import MemoryBus
-from support.coordinator_world import FakeEyes, FakeMemory, FakeRobot, World
+from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, World
 from support.served import served
 from support.waiting import until_true
 
@@ -42,10 +42,10 @@ class Life:
 async def one_life(path: Path) -> AsyncIterator[Life]:
     clock, bus = SystemClock(), MemoryBus()
     world = World(clock, bus)  # type: ignore[arg-type]
-    eyes = FakeEyes(world)
-    eyes.parse = TWO
+    inference = FakeInference(world)
+    inference.parse = TWO
     settings = Settings.model_validate({"database_url": f"sqlite:///{path}"})
-    app = create_app(settings, bus=bus, robot=FakeRobot(world), eyes=eyes, memory=FakeMemory())
+    app = create_app(settings, bus=bus, robot=FakeRobot(world), inference=inference, memory=FakeMemory())
     async with served(app) as url, httpx.AsyncClient(base_url=url, trust_env=False) as client:
         running = asyncio.create_task(world.run())
         try:

@@ -18,7 +18,7 @@ from mesh.clock import SystemClock
 from mesh.errors import UpstreamError
 from mesh.tasks import Tasks
 from support.bus import MemoryBus
-from support.coordinator_world import FakeEyes, FakeMemory, World
+from support.coordinator_world import FakeInference, FakeMemory, World
 from support.coordinator_world import FakeRobot as CoordinatorsRobot
 from support.fake_clock import FakeClock
 from support.fake_robot import FakeRobot as ToyBehindTheBridge
@@ -65,7 +65,7 @@ async def the_coordinator() -> AsyncIterator[Coordinator]:
         coordinator.settings.Settings(),
         bus=bus,
         robot=CoordinatorsRobot(world),
-        eyes=FakeEyes(world),
+        inference=FakeInference(world),
         memory=FakeMemory(()),
         clock=clock,
         log=MemoryLog(),

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from contracts.geometry import Pose2D
-from coordinator.coverage.coverage_tracker import SeenSpace
+from coordinator.coverage.coverage_tracker import CoverageTracker
 from coordinator.coverage.lawnmower import clearance_cells, lawnmower, safe_cells
 from coordinator.coverage.untyped import label_regions
 from coordinator.coverage.viewpoints import two_opt, viewpoints
@@ -99,7 +99,7 @@ def test_a_full_map_has_no_points() -> None:
 def test_viewpoints_see_nearly_everything_from_fewer_places() -> None:
     grid = rooms(2, 2, 80, 18)
     plan = viewpoints(grid, start=Pose2D(x=0.0, y=-1.0, yaw=0.0), reach_m=REACH_M)
-    space = SeenSpace(grid)
+    space = CoverageTracker(grid)
     for pose in plan.points:
         space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
     assert space.share >= 0.95
@@ -110,7 +110,7 @@ def test_no_room_of_a_large_floor_is_lost() -> None:
     side = 60
     grid = rooms(14, 14, side, 16)
     plan = viewpoints(grid, start=Pose2D(x=0.0, y=-1.0, yaw=0.0), reach_m=REACH_M, points_max=5000)
-    space = SeenSpace(grid)
+    space = CoverageTracker(grid)
     for pose in plan.points:
         space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
     seen = space.seen.reshape(14, side, 14, side).sum(axis=(1, 3))
@@ -125,7 +125,7 @@ def test_a_closet_beside_the_lattice_is_looked_into() -> None:
     free[36:58, 104:126] = True
     grid = grid_of(free)
     plan = viewpoints(grid, start=Pose2D(x=0.0, y=0.0, yaw=0.0), reach_m=REACH_M)
-    space = SeenSpace(grid)
+    space = CoverageTracker(grid)
     for pose in plan.points:
         space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
     closet = np.s_[36:58, 104:126]
@@ -134,7 +134,7 @@ def test_a_closet_beside_the_lattice_is_looked_into() -> None:
 
 def test_viewpoints_leave_out_what_was_seen() -> None:
     grid = rooms(1, 2, 80, 18)
-    space = SeenSpace(grid)
+    space = CoverageTracker(grid)
     space.seen[:, :80] = True
     plan = viewpoints(grid, start=None, reach_m=REACH_M, seen=space.seen)
     everything = viewpoints(grid, start=None, reach_m=REACH_M)
@@ -167,7 +167,7 @@ def test_the_first_viewpoint_is_near_the_robot() -> None:
 
 def test_walls_hide_what_is_behind_them() -> None:
     grid = rooms(1, 2, 80, 0)
-    space = SeenSpace(grid)
+    space = CoverageTracker(grid)
     space.mark(Pose2D(x=2.7, y=0.0, yaw=0.0), hfov_rad=6.2832, reach_m=REACH_M)
     assert space.seen[:, :78].any()
     assert not space.seen[:, 82:].any()
@@ -175,7 +175,7 @@ def test_walls_hide_what_is_behind_them() -> None:
 
 def test_the_camera_sees_a_wedge_not_a_disc() -> None:
     grid = rooms(1, 1, 100, 0)
-    space = SeenSpace(grid)
+    space = CoverageTracker(grid)
     space.mark(Pose2D(x=1.5, y=0.5, yaw=0.0), hfov_rad=0.94, reach_m=1.0)
     row, column = grid.cell(1.5, 0.5) or (0, 0)
     assert space.seen[row, column + 15]

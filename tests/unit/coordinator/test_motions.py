@@ -8,7 +8,7 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalStatus
-from coordinator.execution.motion_client import Motions
+from coordinator.execution.motion_client import MotionClient
 from coordinator.ports import Robot
 from mesh.errors import UnavailableError
 from mesh.tasks import Tasks
@@ -49,7 +49,7 @@ class Bridge:
 class Bench:
     def __init__(self, tasks: Tasks) -> None:
         self.bridge, self.clock = Bridge(), FakeClock()
-        self.motions = Motions(
+        self.motions = MotionClient(
             cast("Robot", self.bridge), self.clock, lambda work: tasks.start("call", work, forever=False),
             goal_poll_s=1.0, on_lease=lambda held: None,
         )  # fmt: skip
@@ -59,7 +59,7 @@ class Bench:
             try:
                 await self.motions.navigate(pose, 10.0, 0)
             except UnavailableError:
-                self.motions.doubt(0)
+                self.motions.mark_uncertain(0)
 
         self.motions.start(work)
 

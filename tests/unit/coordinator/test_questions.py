@@ -3,29 +3,30 @@
 import pytest
 
 from contracts.asking import About
-from coordinator.questions.parsed_question import Asked, label_in, understand
+from coordinator.questions.parsed_question import ParsedQuestion, parse_question
+from vocabulary.labels import label_in
 
 
 @pytest.mark.parametrize(
     ("question", "asked"),
     [
-        ("Where did you last see my mug?", Asked(About.LAST_SEEN, "cup")),
-        ("where are the red bottles", Asked(About.LAST_SEEN, "bottle", "red")),
-        ("Have you seen my phone?", Asked(About.LAST_SEEN, "cell phone")),
-        ("Where did you last see my keys?", Asked(About.LAST_SEEN)),
-        ("when did you see the teddy bear", Asked(About.LAST_SEEN, "teddy bear")),
-        ("What is in the kitchen?", Asked(About.CONTENTS, room="kitchen")),
-        ("what do you remember", Asked(About.CONTENTS)),
-        ("What are you doing?", Asked(About.DOING)),
-        ("did you find the cup", Asked(About.HISTORY, "cup")),
-        ("How full is the battery?", Asked(About.BATTERY)),
-        ("sing a song", Asked(About.UNKNOWN)),
-        ("", Asked(About.UNKNOWN)),
-        ("where is the orange", Asked(About.LAST_SEEN, "orange")),
+        ("Where did you last see my mug?", ParsedQuestion(About.LAST_SEEN, "cup")),
+        ("where are the red bottles", ParsedQuestion(About.LAST_SEEN, "bottle", "red")),
+        ("Have you seen my phone?", ParsedQuestion(About.LAST_SEEN, "cell phone")),
+        ("Where did you last see my keys?", ParsedQuestion(About.LAST_SEEN)),
+        ("when did you see the teddy bear", ParsedQuestion(About.LAST_SEEN, "teddy bear")),
+        ("What is in the kitchen?", ParsedQuestion(About.CONTENTS, room="kitchen")),
+        ("what do you remember", ParsedQuestion(About.CONTENTS)),
+        ("What are you doing?", ParsedQuestion(About.DOING)),
+        ("did you find the cup", ParsedQuestion(About.HISTORY, "cup")),
+        ("How full is the battery?", ParsedQuestion(About.BATTERY)),
+        ("sing a song", ParsedQuestion(About.UNKNOWN)),
+        ("", ParsedQuestion(About.UNKNOWN)),
+        ("where is the orange", ParsedQuestion(About.LAST_SEEN, "orange")),
     ],
 )
-def test_a_question_is_read_by_its_words(question: str, asked: Asked) -> None:
-    assert understand(question) == asked
+def test_a_question_is_read_by_its_words(question: str, asked: ParsedQuestion) -> None:
+    assert parse_question(question) == asked
 
 
 @pytest.mark.parametrize(

@@ -7,17 +7,17 @@ from typing import TypedDict
 from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
-from coordinator.adapters.inference import InferenceEyes
-from coordinator.adapters.memory import MemoryService
-from coordinator.adapters.robot_bridge import BridgeRobot
+from coordinator.adapters.inference import InferenceClient
+from coordinator.adapters.memory import MemoryClient
+from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.adapters.sqlite_log import SqliteLog
-from coordinator.commands.mission_service import Missions
-from coordinator.execution.dispatcher import Dispatcher
-from coordinator.execution.look_reporter import Looks
-from coordinator.execution.mission_runner import Runner
-from coordinator.ports import Eyes, Memory, MissionLog, Robot
-from coordinator.questions.question_service import Asking
-from coordinator.queue.mission_queue import Queue
+from coordinator.commands.dispatcher import Dispatcher
+from coordinator.commands.mission_service import MissionService
+from coordinator.execution.look_reporter import LookReporter
+from coordinator.execution.mission_runner import MissionRunner
+from coordinator.ports import Inference, Memory, MissionLog, Robot
+from coordinator.questions.question_service import QuestionService
+from coordinator.queue.mission_queue import MissionQueue
 from coordinator.routes import get_missions, router
 from coordinator.settings import Settings
 from mesh.app import make_app
@@ -28,8 +28,8 @@ from vocabulary.moods import read
 
 
 class State(TypedDict):
-    missions: Missions
-    asking: Asking
+    missions: MissionService
+    questions: QuestionService
 
 
 def create_app(
@@ -37,7 +37,7 @@ def create_app(
     *,
     bus: Bus | None = None,
     robot: Robot | None = None,
-    eyes: Eyes | None = None,
+    inference: Inference | None = None,
     memory: Memory | None = None,
     log: MissionLog | None = None,
     clock: Clock | None = None,
@@ -53,23 +53,47 @@ def create_app(
             the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
             the_clock = clock if clock is not None else SystemClock()
             the_robot = robot if robot is not None else _robot(settings, stack)
-            the_eyes = eyes if eyes is not None else _eyes(settings, stack)
+            the_inference = inference if inference is not None else _inference(settings, stack)
             the_memory = memory if memory is not None else _memory(settings, stack)
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
             the_log = log if log is not None else await _log(settings, stack, tasks, the_clock)
-            queue = Queue(settings.queue_max)
-            looks = Looks(the_memory, the_clock, hfov_rad=settings.camera_hfov_rad)
-            runner = Runner(settings=settings, bus=the_bus, robot=the_robot, eyes=the_eyes, log_=the_log,
-                            looks=looks, queue=queue, clock=the_clock, tasks=tasks)  # fmt: skip
+            queue = MissionQueue(settings.queue_max)
+            looks = LookReporter(the_memory, the_clock, hfov_rad=settings.camera_hfov_rad)
+            runner = MissionRunner(
+                settings=settings,
+                bus=the_bus,
+                robot=the_robot,
+                inference=the_inference,
+                log_=the_log,
+                looks=looks,
+                queued=queue.records,
+                clock=the_clock,
+                tasks=tasks,
+            )
             dispatcher = Dispatcher(settings=settings, runner=runner, queue=queue, memory=the_memory, clock=the_clock)
             runner.start()
             tasks.start("dispatch", dispatcher.run())
-            missions = Missions(settings=settings, bus=the_bus, robot=the_robot, eyes=the_eyes, memory=the_memory,
-                                log_=the_log, clock=the_clock, runner=runner, queue=queue,
-                                dispatcher=dispatcher)  # fmt: skip
-            asking = Asking(settings=settings, memory=the_memory, eyes=the_eyes, log_=the_log, runner=runner,
-                            clock=the_clock)  # fmt: skip
-            yield {"missions": missions, "asking": asking}
+            missions = MissionService(
+                settings=settings,
+                bus=the_bus,
+                robot=the_robot,
+                inference=the_inference,
+                memory=the_memory,
+                log_=the_log,
+                clock=the_clock,
+                runner=runner,
+                queue=queue,
+                dispatcher=dispatcher,
+            )
+            questions = QuestionService(
+                settings=settings,
+                memory=the_memory,
+                inference=the_inference,
+                log_=the_log,
+                runner=runner,
+                clock=the_clock,
+            )
+            yield {"missions": missions, "questions": questions}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await (await get_missions(request)).dependencies()
@@ -93,8 +117,8 @@ async def _log(settings: Settings, stack: contextlib.AsyncExitStack, tasks: Task
     return log
 
 
-def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> BridgeRobot:
-    robot = BridgeRobot(
+def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> RobotBridgeClient:
+    robot = RobotBridgeClient(
         settings.robot_bridge_url,
         timeout_s=settings.call_timeout_s,
         heartbeat_s=settings.heartbeat_s,
@@ -104,18 +128,18 @@ def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> BridgeRobot:
     return robot
 
 
-def _eyes(settings: Settings, stack: contextlib.AsyncExitStack) -> InferenceEyes:
-    eyes = InferenceEyes(
+def _inference(settings: Settings, stack: contextlib.AsyncExitStack) -> InferenceClient:
+    inference = InferenceClient(
         settings.inference_url,
         timeout_s=settings.call_timeout_s,
         parse_timeout_s=settings.parse_timeout_s,
         reason_timeout_s=settings.reason_timeout_s,
     )
-    stack.push_async_callback(eyes.aclose)
-    return eyes
+    stack.push_async_callback(inference.aclose)
+    return inference
 
 
-def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryService:
-    memory = MemoryService(settings.memory_url, timeout_s=settings.recall_timeout_s)
+def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryClient:
+    memory = MemoryClient(settings.memory_url, timeout_s=settings.recall_timeout_s)
     stack.push_async_callback(memory.aclose)
     return memory

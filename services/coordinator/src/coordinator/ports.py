@@ -51,7 +51,7 @@ class Robot(Protocol):
     async def dependency(self) -> Dependency: ...
 
 
-class Eyes(Protocol):
+class Inference(Protocol):
     """inference."""
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask: ...
@@ -101,7 +101,7 @@ class MissionLog(Protocol):
     @property
     def next_event_id(self) -> int: ...
 
-    def put(self, mission: Mission) -> None:
+    def upsert(self, mission: Mission) -> None:
         """Adds it, or replaces it by its id."""
         ...
 
@@ -113,7 +113,7 @@ class MissionLog(Protocol):
     def keep_picture(self, mission_id: str, number: int, jpeg: bytes) -> None: ...
     def keep_request(self, key: str, request: KnownRequest) -> None: ...
 
-    async def saved(self) -> None:
+    async def flushed(self) -> None:
         """Returns when everything written so far would survive this process."""
         ...
 

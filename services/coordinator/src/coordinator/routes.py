@@ -10,26 +10,26 @@ from starlette.responses import PlainTextResponse, Response
 
 from contracts.asking import About, Answer, Question
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
-from coordinator.commands.mission_service import Missions
-from coordinator.questions.question_service import Asking
+from coordinator.commands.mission_service import MissionService
+from coordinator.questions.question_service import QuestionService
 from vocabulary.orders import order_in
 
 router = APIRouter()
 
 
-async def get_missions(connection: HTTPConnection) -> Missions:
+async def get_missions(connection: HTTPConnection) -> MissionService:
     """Async, as all of them: FastAPI would send a plain function to another thread and back, on every call."""
-    missions: Missions = connection.state.missions
+    missions: MissionService = connection.state.missions
     return missions
 
 
-async def get_asking(connection: HTTPConnection) -> Asking:
-    asking: Asking = connection.state.asking
-    return asking
+async def get_questions(connection: HTTPConnection) -> QuestionService:
+    questions: QuestionService = connection.state.questions
+    return questions
 
 
-MissionsDep = Annotated[Missions, Depends(get_missions)]
-AskingDep = Annotated[Asking, Depends(get_asking)]
+MissionsDep = Annotated[MissionService, Depends(get_missions)]
+QuestionsDep = Annotated[QuestionService, Depends(get_questions)]
 MissionId = Annotated[str, Path(min_length=1, max_length=64)]
 After = Annotated[int, Query(ge=-1, le=2**53, description="only events with a higher id")]
 
@@ -110,7 +110,7 @@ async def resume(mission_id: MissionId, missions: MissionsDep) -> Mission:
 
 
 @router.post("/ask", tags=["asking"])
-async def ask(body: Question, asking: AskingDep, missions: MissionsDep) -> Answer:
+async def ask(body: Question, questions: QuestionsDep, missions: MissionsDep) -> Answer:
     """An answer from what memory, the missions and the robot know, with the records it rests on. It moves nothing; an
     order ('stop') is obeyed here too.
     """
@@ -118,7 +118,7 @@ async def ask(body: Question, asking: AskingDep, missions: MissionsDep) -> Answe
     if order is not None:
         heard = await missions.orders.obey(order.mood)
         return Answer(answer=heard.text, about=About.DOING, phrased_by="template")
-    return await asking.ask(body.question)
+    return await questions.ask(body.question)
 
 
 @router.get("/state", tags=["state"])
@@ -149,7 +149,7 @@ async def stream(
         await asyncio.gather(sending, leaving, return_exceptions=True)
 
 
-async def _send(socket: WebSocket, missions: Missions, after: int | None) -> None:
+async def _send(socket: WebSocket, missions: MissionService, after: int | None) -> None:
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         async for event in missions.log.follow(after=after):
             await socket.send_text(event.model_dump_json())

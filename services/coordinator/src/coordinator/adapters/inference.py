@@ -7,7 +7,7 @@ from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 
 
-class InferenceEyes:
+class InferenceClient:
     """The port `Eyes`, for real."""
 
     def __init__(self, base_url: str, *, timeout_s: float, parse_timeout_s: float, reason_timeout_s: float) -> None:

@@ -7,7 +7,7 @@ from contracts.problem import Dependency
 from mesh.http import ServiceClient
 
 
-class MemoryService:
+class MemoryClient:
     """The port `Memory`, for real."""
 
     def __init__(self, base_url: str, *, timeout_s: float) -> None:

@@ -44,7 +44,7 @@ class SessionGreeting(Message):
     session_id: str
 
 
-class BridgeRobot:
+class RobotBridgeClient:
     """The port `Robot`, for real."""
 
     def __init__(self, base_url: str, *, timeout_s: float, heartbeat_s: float, reconnect_s: float) -> None:

@@ -12,10 +12,10 @@ from sqlalchemy.dialects.sqlite import insert
 
 from contracts.mission import Mission, MissionEvent
 from contracts.problem import Dependency
+from coordinator.adapters.interrupted import interrupted, line_of
 from coordinator.adapters.tables import MIGRATIONS, events, missions, pictures, recordings, requests
-from coordinator.adapters.tail import Tail
+from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
-from coordinator.queue.interrupted import interrupted, line_of
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
 from store.connections import Connections
@@ -54,7 +54,7 @@ class SqliteLog:
             settings.database_file, MIGRATIONS, pragmas=PRAGMAS, busy_timeout_s=settings.busy_timeout_s
         )  # fmt: skip
         self._connections = Connections(file, readers=READERS, busy_timeout_s=settings.busy_timeout_s)
-        self._tail = Tail(TAIL)
+        self._tail = EventTail(TAIL)
         self._recent: OrderedDict[str, Mission] = OrderedDict()
         self._pending: list[Write] = []
         self._lines: defaultdict[str, list[str]] = defaultdict(list)
@@ -85,7 +85,7 @@ class SqliteLog:
         self._next_event_id = max(self._next_event_id, newest + 1)
         for record in left:
             mission = interrupted(Mission.model_validate_json(record), now_s)
-            self.put(mission)
+            self.upsert(mission)
             self.append(line_of(mission, self._next_event_id, now_s))
         self._forget_the_oldest()
 
@@ -103,7 +103,7 @@ class SqliteLog:
     def next_event_id(self) -> int:
         return self._next_event_id
 
-    def put(self, mission: Mission) -> None:
+    def upsert(self, mission: Mission) -> None:
         self._recent[mission.id] = mission
         self._recent.move_to_end(mission.id)
         while len(self._recent) > RECENT:
@@ -132,7 +132,7 @@ class SqliteLog:
         ids = " ".join(request.mission_ids)
         self._write(insert(requests).on_conflict_do_nothing(), key=key, digest=request.digest, mission_ids=ids)
 
-    async def saved(self) -> None:
+    async def flushed(self) -> None:
         self._asked += 1
         wanted = self._asked
         self._news.set()
@@ -267,7 +267,7 @@ class SqliteLog:
 
     async def _read(self, query: Any) -> Sequence[Row[Any]]:
         """What was written before is seen."""
-        await self.saved()
+        await self.flushed()
         return await self._connections.read(lambda connection: connection.execute(query).all())
 
 

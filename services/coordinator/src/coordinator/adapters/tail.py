@@ -12,7 +12,7 @@ Older = Callable[[int, int], Awaitable[tuple[MissionEvent, ...]]]
 PAGE = 500
 
 
-class Tail:
+class EventTail:
     def __init__(self, kept: int) -> None:
         self.events: deque[MissionEvent] = deque(maxlen=kept)
         self._news = asyncio.Event()

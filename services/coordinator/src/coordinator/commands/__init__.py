@@ -1,1 +1,1 @@
-"""What a person may ask for: to start, pause, resume and cancel missions, to stop, to wait."""
+"""What a person may ask for, and what its turn is next: missions, pause, cancel, stop, the way to the dock."""

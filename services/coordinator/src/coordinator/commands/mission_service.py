@@ -12,14 +12,14 @@ from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mi
 from contracts.problem import Dependency
 from contracts.reading import Mood, Restriction, RestrictionKind
 from contracts.vision import ParsedTarget, ParsedTask, ParseTaskRequest
+from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.orders import Orders
 from coordinator.core import events as ev
 from coordinator.core.mission import Order
-from coordinator.coverage.explored_space import Explored
-from coordinator.execution.dispatcher import Dispatcher
-from coordinator.execution.mission_runner import Runner
-from coordinator.ports import Eyes, KnownRequest, Memory, MissionLog, Robot
-from coordinator.queue.mission_queue import Pending, Queue
+from coordinator.coverage.explored_space import ExploredSpace
+from coordinator.execution.mission_runner import MissionRunner
+from coordinator.ports import Inference, KnownRequest, Memory, MissionLog, Robot
+from coordinator.queue.mission_queue import MissionQueue, QueuedMission
 from coordinator.queue.parse_validation import CheckedTask, check_parse
 from coordinator.settings import Settings
 from geometry.grids import MapError
@@ -39,17 +39,29 @@ DOCK_COMMAND = re.compile(
 )
 
 
-class Missions:
+class MissionService:
     """Everything here ends in an event for the runner, in the queue, or in a named error."""
 
-    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, memory: Memory, log_: MissionLog,
-                 clock: Clock, runner: Runner, queue: Queue, dispatcher: Dispatcher) -> None:  # fmt: skip
+    def __init__(
+        self,
+        *,
+        settings: Settings,
+        bus: Bus,
+        robot: Robot,
+        inference: Inference,
+        memory: Memory,
+        log_: MissionLog,
+        clock: Clock,
+        runner: MissionRunner,
+        queue: MissionQueue,
+        dispatcher: Dispatcher,
+    ) -> None:
         self.log = log_
         self.runner = runner
         self._settings = settings
         self._bus = bus
         self._robot = robot
-        self._eyes = eyes
+        self._inference = inference
         self._memory = memory
         self._clock = clock
         self._queue = queue
@@ -98,7 +110,7 @@ class Missions:
         await self._save()
         return await self.get(made[0].id)
 
-    async def _enqueue(self, command: str, reading: Reading | None, ended_before: int) -> tuple[Pending, ...]:
+    async def _enqueue(self, command: str, reading: Reading | None, ended_before: int) -> tuple[QueuedMission, ...]:
         """`reading` is none for the way to the dock."""
         self._refuse_now(ended_before)
         tasks: list[tuple[CheckedTask | None, str, str]] = [(None, "", "")]
@@ -106,7 +118,7 @@ class Missions:
             tasks = [*await self._read(reading)]
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
-            Pending(uuid.uuid4().hex, command, task, parser, notes, Order(request_id, part, len(tasks), asked_s))
+            QueuedMission(uuid.uuid4().hex, command, task, parser, notes, Order(request_id, part, len(tasks), asked_s))
             for part, (task, parser, notes) in enumerate(tasks, start=1)
         )
         self._refuse_now(ended_before)
@@ -122,7 +134,7 @@ class Missions:
             if busy or record.queue_position != 0:
                 self.runner.tell(record, EventKind.QUEUED, f"'{record.command}': {what}{part} waiting in the queue")
             else:
-                self.log.put(record)
+                self.log.upsert(record)
 
     def _refuse_now(self, ended_before: int) -> None:
         if self._dispatcher.orders_to_end != ended_before:
@@ -141,7 +153,7 @@ class Missions:
         """(checked task, parser, notes) for each thing the command asks for, in the order said."""
         labels, note = await self._labels()
         asked, restrictions = reading.asked, restrictions_in(reading.asked)
-        parsed = await self._eyes.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
+        parsed = await self._inference.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
         found: list[tuple[CheckedTask, str, str]] = []
         unknown: list[str] = []
         for said, part in _parts(asked, parsed):
@@ -186,7 +198,7 @@ class Missions:
 
     async def _save(self) -> None:
         try:
-            await self.log.saved()
+            await self.log.flushed()
         except UnavailableError as error:
             log.warning("the mission is not on disk yet", error=error.detail)
 
@@ -242,7 +254,7 @@ class Missions:
     async def coverage(self) -> CoveragePlan:
         """The plan for the current map from where the robot stands."""
         try:
-            plan = await Explored(self._robot, self._settings).plan(self.runner.mission.robot.pose, ())
+            plan = await ExploredSpace(self._robot, self._settings).plan(self.runner.mission.robot.pose, ())
         except MapError as error:
             raise UnavailableError("robot_bridge", f"the map is malformed: {error}") from error
         return CoveragePlan(
@@ -255,7 +267,7 @@ class Missions:
     async def dependencies(self) -> Sequence[Dependency]:
         """Redis, each service, the database, the session, and the robot's state."""
         others = await asyncio.gather(
-            self._robot.dependency(), self._eyes.dependency(), self._memory.dependency(), self.log.dependency()
+            self._robot.dependency(), self._inference.dependency(), self._memory.dependency(), self.log.dependency()
         )
         age_s = self.runner.robot_state_age_s
         fresh = age_s <= self._settings.robot_state_age_s_max

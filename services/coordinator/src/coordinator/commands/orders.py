@@ -7,13 +7,13 @@ import structlog
 from contracts.mission import Heard, MissionState
 from contracts.reading import Mood
 from contracts.robot import EmergencyStop
+from coordinator.commands.dispatcher import Dispatcher
 from coordinator.core import events as ev
-from coordinator.execution.dispatcher import Dispatcher
-from coordinator.execution.mission_runner import Runner
+from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Robot
-from coordinator.questions.parsed_question import label_in
 from mesh.errors import ConflictError, MeshError, UnavailableError, UnprocessableError
 from vocabulary.folding import joined, words_of
+from vocabulary.labels import label_in
 from vocabulary.moods import Reading
 
 log = structlog.get_logger()
@@ -34,7 +34,7 @@ ASKS_FOR_NOTHING = {
 
 
 class Orders:
-    def __init__(self, *, runner: Runner, dispatcher: Dispatcher, robot: Robot) -> None:
+    def __init__(self, *, runner: MissionRunner, dispatcher: Dispatcher, robot: Robot) -> None:
         self._runner = runner
         self._dispatcher = dispatcher
         self._robot = robot

@@ -26,7 +26,7 @@ def sight_lines(
     return flat, np.logical_and.accumulate(clear, axis=2)
 
 
-class SeenSpace:
+class CoverageTracker:
     """Marks what the camera saw; one per map and mission."""
 
     def __init__(self, grid: OccupancyGrid) -> None:

@@ -5,7 +5,7 @@ import asyncio
 from contracts.geometry import Pose2D
 from contracts.robot import Map
 from coordinator.core.rules import CoverageRule, Rules
-from coordinator.coverage.coverage_tracker import SeenSpace
+from coordinator.coverage.coverage_tracker import CoverageTracker
 from coordinator.coverage.lawnmower import Coverage, lawnmower
 from coordinator.coverage.viewpoints import viewpoints
 from coordinator.ports import Robot
@@ -15,14 +15,14 @@ LOOKS_MAX = 5000
 PLANNING_TASK = "plan-coverage"
 
 
-class Explored:
+class ExploredSpace:
     """One per mission. Planning runs in a thread: a large map takes seconds."""
 
     def __init__(self, robot: Robot, rules: Rules) -> None:
         self._robot = robot
         self._rules = rules
         self._map: Map | None = None
-        self._space: SeenSpace | None = None
+        self._space: CoverageTracker | None = None
         self._looks: list[Pose2D] = []
 
     def look(self, pose: Pose2D) -> float | None:
@@ -34,14 +34,14 @@ class Explored:
         self._mark(self._space, pose)
         return self._space.share
 
-    async def refresh(self) -> SeenSpace:
+    async def refresh(self) -> CoverageTracker:
         """Fetches the map; where it has changed, what was looked at is marked on the new one.
 
         Raises `UnavailableError`, `UpstreamError`, `geometry.grids.MapError`.
         """
         newest = await self._robot.map()
         if self._space is None or self._map != newest:
-            space = SeenSpace(decode(newest))
+            space = CoverageTracker(decode(newest))
             for pose in self._looks:
                 self._mark(space, pose)
             self._map, self._space = newest, space
@@ -53,11 +53,11 @@ class Explored:
         planning = asyncio.to_thread(plan_coverage, space, self._rules, start, avoid)
         return await asyncio.create_task(planning, name=PLANNING_TASK)
 
-    def _mark(self, space: SeenSpace, pose: Pose2D) -> None:
+    def _mark(self, space: CoverageTracker, pose: Pose2D) -> None:
         space.mark(pose, hfov_rad=self._rules.camera_hfov_rad, reach_m=self._rules.look_range_m)
 
 
-def plan_coverage(space: SeenSpace, rules: Rules, start: Pose2D | None, avoid: tuple[Pose2D, ...]) -> Coverage:
+def plan_coverage(space: CoverageTracker, rules: Rules, start: Pose2D | None, avoid: tuple[Pose2D, ...]) -> Coverage:
     match rules.coverage_rule:
         case CoverageRule.LAWNMOWER:
             return lawnmower(space.grid)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from contracts.geometry import Pose2D
 from coordinator.coverage.lawnmower import Coverage, clearance_cells, pose_at, safe_cells, trouble_of
 from coordinator.coverage.untyped import label_regions, maximum_filter, roomiest_cells, shortest_walks
-from coordinator.coverage.visibility import Lookouts
+from coordinator.coverage.visibility import VisibilityIndex
 from geometry.grids import Mask, OccupancyGrid
 
 COARSE_M = 0.15
@@ -130,7 +130,7 @@ def _candidates(grid: OccupancyGrid, coarse: _Coarse, avoid: tuple[Pose2D, ...],
 def _chosen(coarse: _Coarse, candidates: NDArray[np.intp], todo: Mask, reach: int, points_max: int) -> NDArray[np.intp]:
     """(n, 2) cells: of the lattice first; then, for what those leave unseen, of all walkable cells beside it."""
     gain_min = max(1, int(GAIN_MIN_M2 / coarse.resolution_m**2))
-    lattice = Lookouts(coarse.blocked, candidates, reach)
+    lattice = VisibilityIndex(coarse.blocked, candidates, reach)
     first, left = lattice.cover(todo, gain_min=gain_min, places_max=points_max)
     labels, _ = label_regions(left)
     lost = np.bincount(labels.ravel()) >= gain_min
@@ -139,7 +139,9 @@ def _chosen(coarse: _Coarse, candidates: NDArray[np.intp], todo: Mask, reach: in
     more = np.argwhere(near)
     if not len(more) or len(first) >= points_max:
         return candidates[first]
-    second, _ = Lookouts(coarse.blocked, more, reach).cover(left, gain_min=gain_min, places_max=points_max - len(first))
+    second, _ = VisibilityIndex(coarse.blocked, more, reach).cover(
+        left, gain_min=gain_min, places_max=points_max - len(first)
+    )
     return np.concatenate([candidates[first], more[second]])
 
 

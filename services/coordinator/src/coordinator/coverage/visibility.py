@@ -11,7 +11,7 @@ RAYS = 72
 BATCH = 2048
 
 
-class Lookouts:
+class VisibilityIndex:
     """`places` is (n, 2) cells of a map; everything within `reach` cells of one that no `blocked` cell hides is seen.
 
     Rays leave every place at the same angles, so they cross the same cells relative to it: the disc is worked out once.

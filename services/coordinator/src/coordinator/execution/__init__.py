@@ -1,1 +1,1 @@
-"""The shell round the core: runs one mission at a time, moves the robot, tells the others."""
+"""The shell round the core: runs a mission, moves the robot, tells the others."""

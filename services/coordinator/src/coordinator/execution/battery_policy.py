@@ -13,7 +13,7 @@ class PowerRules:
 
 
 @dataclass(frozen=True, slots=True)
-class Watch:
+class DockingTimer:
     """When the battery was last looked at, and when the dock was last driven to."""
 
     looked_s: float = float("-inf")
@@ -28,12 +28,14 @@ def why_too_low(state: RobotState | None, rules: PowerRules) -> str:
     return f"the battery is at {battery.percentage:.0f} %, below {rules.low_percent:.0f} %"
 
 
-def due(watch: Watch, state: RobotState | None, now_s: float, rules: PowerRules) -> tuple[Watch, str]:
+def reason_to_dock(
+    watch: DockingTimer, state: RobotState | None, now_s: float, rules: PowerRules
+) -> tuple[DockingTimer, str]:
     """Asked while no mission runs. The reason to drive to the dock now, or an empty one; at most every `period_s`."""
     if now_s - watch.looked_s < rules.period_s:
         return watch, ""
-    looked = Watch(now_s, watch.tried_s)
+    looked = DockingTimer(now_s, watch.tried_s)
     why = why_too_low(state, rules)
     if not why or state is None or state.docked is not False or now_s - watch.tried_s < rules.again_s:
         return looked, ""
-    return Watch(now_s, now_s), why
+    return DockingTimer(now_s, now_s), why

@@ -19,7 +19,7 @@ NOT_TAKEN_S = 60.0
 NOT_THERE = frozenset({404, 405})
 
 
-class Looks:
+class LookReporter:
     """Bounded: the oldest is dropped. A memory that takes no looks is asked again only now and then."""
 
     def __init__(self, memory: Memory, clock: Clock, *, hfov_rad: float) -> None:

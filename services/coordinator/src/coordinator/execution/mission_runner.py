@@ -23,14 +23,13 @@ from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.mission import Mission
 from coordinator.core.step import step
-from coordinator.coverage.explored_space import Explored
+from coordinator.coverage.explored_space import ExploredSpace
 from coordinator.execution.box_measurements import BoxMeasurements
-from coordinator.execution.look_reporter import Looks
+from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
-from coordinator.execution.motion_client import Motions
-from coordinator.execution.status_publisher import Announcer
-from coordinator.ports import Eyes, MissionLog, Robot
-from coordinator.queue.mission_queue import Queue
+from coordinator.execution.motion_client import MotionClient
+from coordinator.execution.status_publisher import StatusPublisher
+from coordinator.ports import Inference, MissionLog, Robot
 from coordinator.settings import Settings
 from geometry.grids import MapError
 from mesh.bus import Bus
@@ -43,30 +42,41 @@ log = structlog.get_logger()
 RECORDED_UNTIL = frozenset({MissionState.IDLE, MissionState.EMERGENCY_STOP})
 
 
-class Runner:
+class MissionRunner:
     """Owns the one mission. `feed` is synchronous: every event is worked out whole before the next."""
 
-    def __init__(self, *, settings: Settings, bus: Bus, robot: Robot, eyes: Eyes, log_: MissionLog, looks: Looks,
-                 queue: Queue, clock: Clock, tasks: Tasks) -> None:  # fmt: skip
+    def __init__(
+        self,
+        *,
+        settings: Settings,
+        bus: Bus,
+        robot: Robot,
+        inference: Inference,
+        log_: MissionLog,
+        looks: LookReporter,
+        queued: Callable[[], tuple[wire.Mission, ...]],
+        clock: Clock,
+        tasks: Tasks,
+    ) -> None:
         self.mission = Mission(rules=settings)
         self.robot_state: RobotState | None = None
         self.robot_state_s = float("-inf")
         self._settings = settings
         self._bus = bus
         self._robot = robot
-        self._eyes = eyes
+        self._inference = inference
         self._log = log_
         self._looks = looks
-        self._queue = queue
+        self._queued = queued
         self._clock = clock
         self._tasks = tasks
-        self._motions = Motions(
+        self._motion = MotionClient(
             robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s,
             on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
         )  # fmt: skip
-        self._explored = Explored(robot, settings)
+        self._explored = ExploredSpace(robot, settings)
         self._query: asyncio.Task[None] | None = None
-        self._announcer = Announcer(
+        self._publisher = StatusPublisher(
             bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
             target=lambda: mission_target(self.mission),
         )  # fmt: skip
@@ -77,7 +87,7 @@ class Runner:
         """Begins to listen, tick and publish; returns at once."""
         self._tasks.start("ticks", self._tick())
         self._tasks.start("session", self._robot.hold_session())
-        self._announcer.start(self._tasks)
+        self._publisher.start(self._tasks)
         self._tasks.start("looks", self._looks.send_forever())
         self._tasks.start("robot-state", self._bus.listen(ROBOT_STATE, self._on_robot_state))
         self._tasks.start("robot-stop", self._bus.listen(ROBOT_EMERGENCY_STOP, self._on_stop))
@@ -86,7 +96,7 @@ class Runner:
 
     def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
         """Starts a mission, and its recording. Only while the core is idle."""
-        self._explored = Explored(self._robot, self._settings)
+        self._explored = ExploredSpace(self._robot, self._settings)
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
         self._recorded = event.mission_id
@@ -107,7 +117,7 @@ class Runner:
             self._note()
 
     def status(self) -> MissionStatus:
-        return mission_status(self.mission, self._clock.now_s(), self._queue.records())
+        return mission_status(self.mission, self._clock.now_s(), self._queued())
 
     @property
     def robot_state_age_s(self) -> float:
@@ -118,7 +128,7 @@ class Runner:
     async def _tick(self) -> None:
         while True:
             self.feed(ev.Tick())
-            self._announcer.tick()
+            self._publisher.tick()
             await self._clock.sleep(self._settings.tick_period_s)
 
     async def _on_robot_state(self, state: RobotState) -> None:
@@ -143,7 +153,7 @@ class Runner:
         self.feed(ev.StopLatched(stop.epoch, stop.reason) if stop.latched else ev.StopReset(stop.epoch))
 
     async def _on_navigation(self, goal: Goal) -> None:
-        self._motions.heard(goal)
+        self._motion.on_goal_update(goal)
 
     async def _on_detections(self, seen: Detections) -> None:
         self._measured.take(seen)
@@ -155,18 +165,18 @@ class Runner:
         epoch = self.mission.epoch
         match action:
             case do.Say():
-                self._announcer.say(self.mission.id, action)
+                self._publisher.say(self.mission.id, action)
             case do.RecordLook() | do.KeepPicture():
                 self._keep(action)
             case do.StopMotion():
-                self._motions.stop(epoch)
+                self._motion.stop(epoch)
             case do.SetVelocity(twist=twist, duration_s=duration_s):
-                self._motions.lease(twist, duration_s, epoch)
+                self._motion.send_velocity(twist, duration_s, epoch)
             case do.Celebrate():
                 if self._settings.celebrate:
                     self._spawn(self._celebrate())
             case do.Undock() | do.Dock() | do.Navigate() | do.Rotate() | do.Drive():
-                self._motions.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
+                self._motion.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
             case do.ChoosePath() | do.Localize() | do.Validate() | do.PlanCoverage():
                 if self._query is not None:
                     self._query.cancel()
@@ -201,7 +211,7 @@ class Runner:
         try:
             return await self._moved(action, epoch)
         except UnavailableError:
-            self._motions.doubt(epoch)
+            self._motion.mark_uncertain(epoch)
             raise
 
     async def _moved(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
@@ -213,7 +223,7 @@ class Runner:
                 reply = await self._robot.dock(timeout_s=timeout_s)
                 return ev.Docked(call) if reply.end.completed else _base_gave_up(call, reply)
             case do.Navigate(call=call, goal=pose, timeout_s=timeout_s):
-                goal = await self._motions.navigate(pose, timeout_s, epoch)
+                goal = await self._motion.navigate(pose, timeout_s, epoch)
                 return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg, goal.cause)
             case do.Rotate(call=call, angle_rad=angle, speed_rad_s=speed, timeout_s=timeout_s):
                 reply = await self._robot.rotate(angle, speed_rad_s=speed, timeout_s=timeout_s, epoch=epoch)
@@ -231,7 +241,7 @@ class Runner:
                     return ev.Localized(call, self._measured.of(box))
                 case do.Validate(call=call, target=target, box=box):
                     request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
-                    return ev.Validated(call, await self._eyes.validate(request, timeout_s=action.timeout_s))
+                    return ev.Validated(call, await self._inference.validate(request, timeout_s=action.timeout_s))
                 case do.PlanCoverage(call=call, avoid=avoid):
                     pose = self.mission.robot.pose
                     plan = await self._explored.plan(pose, avoid)
@@ -262,13 +272,13 @@ class Runner:
     async def _keep_picture(self, action: do.KeepPicture, mission_id: str) -> None:
         try:
             async with asyncio.timeout(self._settings.call_timeout_s):
-                jpeg = await self._eyes.evidence(action.validation_id)
+                jpeg = await self._inference.evidence(action.validation_id)
         except (MeshError, TimeoutError) as error:
             log.warning("no picture of what was judged", error=str(error))
         else:
             self._log.keep_picture(mission_id, action.number, jpeg)
 
-    async def _prefetch_map(self, explored: Explored) -> None:
+    async def _prefetch_map(self, explored: ExploredSpace) -> None:
         try:
             await explored.refresh()
         except (MeshError, MapError) as error:
@@ -276,15 +286,15 @@ class Runner:
 
     def tell(self, mission: wire.Mission, kind: EventKind, text: str, **data: Any) -> None:
         """A line of the timeline of a mission that does not run: queued, or over before it began."""
-        self._log.put(mission)
-        self._announcer.say(mission.id, do.Say(self.mission.state, kind, text, data))
-        self._announcer.changed()
+        self._log.upsert(mission)
+        self._publisher.say(mission.id, do.Say(self.mission.state, kind, text, data))
+        self._publisher.changed()
 
     def _note(self) -> None:
         record = mission_record(self.mission)
         if record is not None:
-            self._log.put(record)
-        self._announcer.changed()
+            self._log.upsert(record)
+        self._publisher.changed()
 
     def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
         return self._tasks.start("call", work, forever=False)

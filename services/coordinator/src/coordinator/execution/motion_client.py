@@ -37,7 +37,7 @@ END_WAIT_S = 1.5
 """A stop waits so long for word that what ran is over, a goal still being sent included; then it drops the session."""
 
 
-class Motions:
+class MotionClient:
     """Each `start` waits for what ran before; `stop` cancels it, the goal it had sent, and any lease. Where it is not
     sure that nothing moves any more, it drops the session, and everything ends that was ever asked for in it.
     """
@@ -57,7 +57,7 @@ class Motions:
     def phase(self) -> MotionPhase:
         return self._motion.phase
 
-    def doubt(self, epoch: int) -> None:
+    def mark_uncertain(self, epoch: int) -> None:
         """A call that moves the robot was not answered: it may be moving all the same, and is stopped before anything
         else begins.
         """
@@ -66,7 +66,7 @@ class Motions:
     def start(self, work: Callable[[], Awaitable[None]]) -> None:
         self._become(Calling(self._chain(lambda: self._call(work))))
 
-    def lease(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
+    def send_velocity(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
         """Dropped while another motion runs or the last lease is still on its way."""
         if self.phase in {MotionPhase.IDLE, MotionPhase.LEASED} and all(task.done() for task in self._open):
             self._become(Leased())
@@ -79,7 +79,7 @@ class Motions:
         if motion.phase.to_end:
             self._end(motion, Ending(), epoch)
 
-    def heard(self, goal: Goal) -> None:
+    def on_goal_update(self, goal: Goal) -> None:
         """A goal's news from the bus: quicker than asking."""
         match self._motion:
             case Following(goal=mine, over=over) if mine.id == goal.id and goal.status in OVER and not over.done():

@@ -19,7 +19,7 @@ OUTBOX_MAX = 1000
 TARGET_PERIOD_S = 2.0
 
 
-class Announcer:
+class StatusPublisher:
     """`state` and `target` say what is true now; they are published on every change and at least every `period_s`."""
 
     def __init__(self, *, bus: Bus, log_: MissionLog, clock: Clock, period_s: float,

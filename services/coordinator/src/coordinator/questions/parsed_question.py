@@ -4,10 +4,10 @@ import re
 from dataclasses import dataclass
 
 from contracts.asking import About
-from contracts.coco import COCO_LABELS, COLOURS
+from contracts.coco import COLOURS
 from contracts.reading import Mood
-from coordinator.queue.parse_validation import words
 from vocabulary.groups import Group, group_in
+from vocabulary.labels import label_in
 from vocabulary.moods import read
 
 ROOMS: dict[str, tuple[str, ...]] = {
@@ -19,15 +19,6 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "office": ("laptop", "keyboard", "mouse"),
 }
 """No map names its rooms: a room is what lies near the things that make it one."""
-
-PLURALS: dict[str, str] = {"knives": "knife", "mice": "mouse", "sheep": "sheep", "glasses": "wine glass"}
-SAME: dict[str, str] = {
-    "mug": "cup", "plant": "potted plant", "sofa": "couch", "television": "tv", "telly": "tv", "phone": "cell phone",
-    "mobile": "cell phone", "fridge": "refrigerator", "bag": "handbag", "table": "dining table", "bike": "bicycle",
-    "teddy": "teddy bear", "computer": "laptop", "glass": "wine glass", "racket": "tennis racket",
-    "ball": "sports ball",
-}  # fmt: skip
-
 
 SPOKEN: tuple[tuple[About, str], ...] = (
     (About.BATTERY, r"\bbatter(y|ies)\b|\bcharg(e|ed|ing)\b|\bpower\b"),
@@ -44,7 +35,7 @@ SPANS: tuple[tuple[str, float], ...] = (("week", 7.0), ("month", 30.0), ("yester
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class ParsedQuestion:
     about: About
     label: str | None = None
     colour: str | None = None
@@ -55,8 +46,8 @@ class Asked:
     """Of changes: how far back."""
 
 
-def understand(question: str) -> Asked:
-    text = " ".join(words(question))
+def parse_question(question: str) -> ParsedQuestion:
+    text = " ".join(re.findall(r"[a-z]+", question.lower()))
     label, room = label_in(text), next((room for room in ROOMS if room in text), None)
     colour = next((word for word in text.split() if word in COLOURS and word != label), None)
     group = group_in(text) if label is None else None
@@ -69,7 +60,7 @@ def understand(question: str) -> Asked:
     elif group is not None and about in {About.UNKNOWN, About.LAST_SEEN, About.HISTORY, About.CONTENTS}:
         about = About.CONTENTS
     days = next((days for said, days in SPANS if said in text), 1.0)
-    return Asked(about, label, colour, room, group, days)
+    return ParsedQuestion(about, label, colour, room, group, days)
 
 
 def _about(text: str, label: str | None, room: str | None) -> About:
@@ -84,13 +75,3 @@ def _about(text: str, label: str | None, room: str | None) -> About:
         return About.CONTENTS
     seen = label is not None or re.search(r"\b(where|when|seen|see|saw)\b", text)
     return About.LAST_SEEN if seen else About.UNKNOWN
-
-
-def label_in(text: str) -> str | None:
-    """The longest COCO label, synonym or plural said; none where no such word is."""
-    said = f" {text} "
-    candidates = {label: label for label in COCO_LABELS} | PLURALS | SAME
-    for name in sorted(candidates, key=len, reverse=True):
-        if f" {name} " in said or f" {name}s " in said or f" {name}es " in said:
-            return candidates[name]
-    return None

@@ -15,9 +15,9 @@ from contracts.mission import Mission, MissionKind
 from contracts.reading import Mood
 from coordinator.commands.orders import ASKS_FOR_NOTHING
 from coordinator.core.report import ago
-from coordinator.execution.mission_runner import Runner
-from coordinator.ports import Eyes, Memory, MissionLog
-from coordinator.questions.parsed_question import ROOMS, Asked, understand
+from coordinator.execution.mission_runner import MissionRunner
+from coordinator.ports import Inference, Memory, MissionLog
+from coordinator.questions.parsed_question import ROOMS, ParsedQuestion, parse_question
 from coordinator.questions.tallies import THERE, changes, tally
 from coordinator.settings import Settings
 from mesh.clock import Clock
@@ -39,12 +39,20 @@ HELP = (
 )
 
 
-class Asking:
-    def __init__(self, *, settings: Settings, memory: Memory, eyes: Eyes, log_: MissionLog, runner: Runner,
-                 clock: Clock) -> None:  # fmt: skip
+class QuestionService:
+    def __init__(
+        self,
+        *,
+        settings: Settings,
+        memory: Memory,
+        inference: Inference,
+        log_: MissionLog,
+        runner: MissionRunner,
+        clock: Clock,
+    ) -> None:
         self._settings = settings
         self._memory = memory
-        self._eyes = eyes
+        self._inference = inference
         self._log = log_
         self._runner = runner
         self._clock = clock
@@ -53,7 +61,7 @@ class Asking:
         mood = read(question).mood
         if mood in NO_QUESTION:
             return Answer(answer=f"{ASKS_FOR_NOTHING[mood]}.", about=About.UNKNOWN, phrased_by="template")
-        asked, notes = understand(question), ""
+        asked, notes = parse_question(question), ""
         try:
             async with asyncio.timeout(self._settings.call_timeout_s):
                 records, lead = await self._facts(asked)
@@ -72,15 +80,15 @@ class Asking:
         facts = tuple(record.text[:FACT_CHARACTERS] for record in answer.records)
         try:
             async with asyncio.timeout(self._settings.reason_timeout_s):
-                reply = await self._eyes.reason(ReasonRequest(question=question[:500], facts=facts))
+                reply = await self._inference.reason(ReasonRequest(question=question[:500], facts=facts))
         except (MeshError, TimeoutError) as error:
             log.debug("the template answers", reason=str(error))
             return answer
-        if not keeps_to(reply.answer, question, facts):
+        if not is_grounded(reply.answer, question, facts):
             return answer.model_copy(update={"notes": f"{reply.by} said something the facts do not hold; not used"})
         return answer.model_copy(update={"answer": reply.answer, "phrased_by": reply.by})
 
-    async def _facts(self, asked: Asked) -> tuple[Sequence[Record], str]:  # noqa: PLR0911 - one for each topic
+    async def _facts(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:  # noqa: PLR0911 - one for each topic
         """The records, and the sentence that leads to them."""
         match asked.about:
             case About.LAST_SEEN if asked.label is not None:
@@ -104,7 +112,7 @@ class Asking:
             case About.UNKNOWN:
                 return (), HELP
 
-    async def _last_seen(self, asked: Asked) -> tuple[Sequence[Record], str]:
+    async def _last_seen(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:
         what = f"{asked.colour} {asked.label}" if asked.colour else f"{asked.label}"
         things = [one for one in await self._objects(asked.label) if _colour_fits(one.colour, asked.colour)]
         found = [self._of_object(one) for one in sorted(things, key=lambda one: -one.last_seen_s)]
@@ -117,7 +125,7 @@ class Asking:
             return (), f"I have not seen a {what}."
         return found[:3], f"The last time I saw a {what}:"
 
-    async def _contents(self, asked: Asked) -> tuple[Sequence[Record], str]:
+    async def _contents(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:
         things = await self._objects(None)
         if asked.room is None:
             if things:
@@ -133,13 +141,13 @@ class Asking:
         named = ", ".join(sorted({one.label for one in marks}))
         return [self._of_object(one) for one in near[:RECORDS_MAX]], f"Within {ROOM_M:.0f} m of the {named}:"
 
-    async def _of_group(self, asked: Asked, group: Group) -> tuple[Sequence[Record], str]:
+    async def _of_group(self, asked: ParsedQuestion, group: Group) -> tuple[Sequence[Record], str]:
         things = [one for one in await self._there(asked) if one.label in group.labels]
         if not things:
             return (), f"I remember nothing of that kind ({group.name}: {', '.join(group.labels)})."
         return [self._of_object(one) for one in things[:RECORDS_MAX]], f"I remember ({group.name}):"
 
-    async def _count(self, asked: Asked) -> tuple[Sequence[Record], str]:
+    async def _count(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:
         labels = (asked.label,) if asked.label is not None else asked.group.labels if asked.group is not None else ()
         if not labels:
             return (), "That is nothing my eyes can tell from other things. " + HELP
@@ -154,7 +162,7 @@ class Asking:
         newest = sorted(there, key=lambda one: -one.last_seen_s)
         return [self._of_object(one) for one in newest[:RECORDS_MAX]], tally(near, what, asked.colour)
 
-    async def _changes(self, asked: Asked) -> tuple[Sequence[Record], str]:
+    async def _changes(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:
         since_s = self._clock.now_s() - asked.days * DAY_S
         things = [one for one in await self._objects(asked.label) if _colour_fits(one.colour, asked.colour)]
         found = changes(things, since_s)
@@ -166,7 +174,7 @@ class Asking:
         ]
         return records, f"{span} I noticed {len(found)} changes:" if found else f"{span} I noticed no change."
 
-    async def _there(self, asked: Asked) -> list[RememberedObject]:
+    async def _there(self, asked: ParsedQuestion) -> list[RememberedObject]:
         things = await self._near_room(await self._objects(None), asked.room)
         return [one for one in things if one.state in THERE and _colour_fits(one.colour, asked.colour)]
 
@@ -197,7 +205,7 @@ class Asking:
         waiting = [Record(source="queue", id=one.id, text=f"'{one.command}' waits"[:300]) for one in status.queue]
         return [first, *waiting][:RECORDS_MAX]
 
-    async def _history(self, asked: Asked) -> tuple[Sequence[Record], str]:
+    async def _history(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:
         missions = [one for one in await self._log.newest(50) if one.outcome is not None]
         if asked.label is not None:
             missions = [one for one in missions if one.target is not None and one.target.label == asked.label]
@@ -244,7 +252,7 @@ class Asking:
         return ago(self._clock.now_s() - stamp_s)
 
 
-def keeps_to(answer: str, question: str, facts: tuple[str, ...]) -> bool:
+def is_grounded(answer: str, question: str, facts: tuple[str, ...]) -> bool:
     """True when every number of the answer stands in the question or the facts, and no control character in it."""
     given = set(re.findall(r"\d+(?:\.\d+)?", " ".join((question, *facts))))
     said = set(re.findall(r"\d+(?:\.\d+)?", answer))

@@ -11,7 +11,7 @@ from mesh.errors import TooManyError
 
 
 @dataclass(frozen=True, slots=True)
-class Pending:
+class QueuedMission:
     """`task` is none for the way to the dock."""
 
     id: str
@@ -40,30 +40,30 @@ class Pending:
         )
 
 
-class Queue:
+class MissionQueue:
     def __init__(self, most: int) -> None:
         self._most = most
-        self._waiting: deque[Pending] = deque()
+        self._waiting: deque[QueuedMission] = deque()
 
     def __len__(self) -> int:
         return len(self._waiting)
 
-    def add(self, some: tuple[Pending, ...]) -> None:
+    def add(self, some: tuple[QueuedMission, ...]) -> None:
         """All of them or none. Raises `TooManyError`."""
         if len(self._waiting) + len(some) > self._most:
             raise TooManyError(f"{len(self._waiting)} missions wait already; at most {self._most} may")
         self._waiting.extend(some)
 
-    def pop(self) -> Pending | None:
+    def pop(self) -> QueuedMission | None:
         return self._waiting.popleft() if self._waiting else None
 
-    def remove(self, mission_id: str) -> Pending | None:
+    def remove(self, mission_id: str) -> QueuedMission | None:
         found = next((one for one in self._waiting if one.id == mission_id), None)
         if found is not None:
             self._waiting.remove(found)
         return found
 
-    def clear(self) -> tuple[Pending, ...]:
+    def clear(self) -> tuple[QueuedMission, ...]:
         some = tuple(self._waiting)
         self._waiting.clear()
         return some

@@ -10,10 +10,10 @@ from contracts.memory import RecalledView, RecallRequest
 from contracts.mission import EndCause, EventKind, LastSeen, MissionState, Outcome, Report
 from coordinator.core import events as ev
 from coordinator.core.mission import Order, SearchPose
-from coordinator.execution.battery_policy import PowerRules, Watch, due, why_too_low
-from coordinator.execution.mission_runner import Runner
+from coordinator.execution.battery_policy import DockingTimer, PowerRules, reason_to_dock, why_too_low
+from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Memory
-from coordinator.queue.mission_queue import Pending, Queue
+from coordinator.queue.mission_queue import MissionQueue, QueuedMission
 from coordinator.queue.parse_validation import CheckedTask
 from coordinator.settings import Settings
 from mesh.clock import Clock
@@ -26,16 +26,18 @@ IN_ANOTHER_MAP = "also remembered on another map, whose places do not apply here
 
 
 class Dispatcher:
-    def __init__(self, *, settings: Settings, runner: Runner, queue: Queue, memory: Memory, clock: Clock) -> None:
+    def __init__(
+        self, *, settings: Settings, runner: MissionRunner, queue: MissionQueue, memory: Memory, clock: Clock
+    ) -> None:
         self._settings = settings
         self._runner = runner
         self._queue = queue
         self._memory = memory
         self._clock = clock
         self._power = PowerRules(settings.battery_low_percent, settings.battery_period_s, settings.dock_again_s)
-        self._watch = Watch()
+        self._watch = DockingTimer()
         self._turn = asyncio.Lock()
-        self._beginning: Pending | None = None
+        self._beginning: QueuedMission | None = None
         """Taken from the queue, while memory is asked for hints."""
         self.orders_to_end = 0
         """How often a person said that everything is to end: what was asked for before, and has not begun, does not."""
@@ -97,7 +99,7 @@ class Dispatcher:
             self._runner.feed(ev.CancelRequested())
         return tuple(ended)
 
-    def _cancel_waiting(self, waiting: Pending, why: str) -> str:
+    def _cancel_waiting(self, waiting: QueuedMission, why: str) -> str:
         self._close(waiting, Outcome.CANCELED, EndCause.PERSON, why)
         return waiting.id
 
@@ -105,7 +107,7 @@ class Dispatcher:
         low = self.why_no_power()
         if low:
             self._end_waiting(EndCause.BATTERY, f"it was not begun: {low}")
-        self._watch, why = due(self._watch, self._runner.robot_state, self._clock.now_s(), self._power)
+        self._watch, why = reason_to_dock(self._watch, self._runner.robot_state, self._clock.now_s(), self._power)
         if why:
             self._dock(uuid.uuid4().hex, why, Order(asked_s=self._clock.now_s()))
             return
@@ -120,7 +122,7 @@ class Dispatcher:
     def _dock(self, mission_id: str, why: str, order: Order) -> None:
         self._runner.begin(ev.DockingStarted(mission_id, why, order))
 
-    async def _begin(self, waiting: Pending, task: CheckedTask) -> None:
+    async def _begin(self, waiting: QueuedMission, task: CheckedTask) -> None:
         self._beginning = waiting
         recalled, note = await self._recall(task)
         if not self._still_begins(waiting):
@@ -143,7 +145,7 @@ class Dispatcher:
             )
         )
 
-    def _still_begins(self, waiting: Pending) -> bool:
+    def _still_begins(self, waiting: QueuedMission) -> bool:
         begins, self._beginning = self._beginning is waiting, None
         return begins
 
@@ -170,7 +172,7 @@ class Dispatcher:
         for waiting in self._queue.clear():
             self._close(waiting, Outcome.ABORTED, by, why)
 
-    def _close(self, waiting: Pending, outcome: Outcome, by: EndCause, why: str) -> None:
+    def _close(self, waiting: QueuedMission, outcome: Outcome, by: EndCause, why: str) -> None:
         text = f"{outcome.value}: {why}"
         record = waiting.record(0).model_copy(
             update={
