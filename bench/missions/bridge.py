@@ -32,11 +32,12 @@ from contracts.robot import (
 )
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_STATE
 from contracts.vision import Detection
+from geometry.boxes import iou
+from geometry.poses import compose
 from mesh.errors import UpstreamError
 from robot_bridge.sensing.depth import noise_m
 from sim.nav.codes import NavigationError
 from sim.world.robot import CAMERA_X_M, RGB_CAMERA
-from sim.world.sensors import compose
 
 M = TypeVar("M", bound=Moving)
 TICK_S = 0.05
@@ -371,7 +372,7 @@ class SimulatedBridge:
         if not DEPTH_MIN_M <= distance <= DEPTH_MAX_M:
             return not_measured(NotMeasured.NO_DEPTH, "no depth in the box")
         x, y = CAMERA_X_M + distance * math.cos(bearing), distance * math.sin(bearing)
-        there = compose(frame.believed, x, y, 0.0)
+        there = compose(frame.believed, Pose2D(x=x, y=y, yaw=0.0))
         return Measurement(
             distance_m=distance,
             depth_m=distance * math.cos(bearing),
@@ -385,15 +386,6 @@ class SimulatedBridge:
 def shown_in(frame: Frame, bbox: tuple[float, float, float, float]) -> InPicture | None:
     """What a box of a picture shows: the thing whose box overlaps it best, none when none does by half."""
     overlap, found = max(
-        ((_overlap(bbox, detection.bbox_xyxy), k) for k, (detection, _) in enumerate(frame.boxes)), default=(0.0, -1)
+        ((iou(bbox, detection.bbox_xyxy), k) for k, (detection, _) in enumerate(frame.boxes)), default=(0.0, -1)
     )
     return frame.boxes[found][1] if overlap >= 0.5 else None
-
-
-def _overlap(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> float:
-    width = min(a[2], b[2]) - max(a[0], b[0])
-    height = min(a[3], b[3]) - max(a[1], b[1])
-    if width <= 0.0 or height <= 0.0:
-        return 0.0
-    both = (a[2] - a[0]) * (a[3] - a[1]) + (b[2] - b[0]) * (b[3] - b[1])
-    return width * height / (both - width * height)

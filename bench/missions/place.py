@@ -11,6 +11,7 @@ from skimage.graph import MCP_Geometric
 from contracts.geometry import Pose2D
 from contracts.robot import Map
 from geometry.grids import OccupancyGrid, encode
+from geometry.poses import compose
 from sim.home import Home, Wanted
 from sim.home.catalog import THINGS
 from sim.nav.codes import Code, NavigationError
@@ -19,7 +20,6 @@ from sim.nav.planner import TOLERANCE_M, nearest_cell
 from sim.scoring import NothingToScoreError, Score, camera_position, nearest_surface_m, score
 from sim.world import World
 from sim.world.robot import RGB_CAMERA
-from sim.world.sensors import compose
 from sim.world.types import ThingTruth
 
 ELSEWHERE_M = 0.15
@@ -47,7 +47,7 @@ class SimulatedPlace:
         self.costmap = Costmap.from_map(self.grid)
         self.things = tuple(t for t in self.world.truth.things if t.kind in THINGS)
         self.dock = self.world.scene.dock
-        self.off_dock = compose(self.dock, -0.45, 0.0, math.pi)
+        self.off_dock = compose(self.dock, Pose2D(x=-0.45, y=0.0, yaw=math.pi))
         self._volumes = {t.id: self.world.volumes(t.id) for t in self.things}
         self._corners = {
             name: np.concatenate([volume.corners() for volume in volumes]) for name, volumes in self._volumes.items()

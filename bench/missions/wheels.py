@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from bench.missions.place import SimulatedPlace
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import DriveReply, MotionEnd, RotateReply
-from sim.world.sensors import LocalizationError, OdometryDrift, wrap
+from geometry.poses import wrap
+from sim.world.sensors import LocalizationError, OdometryDrift
 from sim.world.types import WorldOptions
 
 STOP_CLEARANCE_M = 0.20

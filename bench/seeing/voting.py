@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from contracts.vision import Detection, Target, ValidateRequest, Verdict
-from inference.boxes import overlap
+from geometry.boxes import iou
 from inference.perception.models import Loaded, Models
 from inference.perception.worker import Worker
 from inference.ports import Detector, RgbImage
@@ -100,7 +100,7 @@ class Asker:
         told = await self._validator.validate(ValidateRequest(target=target, bbox_xyxy=bbox))
         meant = [box for box in frame.boxes if (box.kind, box.colour) == (question.label, question.colour)]
         is_one = told.bbox_xyxy is not None and any(
-            overlap(told.bbox_xyxy, tuple(map(float, box.bbox_xyxy))) >= SAME_IOU for box in meant
+            iou(told.bbox_xyxy, tuple(map(float, box.bbox_xyxy))) >= SAME_IOU for box in meant
         )
         detector, clip = told.votes[0], told.votes[1]
         known = clip.score is not None and clip.rival_score is not None
@@ -119,7 +119,7 @@ class Asker:
 def hit(found: Sequence[Detection], box: Box) -> Detection | None:
     """The detection that is this thing."""
     bbox = tuple(float(side) for side in box.bbox_xyxy)
-    same = [one for one in found if one.label == box.kind and overlap(one.bbox_xyxy, bbox) >= HIT_IOU]
+    same = [one for one in found if one.label == box.kind and iou(one.bbox_xyxy, bbox) >= HIT_IOU]
     return max(same, key=lambda one: one.confidence, default=None)
 
 

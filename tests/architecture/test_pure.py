@@ -18,7 +18,7 @@ PURE = {
         "questions.tallies",
         "queue.parse_validation",
     ),
-    "geometry": ("grids", "places", "poses"),
+    "geometry": ("boxes", "grids", "places", "poses"),
     "inference": (
         "boxes",
         "colours",

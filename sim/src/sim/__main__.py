@@ -87,12 +87,13 @@ def parse_wanted(phrase: str) -> "Wanted | None":
 
 def make_world(home: "Home", settings: SimSettings) -> "World":
     """The robot stands in front of the dock with its back to it, or in it."""
+    from contracts.geometry import Pose2D
+    from geometry.poses import compose
     from sim.world import World, WorldOptions
     from sim.world.scenes import scene_of
-    from sim.world.sensors import compose
 
     scene = scene_of(home)
-    start = None if settings.start_docked else compose(scene.dock, -UNDOCKED_M, 0.0, math.pi)
+    start = None if settings.start_docked else compose(scene.dock, Pose2D(x=-UNDOCKED_M, y=0.0, yaw=math.pi))
     options = WorldOptions(base_timeout_s=settings.base_timeout_s)
     return World(scene, seed=settings.seed, start=start, options=options)
 

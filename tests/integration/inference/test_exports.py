@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from contracts.vision import Detection
+from geometry.boxes import iou
 from inference.adapters.exports import FILES, TIMINGS, Exports
 from inference.adapters.loading import FasterDetector, load_detector
 from inference.adapters.yolo import YoloDetector
-from inference.boxes import overlap
 from inference.settings import Backend, Settings
 from support.rendered_bottle import bottle_scene
 from support.source import ROOT
@@ -41,7 +41,7 @@ def made(kept_in: Path) -> Path:
 
 def agree(a: Detection, b: Detection) -> bool:
     alike = a.label == b.label and abs(a.confidence - b.confidence) < 0.03
-    return alike and overlap(a.bbox_xyxy, b.bbox_xyxy) > 0.95
+    return alike and iou(a.bbox_xyxy, b.bbox_xyxy) > 0.95
 
 
 @pytest.mark.timeout(1000)

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from geometry.boxes import iou
 from inference.perception import small_clip, torchvision_cpu
 from sim.home import Home
 from sim.training.camera import HomeCamera
 from sim.training.records import LABEL_ID, Box
-from sim.training.scores import iou
 from sim.training.views import View, Viewpoints
 
 WEIGHTS = Path(__file__).parents[3] / "sim" / "weights"

@@ -13,7 +13,8 @@ from PIL import Image, ImageOps
 
 from contracts.coco import COLOURS
 from contracts.vision import Detection, Target
-from inference.boxes import best_target, meant_box, overlap, scaled
+from geometry.boxes import iou
+from inference.boxes import best_target, meant_box, scaled
 from inference.colours import agrees, colour_prompts, colours_in, colours_said, phrase, pick_colour, with_colour
 from inference.language.breaker import Breaker
 from inference.perception.annotate import RED, STATUS_HEIGHT_PX, annotate, caption, status_line, to_jpeg
@@ -123,8 +124,8 @@ BOX = st.tuples(*[st.floats(0, 100)] * 2, *[st.floats(0, 100)] * 2).map(
 @given(BOX, BOX)
 @example((0.0, 0.0, 1e-170, 1e-170), (0.0, 0.0, 1e-170, 1e-170))
 def test_overlap_is_symmetric_and_bounded(a: tuple[float, ...], b: tuple[float, ...]) -> None:
-    assert overlap(a, b) == pytest.approx(overlap(b, a))
-    assert 0.0 <= overlap(a, b) <= 1.0 + 1e-9
+    assert iou(a, b) == pytest.approx(iou(b, a))
+    assert 0.0 <= iou(a, b) <= 1.0 + 1e-9
 
 
 def test_boxes_are_brought_back_to_the_frames_pixels() -> None:

@@ -5,9 +5,9 @@ import math
 import pytest
 
 from contracts.geometry import Pose2D
+from geometry.poses import compose
 from sim.home import Home
 from sim.ros.behaviour import BaseBehaviours, Behaviour, Ending
-from sim.ros.frames import compose
 from sim.world import World
 
 

@@ -2,8 +2,9 @@
 
 import pytest
 
+from geometry.boxes import iou
 from sim.training.records import Box, Frame, from_json, to_json, yolo_lines
-from sim.training.scores import Guess, average_precision, iou, match, recall, recall_by_distance
+from sim.training.scores import Guess, average_precision, match, recall, recall_by_distance
 
 
 def box(kind: str, bbox: tuple[int, int, int, int], distance_m: float = 1.0) -> Box:

@@ -1,28 +1,11 @@
 """Which of several boxes is meant: overlap, nearness, scaling. Pure; boxes are x_min, y_min, x_max, y_max in px."""
 
-import math
 from collections.abc import Sequence
 
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target
+from geometry.boxes import center_distance, iou
 from inference.colours import agrees, colours_said
-
-
-def overlap(a: BboxXyxy, b: BboxXyxy) -> float:
-    """Intersection over union, 0..1."""
-    width = min(a[2], b[2]) - max(a[0], b[0])
-    height = min(a[3], b[3]) - max(a[1], b[1])
-    shared = width * height if width > 0 and height > 0 else 0.0
-    return shared / (area(a) + area(b) - shared) if shared > 0 else 0.0  # a sliver's area may round to nothing
-
-
-def area(box: BboxXyxy) -> float:
-    return max(0.0, box[2] - box[0]) * max(0.0, box[3] - box[1])
-
-
-def centre_distance(a: BboxXyxy, b: BboxXyxy) -> float:
-    """Between the centres, px."""
-    return math.hypot((a[0] + a[2] - b[0] - b[2]) / 2, (a[1] + a[3] - b[1] - b[3]) / 2)
 
 
 def matches(detection: Detection, target: Target) -> bool:
@@ -48,7 +31,7 @@ def meant_box(detections: Sequence[Detection], target: Target, bbox_xyxy: BboxXy
         return best_target(same_class, target) or max(same_class, key=lambda one: one.confidence, default=None)
     return max(
         same_class,
-        key=lambda one: (overlap(one.bbox_xyxy, bbox_xyxy), -centre_distance(one.bbox_xyxy, bbox_xyxy)),
+        key=lambda one: (iou(one.bbox_xyxy, bbox_xyxy), -center_distance(one.bbox_xyxy, bbox_xyxy)),
         default=None,
     )
 

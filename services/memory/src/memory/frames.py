@@ -9,6 +9,7 @@ from itertools import groupby
 from contracts.geometry import Pose2D
 from contracts.memory import Look, Observation
 from contracts.vision import Detection, Detections
+from geometry.boxes import iou
 
 SAME_BOX = 0.6
 """Two boxes of one label that overlap by this share of their union are one thing, drawn twice."""
@@ -82,24 +83,10 @@ def worth_keeping(message: Detections, excluded: Exclusion, confidence_min: floa
     for one in sorted(message.detections, key=lambda detection: -detection.confidence):
         if one.confidence < confidence_min or one.label in excluded or not one.label.isprintable():
             continue
-        if any(one.label == other.label and overlap(one.bbox_xyxy, other.bbox_xyxy) > SAME_BOX for other in kept):
+        if any(one.label == other.label and iou(one.bbox_xyxy, other.bbox_xyxy) > SAME_BOX for other in kept):
             continue
         kept.append(one)
     return kept
-
-
-def overlap(one: Sequence[float], other: Sequence[float]) -> float:
-    """Intersection over union of two boxes (x_min, y_min, x_max, y_max), 0 to 1."""
-    width = min(one[2], other[2]) - max(one[0], other[0])
-    height = min(one[3], other[3]) - max(one[1], other[1])
-    if width <= 0.0 or height <= 0.0:
-        return 0.0
-    shared = width * height
-    return shared / (_area(one) + _area(other) - shared)
-
-
-def _area(box: Sequence[float]) -> float:
-    return (box[2] - box[0]) * (box[3] - box[1])
 
 
 @dataclass(frozen=True, slots=True)

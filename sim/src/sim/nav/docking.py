@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import Final
 
 from contracts.geometry import Pose2D, Twist2D
-from sim.nav.follower import wrap
+from geometry.poses import wrap
 
 _STAGING_M: Final = 0.5
 _SPEED_M_S: Final = 0.12

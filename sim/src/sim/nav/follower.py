@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
+from geometry.poses import wrap
 from sim.nav.planner import SPACING_M, Path
 
 STILL: Final = Twist2D()
@@ -134,11 +135,6 @@ def blocked(twist: Twist2D, obstacles_m: NDArray[np.float64], limits: Limits) ->
     x, y = (np.sin(k * s) / k, (1 - np.cos(k * s)) / k) if abs(k) > 1e-3 else (s, np.zeros_like(s))
     clearance_m = np.hypot(near[:, 0] - x, near[:, 1] - y)
     return bool((clearance_m < np.minimum(limits.footprint_m, clearance_m[0] - 0.005))[1:].any())
-
-
-def wrap(angle: float) -> float:
-    """The same angle between -pi and pi."""
-    return math.remainder(angle, math.tau)
 
 
 def _turn(error: float, limits: Limits) -> float:

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import Final
 
+from geometry.poses import compose, inverse
 from sim.nav.docking import Docking, Undocking
-from sim.ros.frames import compose, inverse
 from sim.world import World
 
 _TIMEOUT_S: Final = 60.0

@@ -9,8 +9,8 @@ from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
 from contracts.geometry import Pose2D
+from geometry.poses import compose, inverse
 from sim.ros import messages
-from sim.ros.frames import compose, inverse
 from sim.ros.quality import REPUBLISHED
 from sim.ros.realtime import RealTime
 from sim.settings import SimSettings

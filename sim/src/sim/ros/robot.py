@@ -15,9 +15,9 @@ from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from contracts.geometry import Pose2D
+from geometry.poses import compose
 from sim.ros import messages
 from sim.ros.base import BaseInterface
-from sim.ros.frames import compose
 from sim.ros.localiser import Localiser
 from sim.ros.quality import COMMAND, DRIVER, REPUBLISHED
 from sim.ros.realtime import Duty, RealTime

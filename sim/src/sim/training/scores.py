@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from geometry.boxes import iou
 from sim.training.records import Box, Frame
 
 IOU_MIN = 0.5
@@ -38,16 +39,6 @@ class Matches:
 
     guesses: list[tuple[str, float, bool]]
     truths: list[Truth]
-
-
-def iou(a: Sequence[float], b: Sequence[float]) -> float:
-    """Intersection over union of two boxes x_min, y_min, x_max, y_max."""
-    width = min(a[2], b[2]) - max(a[0], b[0])
-    height = min(a[3], b[3]) - max(a[1], b[1])
-    if width <= 0 or height <= 0:
-        return 0.0
-    both = width * height
-    return both / ((a[2] - a[0]) * (a[3] - a[1]) + (b[2] - b[0]) * (b[3] - b[1]) - both)
 
 
 def match(frames: Sequence[Frame], guesses: Sequence[Sequence[Guess]]) -> Matches:

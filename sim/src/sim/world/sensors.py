@@ -6,22 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
+from geometry.poses import compose
 from sim.world.types import Floats, WorldOptions
 
 SCAN_RAYS = 720
 SCAN_RANGE_MIN_M, SCAN_RANGE_MAX_M = 0.15, 12.0
 _PATCH_PX = 40
-
-
-def wrap(angle_rad: float) -> float:
-    """The same heading in -pi..pi."""
-    return math.remainder(angle_rad, 2 * math.pi)
-
-
-def compose(frame: Pose2D, x_m: float, y_m: float, yaw_rad: float) -> Pose2D:
-    """A pose given in `frame`, in the frame that `frame` is given in."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    return Pose2D(x=frame.x + cos * x_m - sin * y_m, y=frame.y + sin * x_m + cos * y_m, yaw=wrap(frame.yaw + yaw_rad))
 
 
 def noisy_scan(distances_m: NDArray[np.float64], rng: np.random.Generator, sigma_m: float) -> Floats:
@@ -103,9 +93,8 @@ class OdometryDrift:
         """The robot really moved so, in its own frame."""
         way_m = math.hypot(forward_m, sideways_m)
         wander = self._heading_sigma * math.sqrt(way_m) * float(self._rng.standard_normal())
-        self.pose = compose(
-            self.pose, self._scale * forward_m, self._scale * sideways_m, self._turn_scale * turn_rad + wander
-        )
+        moved = Pose2D(x=self._scale * forward_m, y=self._scale * sideways_m, yaw=self._turn_scale * turn_rad + wander)
+        self.pose = compose(self.pose, moved)
 
 
 class LocalizationError:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
+from geometry.poses import wrap
 from sim.world.occupancy import clearance_m as clearance
 from sim.world.occupancy import reachable
-from sim.world.sensors import wrap
 from sim.world.types import OccupancyGrid, PoseEstimate
 from sim.world.world import World
 

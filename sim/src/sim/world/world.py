@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
+from geometry.poses import compose, wrap
 from sim.home import Home
 from sim.world.base import Base
 from sim.world.body import Body
@@ -24,9 +25,7 @@ from sim.world.sensors import (
     DepthNoise,
     LocalizationError,
     OdometryDrift,
-    compose,
     noisy_scan,
-    wrap,
 )
 from sim.world.solids import Volume, volumes_of_body
 from sim.world.types import (
@@ -212,7 +211,7 @@ class World:
     @cached_property
     def grid(self) -> OccupancyGrid:
         """The map somebody recorded with SLAM: see `sim.world.occupancy.record_map`."""
-        out_of_dock = compose(self.scene.dock, -0.4, 0.0, 0.0)
+        out_of_dock = compose(self.scene.dock, Pose2D(x=-0.4, y=0.0, yaw=0.0))
         return record_map(self._body.model, self._body.data, out_of_dock, self._body.root)
 
     @property

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target, ValidateRequest, Validation, Verdict, Vote
-from inference.boxes import area, meant_box
+from geometry.boxes import area
+from inference.boxes import meant_box
 from inference.colours import colours_said, phrase, with_colour
 from inference.perception.annotate import to_jpeg
 from inference.perception.embeddings import NoEmbeddingError
