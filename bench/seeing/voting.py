@@ -8,6 +8,7 @@ from typing import Self
 import cv2
 import numpy as np
 
+from contracts.measuring import LocalizeRequest, Measurement, NotMeasured, not_measured
 from contracts.vision import Detection, Target, ValidateRequest, Verdict
 from geometry.boxes import iou
 from inference.perception.models import Loaded, Models
@@ -161,6 +162,9 @@ class OneFrame:
 
     async def newest(self, *, after_s: float | None, wait_s: float) -> CameraFrame | None:
         return CameraFrame(1.0, self._jpeg)
+
+    async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
+        return tuple(not_measured(NotMeasured.NOT_ANSWERED, "pictures have no depth") for _ in request.boxes_xyxy)
 
     async def aclose(self) -> None:
         return

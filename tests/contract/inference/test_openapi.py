@@ -9,17 +9,14 @@ from inference.app import create_app
 from inference.ports import Frame
 from inference.settings import Settings
 from support.bus import MemoryBus
-from support.inference_fakes import FakeClip, FakeDetector, bottle, jpeg_of, loads, picture
+from support.inference_fakes import FakeCamera, FakeClip, FakeDetector, bottle, jpeg_of, loads, picture
 
 
-class EagerCamera:
+class EagerCamera(FakeCamera):
     """Always has a newer frame."""
 
     async def newest(self, *, after_s: float | None, wait_s: float) -> Frame | None:
         return Frame((after_s or 0.0) + 1.0, jpeg_of(picture()))
-
-    async def aclose(self) -> None:
-        return
 
 
 app = create_app(
