@@ -85,7 +85,7 @@ class Site:
             page.on("pageerror", lambda error: complaints.append(str(error)))
             if connects is not None:
                 await page.route_web_socket("**/_nicegui_ws/**", lambda socket: _connect(socket, connects))
-            await page.goto(address, timeout=60_000)
+            await page.goto(address, timeout=120_000)
             await expect(page.get_by_role("status", name="Mission state")).to_have_text("Looking around")
             await expect(page.locator('[data-atom="map"][data-fresh="true"]')).to_be_visible()
             yield page
