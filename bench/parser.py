@@ -15,8 +15,8 @@ from typing import Any
 
 from bench import people
 from contracts.vision import ParsedTask, ParseTaskRequest
-from inference.language.languages import Languages, open_languages
 from inference.language.providers import Providers
+from inference.languages import Languages, open_languages
 from inference.parsing import parser
 from inference.parsing.task_parsing import Reader
 from inference.settings import Settings

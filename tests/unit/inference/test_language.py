@@ -9,7 +9,6 @@ from contracts.coco import COCO_LABELS, COLOURS
 from contracts.vision import ModelState, ParseTaskRequest
 from inference.colours import SPELLINGS
 from inference.language.breaker import Breaker
-from inference.language.grounding import invented
 from inference.language.language_settings import ReaderKind, is_local
 from inference.language.prompts import PresenceAnswer, TaskAnswer, presence_prompt
 from inference.language.providers import Providers
@@ -17,6 +16,7 @@ from inference.parsing.claims import checked
 from inference.parsing.lexicon import lexicon
 from inference.parsing.spelling import singular_forms
 from inference.parsing.tokens import words_of
+from inference.reasoning.grounding import invented
 from inference.settings import Settings
 from mesh.clock import SystemClock
 from support.inference_fakes import FakeLanguageModel

@@ -8,7 +8,7 @@ from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
 from inference.adapters.bridge_camera import BridgeCamera
-from inference.language.languages import open_languages
+from inference.languages import open_languages
 from inference.perception.models import Loaded, Models
 from inference.perception.perception import Perception
 from inference.perception.worker import Worker

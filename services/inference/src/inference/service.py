@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from contracts.geometry import Pose2D
 from contracts.problem import Dependency, DependencyState
 from contracts.vision import Detections, ModelInfo, ModelState
-from inference.language.reasoning import Reasoner
 from inference.parsing.task_parsing import Reader
 from inference.perception.images import decode
 from inference.perception.models import Models
 from inference.perception.perception import Perception
 from inference.ports import RgbImage
+from inference.reasoning.reasoner import Reasoner
 from inference.validation.validation import Validator
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock

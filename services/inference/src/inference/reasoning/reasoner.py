@@ -4,9 +4,9 @@ import time
 from dataclasses import dataclass
 
 from contracts.language import ReasonReply, ReasonRequest
-from inference.language.grounding import invented
 from inference.language.prompts import ReasonAnswer, reason_prompt
 from inference.language.providers import Providers
+from inference.reasoning.grounding import invented
 
 
 @dataclass(frozen=True)

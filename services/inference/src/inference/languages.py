@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from inference.language.language_settings import LanguageSettings, ModelServer, ReaderKind
 from inference.language.providers import Provider, Providers
-from inference.language.reasoning import Reasoner
 from inference.parsing.task_parsing import Reader
 from inference.ports import LanguageModel, VisionLanguageModel
+from inference.reasoning.reasoner import Reasoner
 from inference.validation.presence import PresenceJudge
 from mesh.clock import Clock
 
