@@ -9,6 +9,7 @@ TOUR      ?= 1
 COCO      ?=
 PYTEST    := $(PY) -m pytest
 PARALLEL  := -n 2 --dist loadfile --no-loadscope-reorder
+ALONE     := tests/integration/sim tests/e2e
 STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if $(filter 0,$(TOUR)),--no-tour,--tour)
 
 export YOLO_OFFLINE ?= 1
@@ -45,8 +46,8 @@ format: ## format and mend what can be mended
 
 test: ## everything, the end-to-end run of the whole mesh included
 	@$(PYTHON3) tools/setup.py --tests
-	$(PYTEST) tests --ignore tests/e2e $(PARALLEL)
-	$(PYTEST) tests/e2e
+	$(PYTEST) tests $(ALONE:%=--ignore %) $(PARALLEL)
+	$(PYTEST) $(ALONE)
 
 test-fast: setup ## unit, contract and architecture tests only
 	$(PYTEST) tests/unit tests/contract tests/architecture $(PARALLEL)

@@ -221,6 +221,7 @@ async def test_a_file_that_is_locked_at_the_start_is_opened_later(
             return (await log.dependency()).ok
 
         log.append(event(0))
+        log.upsert(mission("meanwhile", Outcome.FOUND))
         assert not await well()
         other.execute("ROLLBACK")
         other.close()
@@ -228,6 +229,11 @@ async def test_a_file_that_is_locked_at_the_start_is_opened_later(
         found = await log.get("ran")
         assert found is not None
         assert found.outcome is Outcome.INTERRUPTED
+    async with sqlite_log(path) as log:
+        assert {one.id: one.outcome for one in await log.newest(10)} == {
+            "ran": Outcome.INTERRUPTED,
+            "meanwhile": Outcome.FOUND,
+        }
 
 
 async def test_while_the_file_is_locked_nothing_is_lost_and_its_trouble_is_named(tmp_path: Path) -> None:

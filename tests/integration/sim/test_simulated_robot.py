@@ -290,8 +290,8 @@ def test_velocities_that_are_none_are_ignored(mission: Mission, sim: SimProcess)
     mission.node.destroy_publisher(publisher)
 
 
-def test_ground_truth_tells_how_it_keeps_real_time_and_answers_bad_questions_clearly(sim: SimProcess) -> None:
-    assert 0.0 < sim.truth()["real_time"]["factor"] < 1.1  # how far it keeps up is measured in bench, not here
+def test_ground_truth_keeps_real_time_and_answers_bad_questions_clearly(sim: SimProcess) -> None:
+    assert sim.truth()["real_time"]["factor"] > 0.5
     assert sim.get("/score?kind=bottle&colour=red")["correct"] is False
     assert sim.status("/score?kind=unicorn") == 404
     assert sim.status("/score") == 422

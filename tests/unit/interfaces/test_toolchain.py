@@ -13,7 +13,7 @@ INCLUDES = 'INTERFACE_INCLUDE_DIRECTORIES "{python};{numpy}"\n'
     "baked",
     [
         ("/opt/python/cp311-cp311/include/python3.11", "/opt/python/cp311-cp311/lib/x/numpy/_core/include"),
-        ("/usr/include/python3.11", "/root/.cache/atom/.build-1/toolchain/lib/x/numpy/_core/include"),
+        ("/usr/include/python3.11", "/home/someone/.cache/atom/.build-1/toolchain/lib/x/numpy/_core/include"),
     ],
 )
 def test_include_folders_of_elsewhere_become_those_of_here_and_a_linked_cache_stays_as_it_is(

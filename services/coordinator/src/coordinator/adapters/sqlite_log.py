@@ -71,7 +71,7 @@ class SqliteLog:
 
     async def open(self, now_s: float) -> None:
         """Makes the file ready, and writes of what was queued or running when the last process ended that it was
-        interrupted.
+        interrupted. Missions of the time before it could be opened are kept; their timelines and recordings are not.
         """
         self._started_s = now_s
         try:
@@ -83,10 +83,13 @@ class SqliteLog:
             return
         self._opened, self._trouble = True, ""
         self._next_event_id = max(self._next_event_id, newest + 1)
+        meanwhile = tuple(self._recent.values())
         for record in left:
             mission = interrupted(Mission.model_validate_json(record), now_s)
             self.upsert(mission)
             self.append(line_of(mission, self._next_event_id, now_s))
+        for mission in meanwhile:
+            self.upsert(mission)
         self._forget_the_oldest()
 
     async def aclose(self) -> None:
