@@ -1,6 +1,8 @@
 """Every service is the same house: whoever knows one finds their way in all."""
 
 import ast
+import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -71,6 +73,22 @@ def test_every_image_runs_as_nobody_special_and_says_how_it_is(service: str) -> 
     assert any(line.startswith("HEALTHCHECK ") for line in lines)
     assert not any(line.replace(" ", "").startswith("#syntax=") for line in lines)
     assert any("/opt/venv" in line for line in lines)
+
+
+@pytest.mark.parametrize("project", [*(f"services/{name}" for name in SERVICES), "sim"])
+def test_every_image_installs_the_packages_of_ours_that_its_project_needs(project: str) -> None:
+    def needed_by(name: str) -> set[str]:
+        file = (ROOT / name / "pyproject.toml").read_text(encoding="utf-8")
+        needs = {
+            one.removeprefix("atom-")
+            for one in tomllib.loads(file)["project"]["dependencies"]
+            if one.startswith("atom-")
+        }
+        return needs.union(*(needed_by(f"packages/{one}") for one in needs))
+
+    image = (ROOT / project / "Dockerfile").read_text(encoding="utf-8")
+    runs = re.findall(r"packages/(\w+)", " ".join(re.findall(r"pip install(?:[^\n]|(?<=\\)\n)+", image)))
+    assert needed_by(project) <= set(runs)
 
 
 def test_compose_builds_every_service_from_its_own_dockerfile() -> None:

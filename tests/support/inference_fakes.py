@@ -48,6 +48,7 @@ class FakeCamera:
         self.asked = 0
         self.localized: list[LocalizeRequest] = []
         self.localize_fails = False
+        self.detail = "no depth camera"
         self.localize_hangs = False
         self._frame: Frame | None = None
         self._changed = asyncio.Event()
@@ -73,7 +74,7 @@ class FakeCamera:
         """Each box at a place of its own: 1 m, 2 m ... ahead of the map's origin."""
         self.localized.append(request)
         if self.localize_fails:
-            raise UnavailableError("robot_bridge", "no depth camera")
+            raise UnavailableError("robot_bridge", self.detail)
         if self.localize_hangs:
             await asyncio.Event().wait()
         return tuple(

@@ -13,6 +13,8 @@ from mesh.errors import NotFoundError
 class MemoryLog:
     """The port `MissionLog`; one suite of tests runs over it and `SqliteLog`."""
 
+    opened = True
+
     def __init__(self) -> None:
         self._missions: OrderedDict[str, Mission] = OrderedDict()
         self._tail = EventTail(1_000_000)

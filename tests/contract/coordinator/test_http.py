@@ -6,6 +6,7 @@ from contracts.mission import CoveragePlan, MissionStatus
 from contracts.vision import ParsedTask
 from support.coordinator_mesh import OpenMesh
 from support.coordinator_world import Thing
+from support.memory_log import MemoryLog
 
 RED = Thing("bottle", "red", 3.5, 2.5)
 
@@ -26,6 +27,18 @@ async def test_a_malformed_command_is_422_and_changes_nothing(open_mesh: OpenMes
         assert answer.status_code == 422
         assert answer.headers["content-type"] == "application/problem+json"
         assert (await mesh.client.get("/missions")).json() == []
+        assert mesh.world.moves == []
+
+
+async def test_without_an_opened_history_nothing_is_begun(open_mesh: OpenMesh) -> None:
+    log = MemoryLog()
+    log.opened = False
+    async with open_mesh(log=log) as mesh:
+        answer = await mesh.client.post("/missions", json={"command": "find the red bottle"})
+        assert (answer.status_code, answer.json()["detail"]) == (
+            503,
+            "database: the history of missions is not open yet",
+        )
         assert mesh.world.moves == []
 
 

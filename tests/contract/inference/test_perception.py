@@ -57,6 +57,18 @@ async def test_without_places_the_detections_go_out_all_the_same(opened: Opened,
     assert (one.measurement.answered, one.measurement.distance_m) == (False, None)
 
 
+async def test_however_long_a_proxys_answer_is_the_detections_go_out(opened: Opened) -> None:
+    house = House()
+    house.camera.localize_fails = True
+    house.camera.detail = "page " * 300
+    async with opened(house):
+        house.camera.show(10.0, picture(RED_THING))
+        await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
+    (told,) = house.bus.of(VISION_DETECTIONS)
+    assert told.detections[0].measurement is not None
+    assert told.detections[0].measurement.text == ("page " * 300)[:500]
+
+
 async def test_a_frame_that_shows_nothing_is_not_measured(opened: Opened) -> None:
     house = House(detector=FakeDetector())
     async with opened(house):

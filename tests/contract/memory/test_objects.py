@@ -36,7 +36,7 @@ from support.fake_clock import FakeClock
 from support.fake_senses import FakeSenses
 from support.memory_store import FakeStore
 from support.observations import look, seen
-from support.waiting import until
+from support.waiting import until, until_true
 
 from .conftest import served
 
@@ -106,6 +106,30 @@ async def test_a_hidden_thing_keeps_its_belief(client: ServiceClient, senses: Fa
     reply = await client.post("/looks", LookBatch(looks=(look(stamp_s=NOW_S + 1.0, far_m=None),)), LooksReply)
     assert reply == LooksReply(untold=1)
     assert await objects(client) == [before]
+
+
+@pytest.mark.parametrize("away_m", [7.5, 12.0, 20.0])
+async def test_a_thing_far_away_is_remembered_however_unsure_its_place_is_and_ends_nothing(
+    client: ServiceClient, bus: MemoryBus, store: FakeStore, clock: FakeClock, away_m: float
+) -> None:
+    sigma_m = 0.012 * away_m**3.461  # what robot_bridge says of such a distance
+    place = Measurement(distance_m=away_m, sigma_m=sigma_m, map_point=Point3D(x=away_m, y=0.0, z=0.3))
+    message = Detections(
+        stamp_s=NOW_S + 1.0,
+        image_width_px=250,
+        image_height_px=250,
+        pose=Pose2D(x=0.0, y=0.0, yaw=0.0),
+        detections=(Detection(label="cup", confidence=0.8, bbox_xyxy=(120.0, 120.0, 124.0, 124.0), measurement=place),),
+    )
+    await bus.publish(VISION_DETECTIONS, message)
+
+    async def remembered() -> bool:
+        await clock.advance(2.0)
+        return len(store.frames) == 1
+
+    await until_true(remembered)
+    assert [one.sigma_m for frame in store.frames for one in frame.seen] == [sigma_m]
+    assert [one.label for one in await client.get_list("/views", View)] == ["cup"]
 
 
 async def test_every_frame_is_sightings_with_places_and_a_look(

@@ -221,11 +221,14 @@ async def test_a_file_that_is_locked_at_the_start_is_opened_later(
             return (await log.dependency()).ok
 
         log.append(event(0))
+        log.record("meanwhile", "the header")
         log.upsert(mission("meanwhile", Outcome.FOUND))
-        assert not await well()
+        assert (log.opened, await well()) == (False, False)
         other.execute("ROLLBACK")
         other.close()
         await until_true(well)
+        log.record("meanwhile", "a step")
+        assert (log.opened, await log.recording("meanwhile")) == (True, ())
         found = await log.get("ran")
         assert found is not None
         assert found.outcome is Outcome.INTERRUPTED

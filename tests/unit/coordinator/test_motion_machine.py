@@ -6,14 +6,14 @@ from typing import cast
 
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import Goal, GoalStatus, VelocityReply
 from coordinator.execution.motion_client import MotionClient
 from coordinator.execution.motion_phases import FOLLOWS, MotionPhase
 from coordinator.ports import Robot
-from mesh.errors import UnavailableError
+from mesh.errors import MeshError, UnavailableError, UpstreamError
 from support.fake_clock import FakeClock
 
 GOAL = Pose2D(x=1.0, y=0.0, yaw=0.0)
@@ -23,18 +23,17 @@ class Bridge:
     """Holds every call until it is answered or lost. `moving` is what may move the robot; `told` what was asked."""
 
     def __init__(self) -> None:
-        self.calls: list[asyncio.Future[bool]] = []
+        self.calls: list[asyncio.Future[MeshError | None]] = []
         self.moving: set[str] = set()
         self.told: list[str] = []
         self.overlaps: list[tuple[str, set[str]]] = []
-        self.unanswered = 0
         self._count = 0
 
-    def answer(self, well: bool) -> None:
+    def answer(self, error: MeshError | None) -> None:
         while self.calls:
             call = self.calls.pop(0)
             if not call.done():
-                call.set_result(well)
+                call.set_result(error)
                 return
 
     async def _moves(self, kind: str) -> str:
@@ -51,21 +50,30 @@ class Bridge:
     async def _answered(self) -> None:
         call = asyncio.get_running_loop().create_future()
         self.calls.append(call)
-        if not await call:
-            self.unanswered += 1
-            raise UnavailableError("robot_bridge", "no answer in time")
+        if (error := await call) is not None:
+            raise error
 
     async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
-        name = await self._moves("goal")
+        try:
+            name = await self._moves("goal")
+        except UpstreamError:
+            self.moving = {one for one in self.moving if not one.startswith("goal")}
+            raise
         return Goal(id=name, pose=pose, status=GoalStatus.EXECUTING, stamp_s=0.0)
 
     async def goal(self, goal_id: str) -> Goal:
+        """Raises what the question is answered with; the goal goes on."""
         await self._answered()
         self.moving.discard(goal_id)
         return Goal(id=goal_id, pose=GOAL, status=GoalStatus.SUCCEEDED, stamp_s=0.0)
 
     async def rotate(self) -> None:
-        name = await self._moves("turn")
+        """Refused, it did not begin."""
+        try:
+            name = await self._moves("turn")
+        except UpstreamError:
+            self.moving = {one for one in self.moving if not one.startswith("turn")}
+            raise
         self.moving.discard(name)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
@@ -91,6 +99,7 @@ class Motions(RuleBasedStateMachine):
         super().__init__()
         self.loop = asyncio.new_event_loop()
         self.bridge, self.clock = Bridge(), FakeClock()
+        self.ended_badly = False
         self.client = MotionClient(
             cast("Robot", self.bridge), self.clock, self.loop.create_task, goal_poll_s=1.0, on_lease=lambda held: None
         )
@@ -108,13 +117,24 @@ class Motions(RuleBasedStateMachine):
                 await (self.client.navigate(GOAL, 10.0, 0) if goal else self.bridge.rotate())
             except UnavailableError:
                 self.client.mark_uncertain(0)
+            except UpstreamError:
+                self.ended_badly = True
 
-        self.client.stop(0)
-        self.client.start(work)
+        self.ended_badly = False
+        self.client.start(work, 0)
 
     @rule(goal=st.booleans())
     def starts_in_the_moment_of_a_stop(self, goal: bool) -> None:
-        """As the core does: nothing begins but after a stop."""
+        def stop_and_begin() -> None:
+            self.client.stop(0)
+            self.begin(goal)
+
+        self.now(stop_and_begin)
+
+    @precondition(lambda self: self.ended_badly)
+    @rule(goal=st.booleans())
+    def starts_when_the_last_ended_badly(self, goal: bool) -> None:
+        """As the core does: without a stop, nothing begins but after an end."""
         self.now(lambda: self.begin(goal))
 
     @rule()
@@ -123,16 +143,22 @@ class Motions(RuleBasedStateMachine):
 
     @rule()
     def sends_a_velocity(self) -> None:
+        self.ended_badly = False
         self.now(lambda: self.client.send_velocity(Twist2D(linear_x=0.1), 0.3, 0))
 
     @rule()
     def an_answer_comes(self) -> None:
-        self.now(lambda: self.bridge.answer(well=True))
+        self.now(lambda: self.bridge.answer(None))
 
     @rule()
     def an_answer_is_lost(self) -> None:
         """A goal or turn of which no answer comes is ended with the session; a lease ends by itself."""
-        self.now(lambda: self.bridge.answer(well=False))
+        self.now(lambda: self.bridge.answer(UnavailableError("robot_bridge", "no answer in time")))
+
+    @rule()
+    def an_answer_is_a_refusal(self) -> None:
+        """Of a goal under way: nothing is known of it, and it goes on."""
+        self.now(lambda: self.bridge.answer(UpstreamError("robot_bridge", 500, "it broke")))
 
     @rule(seconds=st.sampled_from([0.5, 1.1, 1.6]))
     def time_passes(self, seconds: float) -> None:
@@ -151,7 +177,7 @@ class Motions(RuleBasedStateMachine):
         self.now(lambda: self.client.stop(0))
         self.loop.run_until_complete(self.clock.advance(2.0))
         for _ in range(20):
-            self.now(lambda: self.bridge.answer(well=False))
+            self.now(lambda: self.bridge.answer(UnavailableError("robot_bridge", "no answer in time")))
             self.loop.run_until_complete(self.clock.advance(2.0))
         assert (self.client.phase, self.bridge.moving) == (MotionPhase.IDLE, set())
         assert asyncio.all_tasks(self.loop) == set()

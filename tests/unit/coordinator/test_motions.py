@@ -10,7 +10,7 @@ from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalStatus
 from coordinator.execution.motion_client import MotionClient
 from coordinator.ports import Robot
-from mesh.errors import UnavailableError
+from mesh.errors import MeshError, UnavailableError, UpstreamError
 from mesh.tasks import Tasks
 from support.fake_clock import FakeClock
 
@@ -24,6 +24,7 @@ class Bridge:
         self.told: list[str] = []
         self.answers = asyncio.Event()
         self.loses: set[str] = set()
+        self.asked_about: MeshError = UnavailableError("robot_bridge", "no answer in time")
 
     async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
         name = f"to {pose.x:.0f}"
@@ -34,7 +35,7 @@ class Bridge:
         return Goal(id=name, pose=pose, status=GoalStatus.EXECUTING, stamp_s=0.0)
 
     async def goal(self, goal_id: str) -> Goal:
-        raise UnavailableError("robot_bridge", "no answer in time")
+        raise self.asked_about
 
     async def cancel_goal(self, goal_id: str) -> None:
         self.told.append(f"cancel {goal_id}")
@@ -49,6 +50,7 @@ class Bridge:
 class Bench:
     def __init__(self, tasks: Tasks) -> None:
         self.bridge, self.clock = Bridge(), FakeClock()
+        self.failed = 0
         self.motions = MotionClient(
             cast("Robot", self.bridge), self.clock, lambda work: tasks.start("call", work, forever=False),
             goal_poll_s=1.0, on_lease=lambda held: None,
@@ -60,8 +62,10 @@ class Bench:
                 await self.motions.navigate(pose, 10.0, 0)
             except UnavailableError:
                 self.motions.mark_uncertain(0)
+            except UpstreamError:
+                self.failed += 1
 
-        self.motions.start(work)
+        self.motions.start(work, 0)
 
 
 @pytest.fixture
@@ -136,6 +140,21 @@ async def test_a_goal_that_can_no_longer_be_asked_about_is_ended_too(bench: Benc
     bench.motions.stop(0)
     await bench.clock.settle()
     assert bench.bridge.told == ["to 1", "drop"]
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+async def test_a_goal_of_which_only_a_fault_is_heard_is_cancelled_by_what_comes_next(
+    bench: Bench, stopped: bool
+) -> None:
+    bench.bridge.answers.set()
+    bench.bridge.asked_about = UpstreamError("robot_bridge", 500, "it broke")
+    bench.go(A)
+    await bench.clock.advance(1.1)
+    assert (bench.failed, bench.bridge.told) == (1, ["to 1"])
+    next_one = {False: lambda: bench.go(B), True: lambda: bench.motions.stop(0)}[stopped]
+    next_one()
+    await bench.clock.settle()
+    assert bench.bridge.told == ["to 1", "cancel to 1", *{False: ["to 2"], True: []}[stopped]]
 
 
 async def test_leaving_while_a_goal_is_sent_leaves_no_task_and_no_error_behind() -> None:

@@ -7,6 +7,8 @@ from pydantic import Field
 from contracts.base import BboxXyxy, ImageSidePx, Message
 from contracts.geometry import Point3D
 
+TEXT_MAX = 500
+
 
 class NotMeasured(StrEnum):
     """Why a box has no distance, or no place in map."""
@@ -41,7 +43,7 @@ class Measurement(Message):
     base_point: Point3D | None = Field(default=None, description="in base_link at the time of the picture")
     map_point: Point3D | None = Field(default=None, description="in map")
     cause: NotMeasured | None = Field(default=None, description="why there is no distance, or no place in map")
-    text: str = Field(default="", max_length=500, description="the cause in words, for a person")
+    text: str = Field(default="", max_length=TEXT_MAX, description="the cause in words, for a person")
 
     @property
     def answered(self) -> bool:
@@ -50,7 +52,8 @@ class Measurement(Message):
 
 
 def not_measured(cause: NotMeasured, text: str) -> Measurement:
-    return Measurement(cause=cause, text=text)
+    """`text` is cut where it is too long: it may be another program's."""
+    return Measurement(cause=cause, text=text[:TEXT_MAX])
 
 
 class LocalizeRequest(Message):

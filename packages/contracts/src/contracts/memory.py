@@ -28,7 +28,7 @@ class Observation(Message):
     stamp_s: StampS
     colour: Colour | None = None
     position: Point3D | None = Field(default=None, description="of the thing's near surface, in map, where measured")
-    sigma_m: float | None = Field(default=None, ge=0.0, le=10.0, description="standard deviation of the position")
+    sigma_m: float | None = Field(default=None, ge=0.0, description="standard deviation of the position")
     embedding: Embedding | None = Field(default=None, description="of what the box shows")
 
 

@@ -99,6 +99,11 @@ class MissionLog(Protocol):
     """
 
     @property
+    def opened(self) -> bool:
+        """False until it could be opened for the first time: till then little is kept, and events begin at 0."""
+        ...
+
+    @property
     def next_event_id(self) -> int: ...
 
     def upsert(self, mission: Mission) -> None:

@@ -203,7 +203,10 @@ class Camera(Protocol):
         ...
 
     async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
-        """How far away and where the things in the boxes are, in their order. Raises `MeshError` where nobody says."""
+        """How far away and where the things in the boxes are, in their order.
+
+        Raises `UnavailableError` or `UpstreamError` where nobody says.
+        """
         ...
 
     async def aclose(self) -> None: ...

@@ -94,7 +94,7 @@ class Settings(LanguageSettings, ServiceSettings):
     localize_timeout_s: float = Field(
         default=0.3, gt=0.0, le=5.0, description="detections are published without places where these take longer"
     )
-    spotted_period_s: float = Field(default=0.5, ge=0.0, description="shortest time between two vision.spotted")
+    spotted_period_s: float = Field(default=0.5, ge=0.0, description="shortest time between two vision.object_spotted")
 
     validate_frame_wait_s: float = Field(default=3.0, gt=0.0, le=10.0, description="for a frame to vote on")
 

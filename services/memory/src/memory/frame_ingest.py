@@ -23,7 +23,9 @@ DEPTHS_MAX = 12
 
 class Intake:
     """The places of what was seen come with the frame. What should be there and was not seen is measured in one call,
-    while the frame is still in robot_bridge's depth history; without its answer a look has no verdict."""
+    while the frame is still in robot_bridge's depth history. Where nothing is measured, the map alone says what is
+    hidden; an answer that comes too late leaves a look without a verdict.
+    """
 
     def __init__(self, settings: Settings, store: Store, senses: Senses | None) -> None:
         self._settings = settings

@@ -66,6 +66,8 @@ class SqliteLog:
         self._asked = 0
         self._opened = False
         """Before it, nothing is queued: events have no number in the file yet."""
+        self._beheaded: set[str] = set()
+        """Missions whose recordings would lack their beginning."""
         self._started_s = 0.0
         self._trouble = "not opened yet"
 
@@ -103,6 +105,10 @@ class SqliteLog:
     # writing
 
     @property
+    def opened(self) -> bool:
+        return self._opened
+
+    @property
     def next_event_id(self) -> int:
         return self._next_event_id
 
@@ -113,7 +119,7 @@ class SqliteLog:
             self._recent.popitem(last=False)
         over = mission.outcome is not None
         self._write(_MISSION, id=mission.id, over=over, record=mission.model_dump_json())
-        if over:
+        if over and self._opened:
             self._forget_the_oldest()
 
     def append(self, event: MissionEvent) -> None:
@@ -122,7 +128,9 @@ class SqliteLog:
         self._write(_EVENT, id=event.id, mission_id=event.mission_id, line=event.model_dump_json())
 
     def record(self, mission_id: str, line: str) -> None:
-        if self._opened:
+        if not self._opened:
+            self._beheaded.add(mission_id)
+        elif mission_id not in self._beheaded:
             self._lines[mission_id].append(line)
             self._news.set()
 

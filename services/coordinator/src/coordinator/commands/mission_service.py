@@ -76,7 +76,7 @@ class MissionService:
 
         Raises `ConflictError` while stopped or low on power, `UnprocessableError` when the command names nothing known
         or asks for nothing (its `code` says why) or the key was used for another command, `TooManyError` when the queue
-        is full, `UnavailableError` without a robot or a parser.
+        is full, `UnavailableError` without a robot, a parser or an opened history.
         """
         if not command.strip():
             raise UnprocessableError("the command is empty")
@@ -112,6 +112,8 @@ class MissionService:
 
     async def _enqueue(self, command: str, reading: Reading | None, ended_before: int) -> tuple[QueuedMission, ...]:
         """`reading` is none for the way to the dock."""
+        if not self.log.opened:
+            raise UnavailableError("database", "the history of missions is not open yet")
         self._refuse_now(ended_before)
         tasks: list[tuple[CheckedTask | None, str, str]] = [(None, "", "")]
         if reading is not None:

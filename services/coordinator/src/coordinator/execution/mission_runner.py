@@ -176,7 +176,7 @@ class MissionRunner:
                 if self._settings.celebrate:
                     self._spawn(self._celebrate())
             case do.Undock() | do.Dock() | do.Navigate() | do.Rotate() | do.Drive():
-                self._motion.start(lambda: self._call(action.call, lambda: self._move(action, epoch)))
+                self._motion.start(lambda: self._call(action.call, lambda: self._move(action, epoch)), epoch)
             case do.ChoosePath() | do.Localize() | do.Validate() | do.PlanCoverage():
                 if self._query is not None:
                     self._query.cancel()

@@ -38,8 +38,9 @@ END_WAIT_S = 1.5
 
 
 class MotionClient:
-    """Each `start` waits for what ran before; `stop` cancels it, the goal it had sent, and any lease. Where it is not
-    sure that nothing moves any more, it drops the session, and everything ends that was ever asked for in it.
+    """Each `start` waits for what ran before, and ends a goal that is still followed; `stop` cancels what runs, its
+    goal and any lease. Where it is not sure that nothing moves any more, it drops the session, which ends everything
+    that was ever asked for in it.
     """
 
     def __init__(self, robot: Robot, clock: Clock, spawn: Callable[[Coroutine[Any, Any, Any]], "asyncio.Task[Any]"],
@@ -63,7 +64,10 @@ class MotionClient:
         """
         self._end(self._motion, Uncertain(), epoch)
 
-    def start(self, work: Callable[[], Awaitable[None]]) -> None:
+    def start(self, work: Callable[[], Awaitable[None]], epoch: int) -> None:
+        """A goal of which no end was heard is ended first."""
+        if isinstance(self._motion, Sending | Following):
+            self.stop(epoch)
         self._become(Calling(self._chain(lambda: self._call(work))))
 
     def send_velocity(self, twist: Twist2D, duration_s: float, epoch: int) -> None:
@@ -135,7 +139,7 @@ class MotionClient:
         await work()
 
     async def _call(self, work: Callable[[], Awaitable[None]]) -> None:
-        """A goal of which no end was heard is still followed afterwards: the next stop cancels it."""
+        """A goal of which no end was heard is still followed afterwards: the next stop or start cancels it."""
         await work()
         if isinstance(self._motion, Calling) and self._motion.task is asyncio.current_task():
             self._become(Idle())

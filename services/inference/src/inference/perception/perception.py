@@ -20,7 +20,7 @@ from inference.ports import Camera, Frame, RgbImage
 from inference.settings import Settings
 from mesh.bus import Bus
 from mesh.clock import Clock
-from mesh.errors import MeshError
+from mesh.errors import MeshError, UnavailableError, UpstreamError
 
 log = structlog.get_logger()
 
@@ -133,8 +133,8 @@ class Perception:
         try:
             async with asyncio.timeout(limit_s):
                 measurements = await self.camera.localize(request)
-        except (MeshError, TimeoutError) as error:
-            text = error.detail if isinstance(error, MeshError) else f"no answer within {limit_s:g} s"
+        except (UnavailableError, UpstreamError, TimeoutError) as error:
+            text = f"no answer within {limit_s:g} s" if isinstance(error, TimeoutError) else error.said
             UNMEASURED.inc()
             measurements = (not_measured(NotMeasured.NOT_ANSWERED, text),) * len(found)
         return tuple(
