@@ -17,7 +17,7 @@ ROS = frozenset({
     "builtin_interfaces", "rcl_interfaces", "unique_identifier_msgs", "rosidl_runtime_py", "std_srvs",
 })  # fmt: skip
 """Beside every package whose name ends in `_msgs`."""
-ROS_LIVES_IN = ("robot_bridge.adapters", "sim.ros")
+ROS_LIVES_IN = ("robot_bridge.adapters", "robot_bridge.doctor.examination", "sim.ros")
 
 MODELS = frozenset({"torch", "torchvision", "ultralytics", "open_clip", "openvino", "onnxruntime", "transformers"})
 MODELS_LIVE_IN = (

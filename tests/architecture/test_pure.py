@@ -64,7 +64,6 @@ PURE = {
         "sensing.reception",
         "sensing.stamps",
         "sensing.transforms",
-        "celebration",
     ),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
     "vocabulary": ("folding", "groups", "labels", "languages", "moods", "orders", "restrictions"),

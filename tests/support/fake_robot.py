@@ -13,10 +13,7 @@ from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
 from mesh.errors import UnavailableError
-from robot_bridge.celebration import Celebration
-from robot_bridge.navigation.goal_states import GoalEnd
-from robot_bridge.ports import Path
-from robot_bridge.recording.mcap_file import Sink
+from robot_bridge.ports import Celebration, GoalEnd, Path, Sink
 from robot_bridge.sensing.sensor_readings import (
     ColourImage,
     DepthImage,

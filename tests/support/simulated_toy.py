@@ -18,10 +18,7 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
 from mesh.clock import SystemClock
-from robot_bridge.celebration import Celebration
-from robot_bridge.navigation.goal_states import GoalEnd
-from robot_bridge.ports import Path
-from robot_bridge.recording.mcap_file import Sink
+from robot_bridge.ports import Celebration, GoalEnd, Path, Sink
 from robot_bridge.sensing.sensor_readings import (
     ColourImage,
     DepthImage,

@@ -15,7 +15,8 @@ from mcap.stream_reader import StreamReader
 from contracts.recording import Recording, RecordingState
 from contracts.topics import VISION_DETECTIONS
 from contracts.vision import Detection, Detections
-from robot_bridge.recording.mcap_file import WAITING_MAX, McapFile, Raw, Sink, json_kind
+from robot_bridge.ports import Raw, Sink
+from robot_bridge.recording.mcap_file import WAITING_MAX, McapFile, json_kind
 from robot_bridge.recording.recordings import RECORDINGS_MAX
 from support.bridge_behaviour import Rig, running
 from support.fake_robot import FakeRobot

@@ -13,8 +13,8 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from robot_bridge.adapters.ros.examination import examine
 from robot_bridge.doctor.checks import diagnose
+from robot_bridge.doctor.examination import examine
 from robot_bridge.doctor.findings import Check
 from robot_bridge.settings import Settings
 

@@ -6,9 +6,9 @@ import pytest
 from sensor_msgs.msg import LaserScan
 
 from contracts.geometry import Twist2D
+from robot_bridge.motion.words import restraint_in_words
 from robot_bridge.safety.collision_monitor import SafetyLimits, apply_safety
 from robot_bridge.safety.safety_input import safety_input
-from robot_bridge.words import restraint_in_words
 from support.ros_messages import BEAMS, battery, round_room, stamp, still_odometry, transform
 from support.sensor_rules import PAGE, PERIOD_S, Bench, Cell, Table, page
 from support.sensor_tables import TABLES

@@ -8,8 +8,7 @@ from robot_bridge.sensing import base_health
 from robot_bridge.sensing.sensor_readings import Hazard, SensorReadings
 from robot_bridge.settings import Settings
 
-SETTINGS = Settings()
-TOPIC = SETTINGS.ros.hazards.name
+KNOWN = Settings().ros.cmd_vel_known
 
 
 def test_the_table_names_every_state_of_the_bases_stop() -> None:
@@ -35,23 +34,23 @@ def test_a_stop_that_is_not_as_wanted_is_told(state: BaseStopState | None, told:
 
 def test_hazards_that_nobody_publishes_are_a_warning_that_names_the_line_to_uncomment() -> None:
     senses = SensorReadings()
-    senses.unpublished.put(frozenset({TOPIC}), 1.0)
-    told = base_health.hazards(senses, SETTINGS)
+    senses.hazards_offered.put(False, 1.0)
+    told = base_health.hazards(senses)
     assert told.state is DependencyState.WARNING
     assert "hazard_detection" in told.detail
 
 
 def test_hazards_that_are_offered_and_never_came_are_none() -> None:
     senses = SensorReadings()
-    senses.unpublished.put(frozenset(), 1.0)
-    assert base_health.hazards(senses, SETTINGS).state is DependencyState.READY
+    senses.hazards_offered.put(True, 1.0)
+    assert base_health.hazards(senses).state is DependencyState.READY
 
 
 def test_hazards_that_came_once_are_received_whoever_publishes_now() -> None:
     senses = SensorReadings()
     senses.hazards.put(frozenset({Hazard.BUMP}), 1.0)
-    senses.unpublished.put(frozenset({TOPIC}), 2.0)
-    assert base_health.hazards(senses, SETTINGS).state is DependencyState.READY
+    senses.hazards_offered.put(False, 2.0)
+    assert base_health.hazards(senses).state is DependencyState.READY
 
 
 def driven(*others: str, heard_s: float | None = None) -> SensorReadings:
@@ -78,6 +77,6 @@ def driven(*others: str, heard_s: float | None = None) -> SensorReadings:
 def test_whoever_can_drive_the_base_past_the_bridge_is_named(
     senses: SensorReadings, state: DependencyState, words: str
 ) -> None:
-    told = base_health.drivers(senses, SETTINGS, 10.0)
+    told = base_health.drivers(senses, KNOWN, 10.0)
     assert told.state is state
     assert words in told.detail

@@ -7,8 +7,8 @@ from contracts.geometry import Twist2D
 from contracts.motion import BaseEnd, Hazard, MotionEnd
 from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, ArbitratedCommand
 from robot_bridge.motion.motion_executor import held_by
+from robot_bridge.motion.words import restraint_in_words
 from robot_bridge.safety.collision_monitor import Restraint
-from robot_bridge.words import restraint_in_words
 
 ASKED = Twist2D(linear_x=0.2)
 

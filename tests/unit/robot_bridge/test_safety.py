@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import Hazard
+from robot_bridge.motion.words import restraint_in_words
 from robot_bridge.safety.collision_monitor import (
     SafetyInput,
     SafetyLimits,
@@ -22,7 +23,6 @@ from robot_bridge.safety.collision_monitor import (
 from robot_bridge.safety.obstacles import obstacles
 from robot_bridge.sensing.blindness import ALL_ROUND
 from robot_bridge.sensing.sensor_readings import Scan
-from robot_bridge.words import restraint_in_words
 
 LIMITS = SafetyLimits()
 RADIUS_M = LIMITS.footprint_radius_m + LIMITS.side_margin_m

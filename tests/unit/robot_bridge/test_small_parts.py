@@ -9,11 +9,11 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.robot import Goal, GoalMode, GoalStatus
 from mesh.errors import ConflictError, NotFoundError, TooManyError
-from robot_bridge.celebration import SUCCESS
 from robot_bridge.motion.sessions import SESSIONS_MAX, Sessions
 from robot_bridge.navigation.goal_states import ALLOWED, error_name, is_over, with_status
 from robot_bridge.navigation.goal_store import GOALS_KEPT, ActiveGoal, GoalStore
 from robot_bridge.navigation.path_check import GoalRegion
+from robot_bridge.routes.actions import SUCCESS
 from robot_bridge.sensing.mailbox import Mailbox
 
 GOAL = Goal(id="g", pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.PENDING, stamp_s=1.0)

@@ -10,7 +10,7 @@ from typing import TypeVar, assert_never
 import structlog
 
 from contracts.causes import GoalCause
-from contracts.motion import MotionEnd
+from contracts.motion import BaseEnd, MotionEnd
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import BaseStopState, Goal, RobotState, SensorState, SensorStatus
 from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VISION_OBJECT_SPOTTED
@@ -132,7 +132,7 @@ class Bridge:
 
     def snapshot(self) -> Snapshot:
         """Every sensor, now."""
-        return take_snapshot(self.robot.senses, self.settings, self.clock.now_s())
+        return take_snapshot(self.robot.senses, self.settings.ages, self.clock.now_s())
 
     def dependencies(self) -> Sequence[Dependency]:
         """Is data flowing? One line each."""
@@ -148,7 +148,7 @@ class Bridge:
         found += self._frames_and_clocks(now_s)
         missing = self.robot.senses.why_no_nav2(now_s)
         found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
-        found += base_health.dependencies(self.robot.senses, self.settings, self.snapshot())
+        found += base_health.dependencies(self.robot.senses, self.settings.ros.cmd_vel_known, self.snapshot())
         found.append(endpoints.dependency(self.robot.senses.mismatches.value or ()))
         unstored = self.emergency_stop.unstored
         found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
@@ -235,11 +235,15 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
     )
     maps = MapBook(settings.state_dir, senses.map, clock)
     docking = Docking(robot=robot, wheels=wheels, navigator=navigator, maps=maps, clock=clock, settings=settings)
+
+    def end_what_moves(goal: GoalCause, base: BaseEnd) -> None:
+        navigator.stop(goal)
+        docking.stop(base)
+
     stopping = EmergencyStopService(
         wheels=wheels,
         robot=robot,
-        navigator=navigator,
-        docking=docking,
+        on_stop=end_what_moves,
         latch=latch,
         history=StopHistory(settings.state_dir),
         clock=clock,

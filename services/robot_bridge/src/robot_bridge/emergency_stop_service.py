@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from collections.abc import Callable
 
 import structlog
 
@@ -12,8 +13,6 @@ from contracts.topics import ROBOT_EMERGENCY_STOP
 from mesh.bus import Bus
 from mesh.clock import Clock
 from robot_bridge.motion.velocity_mux import VelocityMux
-from robot_bridge.navigation.docking import Docking
-from robot_bridge.navigation.goal_executor import GoalExecutor
 from robot_bridge.ports import Robot
 from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 
@@ -31,19 +30,18 @@ class EmergencyStopService:
         *,
         wheels: VelocityMux,
         robot: Robot,
-        navigator: GoalExecutor,
-        docking: Docking,
+        on_stop: Callable[[GoalCause, BaseEnd], None],
         latch: LatchFile,
         history: StopHistory,
         clock: Clock,
     ) -> None:
+        """`on_stop` ends Nav2's goal and what the base does by itself, for the cause given."""
         self.history = history
         self.unstored = ""
         """Why the latch would not survive a restart as it is now; '' where it would."""
         self._wheels = wheels
         self._robot = robot
-        self._navigator = navigator
-        self._docking = docking
+        self._on_stop = on_stop
         self._latch = latch
         self._clock = clock
         self._changed = asyncio.Event()
@@ -61,8 +59,7 @@ class EmergencyStopService:
         state, first_zero_ms = self._wheels.stop(reason=reason, by=by)
         self._robot.engage_base_stop(True)
         self._robot.cancel_all_goals()
-        self._navigator.stop(GoalCause.STOPPED)
-        self._docking.stop(BaseEnd.STOPPED)
+        self._on_stop(GoalCause.STOPPED, BaseEnd.STOPPED)
         self._store(state)
         return state, first_zero_ms
 
@@ -70,8 +67,7 @@ class EmergencyStopService:
         """Ends all motion, whoever asked for it, without latching: a person said 'stop', not 'emergency'."""
         state = self._wheels.halt()
         self._robot.cancel_all_goals()
-        self._navigator.stop(GoalCause.CANCELED)
-        self._docking.stop(BaseEnd.CANCELED)
+        self._on_stop(GoalCause.CANCELED, BaseEnd.CANCELED)
         self._store(state)
         log.info("halted", epoch=state.epoch)
         return state

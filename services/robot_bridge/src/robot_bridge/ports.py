@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from contracts.geometry import Pose2D, Twist2D
-from robot_bridge.celebration import Celebration
-from robot_bridge.navigation.goal_states import GoalEnd
-from robot_bridge.recording.mcap_file import Sink
+from contracts.robot import GoalStatus
 from robot_bridge.sensing.sensor_readings import SensorReadings
 
 
@@ -17,6 +15,15 @@ class Path:
 
     poses: tuple[Pose2D, ...]
     error_code: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class GoalEnd:
+    """How a goal ended at Nav2: SUCCEEDED, CANCELED or ABORTED, with Nav2's error code (0 = none)."""
+
+    status: GoalStatus
+    error_code: int = 0
+    error_msg: str = ""
 
 
 class AcceptedGoal(Protocol):
@@ -33,6 +40,46 @@ class AcceptedGoal(Protocol):
     async def was_preempted(self) -> bool:
         """Whether somebody else's goal is under way in its place; asked once it has ended."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    frequency_hz: int
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Celebration:
+    """Notes one after the other, and all six LEDs in one colour, spinning."""
+
+    notes: tuple[Note, ...]
+    led_rgb: tuple[int, int, int]
+    led_animation_type: int
+    led_duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What a topic's messages are: their type's name, how they are encoded, and the definition that reads them."""
+
+    name: str
+    message_encoding: str
+    schema_encoding: str
+    definition: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Raw:
+    """A message as it is recorded. Stamps are nanoseconds since the Unix epoch."""
+
+    topic: str
+    kind: Kind
+    log_ns: int
+    data: bytes
+
+
+Sink = Callable[[Raw], None]
+"""Takes a message from any thread, at once."""
 
 
 class Robot(Protocol):

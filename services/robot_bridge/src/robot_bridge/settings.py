@@ -8,6 +8,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from contracts.geometry import Pose2D
 from robot_bridge.sensing.laser_rules import LaserMask, ZeroRange
+from robot_bridge.sensing.snapshot import AgeLimits
 
 
 class Channel(BaseModel):
@@ -179,3 +180,13 @@ class Settings(BaseSettings):
     blocked_s_max: float = 1.5
 
     ros: RosSettings = RosSettings()
+
+    @property
+    def ages(self) -> AgeLimits:
+        return AgeLimits(
+            scan_s=self.scan_age_s_max,
+            odometry_s=self.odometry_age_s_max,
+            image_s=self.image_age_s_max,
+            pose_s=self.pose_age_s_max,
+            hazard_hold_s=self.hazard_hold_s,
+        )

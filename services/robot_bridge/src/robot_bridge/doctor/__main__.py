@@ -33,7 +33,7 @@ def main() -> None:
     if not options.json:
         _print(f"looking at the ROS graph for {options.seconds:.0f} s (domain {os.environ.get('ROS_DOMAIN_ID', '0')})")
     try:
-        from robot_bridge.adapters.ros.examination import examine
+        from robot_bridge.doctor.examination import examine
     except ImportError as error:
         _print(f"ROS 2 cannot be used here: {error}")
         sys.exit(2)

@@ -9,8 +9,8 @@ from contracts.motion import MotionEnd
 from contracts.robot import Priority
 from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, ArbitratedCommand, Request
 from robot_bridge.motion.motions import Ending, Motion
+from robot_bridge.motion.words import causes_in_words, restraint_in_words
 from robot_bridge.sensing.sensor_readings import Odometry
-from robot_bridge.words import causes_in_words, restraint_in_words
 
 LEASE_S = 0.25
 

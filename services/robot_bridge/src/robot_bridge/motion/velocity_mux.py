@@ -22,12 +22,12 @@ from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, Arbiter, Arbi
 from robot_bridge.motion.motion_executor import ActiveMotion, MotionExecutor
 from robot_bridge.motion.motions import Ending
 from robot_bridge.motion.sessions import Sessions
+from robot_bridge.motion.words import refusal_in_words
 from robot_bridge.safety import emergency_stop
 from robot_bridge.safety.collision_monitor import SafetyLimits, apply_safety
 from robot_bridge.safety.safety_input import fresh_odometry, safety_input
 from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.sensor_readings import SensorReadings
-from robot_bridge.words import refusal_in_words
 
 NAVIGATION_SOURCE = "cmd_vel_nav"
 NAVIGATION_LEASE_S = 0.35

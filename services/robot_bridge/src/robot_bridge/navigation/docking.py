@@ -138,7 +138,7 @@ class Docking:
         return None if seen is not None and dock is not None else BaseEnd.DOCK_NOT_SEEN
 
     def _look(self) -> Snapshot:
-        return take_snapshot(self._robot.senses, self._settings, self._clock.now_s())
+        return take_snapshot(self._robot.senses, self._settings.ages, self._clock.now_s())
 
     def _check(self, what: str, session_id: str | None) -> None:
         self._wheels.check(self._wheels.stop_state.epoch, session_id)

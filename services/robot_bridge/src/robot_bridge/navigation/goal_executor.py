@@ -16,7 +16,6 @@ from mesh.tasks import Tasks
 from robot_bridge.motion.velocity_mux import VelocityMux
 from robot_bridge.navigation import maps
 from robot_bridge.navigation.goal_states import (
-    GoalEnd,
     cause_of,
     error_name,
     is_over,
@@ -25,7 +24,7 @@ from robot_bridge.navigation.goal_states import (
 )
 from robot_bridge.navigation.goal_store import ActiveGoal, GoalStore
 from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, path_or_none, path_reply
-from robot_bridge.ports import Robot
+from robot_bridge.ports import GoalEnd, Robot
 from robot_bridge.settings import Settings
 
 log = structlog.get_logger()

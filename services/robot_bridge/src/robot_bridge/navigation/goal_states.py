@@ -1,19 +1,8 @@
 """The life of a navigation goal, as data: which state may follow which, and what an error code means. Pure."""
 
-from dataclasses import dataclass
-
 from contracts.causes import GoalCause
 from contracts.robot import Goal, GoalStatus
-
-
-@dataclass(frozen=True, slots=True)
-class GoalEnd:
-    """How a goal ended at Nav2: SUCCEEDED, CANCELED or ABORTED, with Nav2's error code (0 = none)."""
-
-    status: GoalStatus
-    error_code: int = 0
-    error_msg: str = ""
-
+from robot_bridge.ports import GoalEnd
 
 ALLOWED: dict[GoalStatus, frozenset[GoalStatus]] = {
     GoalStatus.PENDING: frozenset(

@@ -6,13 +6,13 @@ import queue
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 from pydantic import BaseModel
+
+from robot_bridge.ports import Kind, Raw
 
 WAITING_MAX = 300
 """Messages on their way to the disk; more are dropped and counted."""
@@ -20,35 +20,6 @@ CHUNK_BYTES = 256 * 1024
 FLUSH_PERIOD_S = 1.0
 """What a bridge that is killed may lose of a recording."""
 LIBRARY = "atom robot_bridge"
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """What a topic's messages are: their type's name, how they are encoded, and the definition that reads them."""
-
-    name: str
-    message_encoding: str
-    schema_encoding: str
-    definition: bytes
-
-
-@dataclass(frozen=True, slots=True)
-class Raw:
-    """A message as it is stored. Stamps are nanoseconds since the Unix epoch."""
-
-    topic: str
-    kind: Kind
-    log_ns: int
-    data: bytes
-
-
-Sink = Callable[[Raw], None]
-"""Takes a message from any thread, at once."""
-
-
-def ros_kind(type_name: str, definition: str) -> Kind:
-    """CDR, read by the concatenated .msg definitions, as ROS 2's own bags have it."""
-    return Kind(type_name, MessageEncoding.CDR, SchemaEncoding.ROS2, definition.encode())
 
 
 def json_kind(message: type[BaseModel]) -> Kind:

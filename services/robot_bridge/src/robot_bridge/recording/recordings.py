@@ -19,8 +19,8 @@ from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.errors import ConflictError, NotFoundError, UnavailableError
 from mesh.tasks import Tasks
-from robot_bridge.ports import Robot
-from robot_bridge.recording.mcap_file import Kind, McapFile, Raw, json_kind
+from robot_bridge.ports import Kind, Raw, Robot
+from robot_bridge.recording.mcap_file import McapFile, json_kind
 from robot_bridge.settings import Settings
 
 log = structlog.get_logger()

@@ -8,12 +8,22 @@ from starlette.requests import Request
 from contracts.causes import Refusal
 from contracts.motion import BaseEnd, BaseReply
 from mesh.errors import ConflictError
-from robot_bridge.celebration import RETRIGGER_S, SUCCESS
+from robot_bridge.ports import Celebration, Note
 from robot_bridge.routes.deps import BridgeDep, while_connected
 
 router = APIRouter(tags=["base"])
 
 SessionId = Annotated[str | None, Query(max_length=64, description="ends with this session, see WS /session")]
+
+
+SUCCESS = Celebration(
+    notes=(Note(262, 0.3), Note(330, 0.3), Note(392, 0.3), Note(523, 0.4), Note(659, 0.4), Note(784, 0.6)),
+    led_rgb=(0, 255, 0),
+    led_animation_type=2,  # irobot_create_msgs LedAnimation.SPIN_LIGHTS
+    led_duration_s=3.0,
+)
+RETRIGGER_S = 4.0
+"""A second celebration within this time is refused."""
 
 
 @router.post("/dock")

@@ -11,8 +11,8 @@ from contracts.robot import VelocityReply, VelocityRequest
 from mesh.errors import ConflictError, UnavailableError
 from robot_bridge.bridge import Bridge
 from robot_bridge.motion.arbiter import NO_COMMAND, ArbitratedCommand, Request
+from robot_bridge.motion.words import causes_in_words, refusal_in_words
 from robot_bridge.routes.deps import BridgeDep
-from robot_bridge.words import causes_in_words, refusal_in_words
 
 router = APIRouter(tags=["motion"])
 

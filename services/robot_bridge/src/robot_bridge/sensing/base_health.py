@@ -3,8 +3,7 @@
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import BaseStopState
 from robot_bridge.sensing.sensor_readings import SensorReadings
-from robot_bridge.sensing.snapshot import Snapshot, hazards_offered
-from robot_bridge.settings import Settings
+from robot_bridge.sensing.snapshot import Snapshot
 
 DRIVES_S = 3.0
 """So long a velocity that somebody else has sent is told."""
@@ -27,8 +26,8 @@ BASE_STOP: dict[BaseStopState, tuple[DependencyState, str]] = {
 }
 
 
-def dependencies(senses: SensorReadings, settings: Settings, snapshot: Snapshot) -> list[Dependency]:
-    found = [base_stop(senses), hazards(senses, settings), drivers(senses, settings, snapshot.taken_s)]
+def dependencies(senses: SensorReadings, known: tuple[str, ...], snapshot: Snapshot) -> list[Dependency]:
+    found = [base_stop(senses), hazards(senses), drivers(senses, known, snapshot.taken_s)]
     asleep = power_saver(snapshot)
     return [*found, asleep] if asleep is not None else found
 
@@ -38,11 +37,11 @@ def base_stop(senses: SensorReadings) -> Dependency:
     return Dependency(name="base_stop", state=state, detail=detail)
 
 
-def hazards(senses: SensorReadings, settings: Settings) -> Dependency:
+def hazards(senses: SensorReadings) -> Dependency:
     """A robot drives without them; a person should know that its bumper and cliff sensors stop it by the base alone."""
     if senses.hazards.newest is not None:
         return Dependency(name="hazards", state=_READY, detail="received")
-    if hazards_offered(senses, settings):
+    if senses.hazards_offered.value:
         return Dependency(name="hazards", state=_READY, detail="none since the bridge began: they come on change only")
     return Dependency(
         name="hazards",
@@ -64,10 +63,10 @@ def power_saver(snapshot: Snapshot) -> Dependency | None:
     return Dependency(name="power_saver", state=_WARNING, detail=detail)
 
 
-def drivers(senses: SensorReadings, settings: Settings, now_s: float) -> Dependency:
-    """Who can drive the base past this bridge, and so past its stop."""
+def drivers(senses: SensorReadings, known: tuple[str, ...], now_s: float) -> Dependency:
+    """Who can drive the base past this bridge, and so past its stop; `known` are silent by habit."""
     others = senses.other_drivers.value or ()
-    strangers = [name for name in others if name not in settings.ros.cmd_vel_known]
+    strangers = [name for name in others if name not in known]
     age_s, said = senses.foreign_velocity.age_s(now_s), senses.foreign_velocity.value
     if age_s is not None and said is not None and age_s <= DRIVES_S:
         detail = (
@@ -78,5 +77,5 @@ def drivers(senses: SensorReadings, settings: Settings, now_s: float) -> Depende
     if strangers:
         detail = f"{', '.join(strangers)} can drive the base past this bridge, and has been silent so far"
         return Dependency(name="drivers", state=_WARNING, detail=detail)
-    known = f"; {', '.join(others)} could too, and keeps silent" if others else ""
-    return Dependency(name="drivers", state=_READY, detail=f"this bridge drives the base{known}")
+    silent = f"; {', '.join(others)} could too, and keeps silent" if others else ""
+    return Dependency(name="drivers", state=_READY, detail=f"this bridge drives the base{silent}")

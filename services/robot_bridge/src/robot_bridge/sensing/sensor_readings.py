@@ -182,8 +182,8 @@ class SensorReadings:
     hazards: HazardMailbox = field(default_factory=HazardMailbox)
     base_stop: Mailbox[BaseStopState] = field(default_factory=Mailbox[BaseStopState])
     """Told about once a second, and whenever the wheels say something."""
-    unpublished: Mailbox[frozenset[str]] = field(default_factory=Mailbox[frozenset[str]])
-    """Of the topics that come on change only, those that nobody publishes. Told about once a second."""
+    hazards_offered: Mailbox[bool] = field(default_factory=Mailbox[bool])
+    """Whether somebody would tell of a hazard if there were one. Told about once a second."""
     other_drivers: Mailbox[tuple[str, ...]] = field(default_factory=Mailbox[tuple[str, ...]])
     """Nodes that publish cmd_vel beside this bridge. Told about once a second."""
     foreign_velocity: Mailbox[tuple[float, float]] = field(default_factory=Mailbox[tuple[float, float]])

@@ -19,7 +19,17 @@ from robot_bridge.sensing.sensor_readings import (
     Scan,
     SensorReadings,
 )
-from robot_bridge.settings import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class AgeLimits:
+    """What is older is stale; a hazard counts for `hazard_hold_s` after it was told last."""
+
+    scan_s: float
+    odometry_s: float
+    image_s: float
+    pose_s: float
+    hazard_hold_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +51,7 @@ class Snapshot:
         return tuple(name for name, status in self.sensors.items() if not status.valid)
 
 
-def take_snapshot(senses: SensorReadings, settings: Settings, now_s: float) -> Snapshot:
+def take_snapshot(senses: SensorReadings, ages: AgeLimits, now_s: float) -> Snapshot:
     """Each mailbox is read once, so that a value and its age belong together."""
     scan, odometry, battery = senses.scan.newest, senses.odometry.newest, senses.battery.newest
     dock, grid, hazards = senses.dock.newest, senses.map.newest, senses.hazards.newest
@@ -51,18 +61,18 @@ def take_snapshot(senses: SensorReadings, settings: Settings, now_s: float) -> S
         return judge(senses.reception, name, reading.age_s(now_s) if reading is not None else None, age_s_max)
 
     sensors = {
-        "scan": status("scan", scan, settings.scan_age_s_max),
-        "odom": status("odom", odometry, settings.odometry_age_s_max),
-        "rgb": status("rgb", senses.rgb.newest, settings.image_age_s_max),
+        "scan": status("scan", scan, ages.scan_s),
+        "odom": status("odom", odometry, ages.odometry_s),
+        "rgb": status("rgb", senses.rgb.newest, ages.image_s),
         "rgb_info": camera_info(senses.rgb, senses.rgb_intrinsics, status("rgb_info", senses.rgb_intrinsics.newest)),
-        "depth": status("depth", senses.depth.newest, settings.image_age_s_max),
+        "depth": status("depth", senses.depth.newest, ages.image_s),
         "depth_info": camera_info(
             senses.depth, senses.depth_intrinsics, status("depth_info", senses.depth_intrinsics.newest)
         ),
-        "pose": judge(senses.reception, "pose", pose_age_s if pose is not None else None, settings.pose_age_s_max),
+        "pose": judge(senses.reception, "pose", pose_age_s if pose is not None else None, ages.pose_s),
         "map": status("map", grid),
     }
-    speaks, offered = sensors["odom"].valid, hazards_offered(senses, settings)
+    speaks, offered = sensors["odom"].valid, bool(senses.hazards_offered.value)
     sensors |= {
         "battery": changing(status("battery", battery), base_speaks=speaks),
         "dock": changing(status("dock", dock), base_speaks=speaks),
@@ -77,7 +87,7 @@ def take_snapshot(senses: SensorReadings, settings: Settings, now_s: float) -> S
         map=grid.value if grid is not None else None,
         battery=charge(senses, battery.value) if battery is not None and sensors["battery"].valid else None,
         dock=dock.value if dock is not None and sensors["dock"].valid else None,
-        hazards=senses.hazards.active(now_s, settings.hazard_hold_s),
+        hazards=senses.hazards.active(now_s, ages.hazard_hold_s),
     )
 
 
@@ -87,12 +97,6 @@ def charge(senses: SensorReadings, battery: Battery) -> Battery:
     if senses.charging_told.value is False and dock is not None and dock.is_docked:
         return battery.model_copy(update={"charging": True})
     return battery
-
-
-def hazards_offered(senses: SensorReadings, settings: Settings) -> bool:
-    """Whether somebody would tell of a hazard if there were one."""
-    unpublished = senses.unpublished.value
-    return unpublished is not None and settings.ros.hazards.name not in unpublished
 
 
 def changing(told: SensorStatus, *, base_speaks: bool, offered: bool = False) -> SensorStatus:

@@ -14,7 +14,7 @@ from rclpy.qos import qos_profile_action_status_default
 
 from contracts.robot import GoalStatus
 from mesh.errors import ServiceTimeoutError, UnavailableError
-from robot_bridge.navigation.goal_states import GoalEnd
+from robot_bridge.ports import GoalEnd
 
 ENDS = {
     RosGoalStatus.STATUS_SUCCEEDED: GoalStatus.SUCCEEDED,

@@ -10,13 +10,14 @@ from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from irobot_create_msgs.msg import DockStatus, HazardDetectionVector, WheelStatus
+from mcap.well_known import MessageEncoding, SchemaEncoding
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import BatteryState, CameraInfo, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from robot_bridge.adapters.ros.subscriptions import best_offered, image_type, qos_profile
-from robot_bridge.recording.mcap_file import Kind, Raw, Sink, ros_kind
+from robot_bridge.ports import Kind, Raw, Sink
 from robot_bridge.settings import Channel, RosSettings
 
 PRIMITIVES = frozenset({
@@ -44,7 +45,7 @@ class RosRecording:
 
     def _subscribe(self, type_: type[Any], channel: Channel, sink: Sink, *, rate_hz: float) -> Any:
         name = f"{type_.__module__.split('.')[0]}/msg/{type_.__name__}"
-        kind = ros_kind(name, definition(name))
+        kind = Kind(name, MessageEncoding.CDR, SchemaEncoding.ROS2, definition(name).encode())
         topic = self._node.resolve_topic_name(channel.name)
         heard = _throttled(topic, kind, sink, period_s=1.0 / rate_hz if rate_hz > 0.0 else 0.0)
         offered = best_offered(self._node, channel) or qos_profile(channel)  # what was told on change, before it began

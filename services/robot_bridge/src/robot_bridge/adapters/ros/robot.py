@@ -36,9 +36,7 @@ from robot_bridge.adapters.ros.recording import RosRecording
 from robot_bridge.adapters.ros.sensing import Sensing
 from robot_bridge.adapters.ros.subscriptions import qos_profile
 from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
-from robot_bridge.celebration import Celebration
-from robot_bridge.ports import Path
-from robot_bridge.recording.mcap_file import Sink
+from robot_bridge.ports import Celebration, Path, Sink
 from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.settings import Settings
 

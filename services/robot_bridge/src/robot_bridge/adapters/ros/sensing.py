@@ -82,9 +82,9 @@ class Sensing:
             self._subscribe(Twist, ros.cmd_vel_nav, lambda m: navigation_velocity(m.linear.x, m.angular.z))
 
     def poll(self) -> None:
-        """Called every second: what nobody publishes, of the topics that come on change only."""
-        unpublished = frozenset(each.name for each in self._changing if not each.poll())
-        self._senses.unpublished.put(unpublished, self._clock.now_s())
+        """Called every second: looks anew at who publishes the topics that come on change only."""
+        unpublished = [each.name for each in self._changing if not each.poll()]
+        self._senses.hazards_offered.put(self._ros.hazards.name not in unpublished, self._clock.now_s())
 
     def _subscribe(self, kind: type[M], channel: Channel, heard: Callable[[M], None]) -> None:
         MALFORMED.labels(channel.name)  # there from the first, at 0

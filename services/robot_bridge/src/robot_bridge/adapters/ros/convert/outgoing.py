@@ -4,7 +4,7 @@ from typing import Any
 
 from irobot_create_msgs.msg import AudioNote, AudioNoteVector, LedColor, LightringLeds
 
-from robot_bridge.celebration import Celebration
+from robot_bridge.ports import Celebration
 
 
 def notes(celebration: Celebration) -> AudioNoteVector:
