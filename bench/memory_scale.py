@@ -23,6 +23,7 @@ import numpy as np
 from bench.memory_year import SIDE_M, STAYS, WANDERS, frames
 from contracts.geometry import Pose2D
 from contracts.memory import Look, LookBatch, Observation, ObservationBatch, RecallRequest, SeenBox
+from contracts.vision import Target
 from memory.adapters.store import SqlStore
 from memory.memory_service import Memory
 from memory.settings import Settings
@@ -97,9 +98,8 @@ def request(rng: np.random.Generator) -> RecallRequest:
     label, other = rng.choice(STAYS + WANDERS, 2, replace=False)
     x, y, yaw = rng.uniform(0.0, SIDE_M), rng.uniform(0.0, SIDE_M), rng.uniform(-math.pi, math.pi)
     return RecallRequest(
-        label=str(label),
         memory_object=str(other) if rng.random() < 0.3 else None,
-        description=f"red {label}" if rng.random() < 0.5 else "",
+        target=Target(label=str(label), description=f"red {label}" if rng.random() < 0.5 else str(label)),
         pose=Pose2D(x=float(x), y=float(y), yaw=float(yaw)),
     )
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from bench.memory_eyes import Eyes
 from contracts.geometry import Pose2D
 from contracts.memory import RecallRequest
+from contracts.vision import Target
 from memory.adapters.store import SqlStore
 from memory.memory_service import Memory
 from memory.settings import Settings
@@ -76,7 +77,7 @@ class Story:
             await self.memory.catch_up()
 
     async def tell(self, happened: str, wanted: str) -> None:
-        reply = await self.memory.recall(RecallRequest(label="bottle", description="red bottle"))
+        reply = await self.memory.recall(RecallRequest(target=Target(label="bottle", description="red bottle")))
         red = [one for one in reply.views if one.thing is None or one.thing.colour == "red"]
         best = red[0] if red else None
         place = "nowhere"

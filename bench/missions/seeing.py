@@ -70,13 +70,7 @@ def false_box(label: str, rng: np.random.Generator) -> Detection:
 
 
 def right_thing(seen: InPicture | None, target: Target) -> bool:
-    if seen is None or seen.thing.kind != target.label:
-        return False
-    words = target.description.split()
-    return not seen.thing.colour or len(words) < 2 or seen.thing.colour == words[0] or words[0] not in _COLOUR_WORDS
-
-
-_COLOUR_WORDS = frozenset({"red", "green", "blue", "yellow", "white", "black", "purple", "orange", "brown", "grey"})
+    return seen is not None and target.may_be(seen.thing.kind, seen.thing.colour or None)
 
 
 def votes(

@@ -20,7 +20,8 @@ def test_every_topic_has_one_publisher_among_the_services() -> None:
 
 
 def test_the_wire_format_is_pinned() -> None:
-    wire = b'{"target":{"label":"bottle","description":"red bottle","not_colours":[]},"mission_id":"m1","fast":false}'
+    target = b'{"label":"bottle","description":"red bottle","colour":"red","not_colours":[]}'
+    wire = b'{"target":%s,"mission_id":"m1","fast":false}' % target
     message = MissionTarget(target=Target(label="bottle", description="red bottle"), mission_id="m1")
     assert MISSION_TARGET.encode(message) == wire
     assert MISSION_TARGET.decode(wire) == message

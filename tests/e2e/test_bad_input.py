@@ -27,7 +27,7 @@ def begin_at_rest(mesh: MeshRun) -> None:
         ("robot_bridge", "DELETE", "/navigation/goals/unknown", None, 404),
         ("robot_bridge", "POST", "/navigation/goals", {"pose": {"x": 900.0, "y": 0.0, "yaw": 0.0}, "epoch": -1}, 422),
         ("memory", "POST", "/observations", {"observations": []}, 422),
-        ("memory", "POST", "/recall", {"label": HUGE}, 413),
+        ("memory", "POST", "/recall", {"target": HUGE}, 413),
         ("inference", "POST", "/parse-task", {"command": ""}, 422),
     ],
 )

@@ -535,7 +535,7 @@ class FakeMemory:
         if self.away:
             raise UnavailableError("memory", "not reachable")
         views = (
-            View(id=k, label=request.label, confidence=0.9, pose=pose, stamp_s=1.0)
+            View(id=k, label=request.target.label, confidence=0.9, pose=pose, stamp_s=1.0)
             for k, pose in enumerate(self.remembered[: request.limit])
         )
         recalled = tuple(RecalledView(view=view, source="label") for view in views)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from contracts.coco import COLOURS
+from contracts.colours import Colour
 from contracts.geometry import Point3D, Pose2D
 from contracts.measuring import LocalizeRequest, Measurement
 from contracts.vision import Detection, ModelInfo
@@ -115,7 +115,7 @@ class FakeClip:
         self.threshold = threshold
         self.colour_margin = colour_margin
         self.vote_margin = 0.0
-        self.colours = COLOURS
+        self.colours = tuple(Colour)
         self._words = {*RGB, "bottle", "cup", "mug", "wooden", *words}
 
     def known(self, text: str) -> tuple[str, tuple[str, ...]]:

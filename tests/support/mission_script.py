@@ -55,9 +55,9 @@ class Script:
             )
         )
 
-    def begin(self, *views: Pose2D, colour: str | None = "red") -> "Script":
+    def begin(self, *views: Pose2D) -> "Script":
         places = tuple(SearchPose(view, "seen before") for view in views)
-        return self.feed(ev.MissionStarted("m1", "find the red bottle", TARGET, "rules", colour, places))
+        return self.feed(ev.MissionStarted("m1", "find the red bottle", TARGET, "rules", places))
 
     def wait(self, seconds: float) -> "Script":
         """Ticks at 10 Hz; the robot keeps saying where it is."""

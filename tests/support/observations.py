@@ -1,11 +1,13 @@
 """Observations, looks and views for tests, by hand and by hypothesis."""
 
 import math
+from typing import Any
 
 from hypothesis import strategies as st
 
 from contracts.geometry import Point3D, Pose2D
-from contracts.memory import Look, Observation, SeenBox
+from contracts.memory import Look, Observation, RecallRequest, SeenBox
+from contracts.vision import Target
 from memory.belief import FIRST, after_sighting
 from memory.ports import KeptView
 
@@ -28,6 +30,10 @@ def seen(
     pose = Pose2D(x=x, y=y, yaw=yaw)
     position = Point3D(x=at[0], y=at[1], z=at[2] if len(at) == 3 else 0.3) if at is not None else None
     return Observation(label=label, confidence=confidence, pose=pose, stamp_s=stamp_s, colour=colour, position=position)
+
+
+def asking(label: str, description: str = "", **more: Any) -> RecallRequest:
+    return RecallRequest(target=Target(label=label, description=description or label), **more)
 
 
 def look(

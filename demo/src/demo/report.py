@@ -41,8 +41,8 @@ def _told(client: httpx.Client, ports: Ports, watched: Watched, *, command: str,
     truth: dict[str, Any] = client.get(f"{ports.url('truth')}/truth").json()
     score: dict[str, Any] = {}
     if mission.target is not None:
-        colour = mission.target.description.removesuffix(mission.target.label).strip() or None
-        query = {"kind": mission.target.label} | ({"colour": colour} if colour else {})
+        colour = mission.target.colour
+        query = {"kind": mission.target.label} | ({"colour": colour.value} if colour else {})
         answer = client.get(f"{ports.url('truth')}/score", params=query)
         score = answer.json() if answer.is_success else {}
     seconds = (mission.ended_s or mission.started_s) - mission.started_s

@@ -2,7 +2,7 @@
 
 import re
 
-from contracts.coco import COLOURS
+from contracts.colours import Colour
 from sim.home import Wanted
 from sim.home.catalog import KINDS
 
@@ -18,5 +18,5 @@ def wanted_in(command: str) -> Wanted | None:
         return None
     end, length, name = max(found)
     before = words[: end - length]
-    colour = next((c for c in COLOURS if c in KINDS[names[name]].colours and re.search(rf"\b{c}\b", before)), None)
+    colour = next((c for c in Colour if c in KINDS[names[name]].colours and re.search(rf"\b{c}\b", before)), None)
     return Wanted(kind=names[name], colour=colour)

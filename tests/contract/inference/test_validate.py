@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from contracts.colours import Colour
 from contracts.vision import Detection, Validation
 from support.inference_fakes import FakeClip, FakeLanguageModel, bottle, picture
 from support.waiting import until
@@ -103,7 +104,7 @@ async def test_of_two_colours_asked_for_neither_speaks_against_the_other(house: 
 
 
 async def test_clip_abstains_on_a_colour_it_has_no_picture_of(house: House, opened: Opened) -> None:
-    house.clip.colours = ("blue", "green")
+    house.clip.colours = (Colour.BLUE, Colour.GREEN)
     told = await judged(house, opened, request("red bottle", RED))
     assert told.votes[1].reason == "was never taught what red looks like"
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from contracts.memory import ImportReply, LabelCount, RecallReply, RecallRequest, RememberedMap, RememberedObject
+from contracts.memory import ImportReply, LabelCount, RecallReply, RememberedMap, RememberedObject
 from contracts.robot import EmergencyStop, KnownMap, RobotState
 from contracts.topics import ROBOT_STATE
 from memory.app import create_app
@@ -13,12 +13,12 @@ from mesh.http import ServiceClient
 from support.bus import MemoryBus
 from support.fake_senses import FakeSenses
 from support.memory_store import FakeStore
-from support.observations import seen
+from support.observations import asking, seen
 from support.waiting import until_true
 
 from .conftest import served
 
-ASK = RecallRequest(label="cup", description="red cup")
+ASK = asking("cup", description="red cup")
 
 
 def state(map_id: str | None) -> RobotState:

@@ -20,7 +20,6 @@ from contracts.memory import (
     ObservationBatch,
     ObservationsReply,
     RecallReply,
-    RecallRequest,
     RememberedObject,
     View,
 )
@@ -35,7 +34,7 @@ from support.bus import MemoryBus
 from support.fake_clock import FakeClock
 from support.fake_senses import FakeSenses
 from support.memory_store import FakeStore
-from support.observations import look, seen
+from support.observations import asking, look, seen
 from support.waiting import until, until_true
 
 from .conftest import served
@@ -95,7 +94,7 @@ async def test_a_look_that_should_show_it_and_does_not_costs_belief(client: Serv
     (lost,) = await objects(client)
     assert 0.9 > doubtful.belief > 0.3 > lost.belief
     assert (lost.state.value, lost.times_missed) == ("lost", 3)
-    recalled = await client.post("/recall", RecallRequest(label="bottle"), RecallReply)
+    recalled = await client.post("/recall", asking("bottle"), RecallReply)
     assert recalled.views == ()
 
 
@@ -168,7 +167,7 @@ async def test_all_that_is_missing_from_a_look_is_measured_in_one_call(
 
 async def test_recall_says_where_to_go_what_is_there_and_why(client: ServiceClient) -> None:
     await remember(client, bottle(colour="red"), seen("bottle", 3.0, at=(4.0, 0.5), colour="green", stamp_s=NOW_S))
-    request = RecallRequest(label="bottle", description="red bottle", pose=Pose2D(x=0.0, y=0.0, yaw=0.0))
+    request = asking("bottle", description="red bottle", pose=Pose2D(x=0.0, y=0.0, yaw=0.0))
     reply = await client.post("/recall", request, RecallReply)
     best, other = reply.views
     assert reply.rule.value == "belief"

@@ -13,7 +13,6 @@ from contracts.memory import (
     ObservationBatch,
     ObservationsReply,
     RecallReply,
-    RecallRequest,
     RecallRule,
     View,
 )
@@ -26,7 +25,7 @@ from mesh.errors import UpstreamError
 from mesh.http import ServiceClient
 from support.bus import MemoryBus
 from support.memory_store import FakeStore
-from support.observations import seen
+from support.observations import asking, seen
 from support.waiting import until
 
 from .conftest import served
@@ -60,7 +59,7 @@ async def test_what_was_told_is_listed_counted_and_recalled(client: ServiceClien
     assert [one.label for one in await client.get_list("/labels", LabelCount)] == ["bottle", "cup"]
     assert [one.colour for one in await client.get_list("/views", View, label="bottle")] == ["red"]
     assert len(await client.get_list("/views", View, limit=1)) == 1
-    request = RecallRequest(label="cup", memory_object="bottle", description="blue cup", rule=RecallRule.CONFIDENCE)
+    request = asking("cup", memory_object="bottle", description="blue cup", rule=RecallRule.CONFIDENCE)
     answer = await client.post("/recall", request, RecallReply)
     assert [(one.view.label, one.source) for one in answer.views] == [("bottle", "memory_object"), ("cup", "label")]
 
@@ -144,8 +143,8 @@ OBSERVATION = '{"label": "cup", "confidence": 0.5, "pose": {"x": 0, "y": 0, "yaw
         ("POST", "/observations", f'{{"observations": [{OBSERVATION.replace("0.5", "NaN")}]}}', 422),
         ("POST", "/observations", f'{{"observations": [{OBSERVATION.replace("0.5", "1e999")}]}}', 422),
         ("POST", "/observations", " " * 2_000_000, 413),
-        ("POST", "/recall", '{"label": ""}', 422),
-        ("POST", "/recall", '{"label": "cup", "limit": 100000}', 422),
+        ("POST", "/recall", '{"target": {"label": "", "description": "x"}}', 422),
+        ("POST", "/recall", '{"target": {"label": "cup", "description": "cup"}, "limit": 100000}', 422),
         ("GET", "/views?limit=0", "", 422),
         ("GET", "/views?limit=5001", "", 422),
         ("GET", "/views?label=", "", 422),
@@ -172,7 +171,7 @@ async def test_a_database_that_is_away_is_a_503_that_names_it(client: ServiceCli
         ("POST", "/observations", batch),
         ("GET", "/views", ""),
         ("GET", "/labels", ""),
-        ("POST", "/recall", '{"label": "cup"}'),
+        ("POST", "/recall", '{"target": {"label": "cup", "description": "cup"}}'),
         ("DELETE", "/labels/cup", ""),
     ):
         answer = await client.http.request(method, path, content=body, headers={"content-type": "application/json"})

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from contracts.mission import EventKind, Mission, MissionEvent, MissionState, Outcome
+from contracts.vision import Target
 from coordinator.adapters import sqlite_log as sqlite_log_module
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.ports import KnownRequest, MissionLog
@@ -196,6 +197,21 @@ async def test_the_oldest_are_forgotten(tmp_path: Path) -> None:
         assert [one.id for one in await log.newest(10)] == ["e", "d", "c"]
         assert (await log.recording("c"), await log.recording("e")) == ((), ("{}",))
         assert await log.events("a", after=-1, limit=10) == ()
+
+
+async def test_a_mission_of_before_in_which_the_target_has_no_colour_gets_it_when_it_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "missions.db"
+    target = Target(label="cup", description="gray cup")
+    async with sqlite_log(path) as log:
+        log.upsert(mission("a", Outcome.FOUND, target=target))
+        await log.flushed()
+    with contextlib.closing(sqlite3.connect(path)) as before:
+        before.execute("""UPDATE missions SET record = replace(record, '"colour":"grey",', '')""")
+        before.commit()
+    async with sqlite_log(path) as log:
+        read = await log.get("a")
+    assert read is not None
+    assert read.target == target
 
 
 async def test_a_corrupt_file_is_set_aside_and_a_new_history_begins(tmp_path: Path) -> None:

@@ -156,7 +156,7 @@ async def test_a_clock_that_goes_back_loses_nothing_and_makes_nothing_immortal(p
         await told(client, 3.0, stamp_s=9e9)
         kept = {one.pose.x: one.stamp_s for one in await client.get_list("/views", View)}
         assert kept == {1.0: 1999.0, 2.0: 500.0, 3.0: 500.0}
-        answer = await client.http.post("/recall", json={"label": "bottle"})
+        answer = await client.http.post("/recall", json={"target": {"label": "bottle", "description": "bottle"}})
         assert len(answer.json()["views"]) == 3
 
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from contracts.colours import Colour
 from contracts.vision import Detection, Detections, ParsedTask, Target
 from coordinator.core.mission import Mission
 from coordinator.core.report import count_objects_in
@@ -9,24 +10,24 @@ from coordinator.core.rules import Rules
 from coordinator.core.sightings import sightings
 from coordinator.queue.parse_validation import check_parse
 
-WANTED = Target(label="bottle", description="bottle", not_colours=("blue", "grey"))
+WANTED = Target(label="bottle", description="bottle", not_colours=(Colour.BLUE, Colour.GREY))
 
 
-def frame(*colours: str | None) -> Detections:
+def frame(*colours: Colour | None) -> Detections:
     boxes = [
         Detection(label="bottle", confidence=0.8, bbox_xyxy=(10.0, 10.0, 60.0, 90.0), colour=one) for one in colours
     ]
     return Detections(stamp_s=1.0, image_width_px=320, image_height_px=240, detections=tuple(boxes))
 
 
-@pytest.mark.parametrize(("colour", "taken"), [("blue", 0), ("gray", 0), ("grey", 0), ("red", 1), (None, 1)])
-def test_only_a_thing_of_another_or_no_known_colour_is_a_candidate(colour: str | None, taken: int) -> None:
+@pytest.mark.parametrize(("colour", "taken"), [(Colour.BLUE, 0), (Colour.GREY, 0), (Colour.RED, 1), (None, 1)])
+def test_only_a_thing_of_another_or_no_known_colour_is_a_candidate(colour: Colour | None, taken: int) -> None:
     mission = Mission(rules=Rules(), target=WANTED)
     assert len(sightings(mission, frame(colour))) == taken
 
 
 def test_what_was_excluded_is_told_as_seen_instead() -> None:
-    others = count_objects_in((), WANTED, None, frame("blue", "red", None))
+    others = count_objects_in((), WANTED, frame(Colour.BLUE, Colour.RED, None))
     assert [(one.label, one.colour) for one in others] == [("bottle", "blue")]
 
 

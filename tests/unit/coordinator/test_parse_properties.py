@@ -8,12 +8,13 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from rapidfuzz.distance import OSA
 
-from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
+from contracts.coco import COCO_LABELS, NOT_COLOURS
+from contracts.colours import Colour
 from contracts.vision import ParsedTask
 from coordinator.queue.parse_validation import MATERIALS, check_description, check_parse, colour_meant
 
 SAME = {"gray": "grey", "violet": "purple", "wood": "wooden", "golden": "gold", "metallic": "metal"}
-ATTRIBUTES = {*COLOURS, *MATERIALS, *SAME}
+ATTRIBUTES = {*Colour, *MATERIALS, *SAME}
 WORDS = sorted({*ATTRIBUTES, *(word for label in COCO_LABELS for word in label.split()), "find", "the", "not", "mug"})
 sentences = st.lists(st.sampled_from(WORDS), max_size=10).map(" ".join)
 texts = st.one_of(sentences, st.text(max_size=60))
@@ -35,7 +36,7 @@ OTHER_WORDS = sorted({
 @st.composite
 def slips(draw: st.DrawFn) -> tuple[str, str]:
     """A colour, and the same with one letter too many, too few, wrong or swapped with its neighbour; not the first."""
-    colour = draw(st.sampled_from([one for one in COLOURS if len(one) >= 4]))
+    colour = draw(st.sampled_from([one for one in Colour if len(one) >= 4]))
     at = draw(st.integers(1, len(colour) - 1))
     letter = draw(st.sampled_from(string.ascii_lowercase))
     before, after = colour[:at], colour[at:]
@@ -63,7 +64,7 @@ def test_whatever_is_claimed_no_attribute_is_invented(command: str, claim: Parse
     assume(checked is not None)
     assert checked is not None
     said = {SAME.get(word, word) for word in re.findall("[a-z]+", command.lower())}
-    said |= {SAME.get(one, one) for one in (*COLOURS, *SAME) if any(slip_of(word, one) for word in said)}
+    said |= {SAME.get(one, one) for one in (*Colour, *SAME) if any(slip_of(word, one) for word in said)}
     own = set(checked.target.label.split())
     told = {
         SAME.get(word, word) for word in checked.target.description.split() if word in ATTRIBUTES and word not in own
@@ -71,14 +72,14 @@ def test_whatever_is_claimed_no_attribute_is_invented(command: str, claim: Parse
     assert told <= said
     assert checked.target.label in COCO_LABELS
     assert checked.memory_object is None or checked.memory_object in memory
-    assert checked.colour is None or checked.colour in said
+    assert checked.target.colour is None or checked.target.colour in said
 
 
 def test_a_colour_may_be_claimed_in_its_other_spelling() -> None:
     claim = ParsedTask(yolo_class="umbrella", description="purple umbrella", parser="rules")
     checked = check_parse("find the violet umbrella", claim, ())
     assert checked is not None
-    assert (checked.target.description, checked.colour) == ("purple umbrella", "purple")
+    assert (checked.target.description, checked.target.colour) == ("purple umbrella", "purple")
 
 
 @given(slips())
@@ -90,7 +91,7 @@ def test_a_colour_may_be_claimed_in_its_other_spelling() -> None:
 def test_a_colour_that_was_misspelt_is_kept(slip: tuple[str, str]) -> None:
     colour, written = slip
     assume(written not in {*NOT_COLOURS, *ATTRIBUTES, *COCO_LABELS})
-    others = {SAME.get(one, one) for one in (*COLOURS, *SAME) if slip_of(written, one)}
+    others = {SAME.get(one, one) for one in (*Colour, *SAME) if slip_of(written, one)}
     assume(others == {colour})
     assert check_description(f"find the {written} cup", f"{colour} cup", "cup") == f"{colour} cup"
 
@@ -100,10 +101,10 @@ def test_a_colour_that_was_misspelt_is_kept(slip: tuple[str, str]) -> None:
 @example("grn")
 def test_a_word_is_taken_for_a_colour_only_when_it_is_a_slip_of_it(word: str) -> None:
     meant = colour_meant(word)
-    assert meant is None or any(slip_of(word, one) for one in (*COLOURS, *SAME) if SAME.get(one, one) == meant)
+    assert meant is None or any(slip_of(word, one) for one in (*Colour, *SAME) if SAME.get(one, one) == meant)
 
 
-@given(st.lists(st.sampled_from(OTHER_WORDS), max_size=8).map(" ".join), st.sampled_from((*COLOURS, "gray", "violet")))
+@given(st.lists(st.sampled_from(OTHER_WORDS), max_size=8).map(" ".join), st.sampled_from((*Colour, "gray", "violet")))
 @example("open the back door, the bottle is there", "black")
 @example("write down where the bottle is", "white")
 @example("the bottle that the grown ups hid", "brown")

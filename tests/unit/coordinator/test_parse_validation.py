@@ -9,7 +9,6 @@ from contracts.vision import ParsedTask, Target
 from coordinator.queue.parse_validation import (
     check_description,
     check_parse,
-    colour_of,
     match_class,
     match_memory_object,
 )
@@ -88,22 +87,6 @@ def test_colours_and_materials_nobody_said_are_stripped(command: str, claimed: s
 @given(st.text(max_size=60), st.text(max_size=60), st.sampled_from(COCO_LABELS))
 def test_a_description_is_never_empty_nor_too_long(command: str, claimed: str, label: str) -> None:
     assert 1 <= len(check_description(command, claimed, label)) <= 120
-
-
-@pytest.mark.parametrize(
-    ("label", "description", "colour"),
-    [
-        ("bottle", "red bottle", "red"),
-        ("bottle", "gray bottle", "grey"),
-        ("bottle", "bottle", None),
-        ("orange", "orange", None),
-        ("orange", "green orange", "green"),
-    ],
-)
-def test_the_colour_of_a_target_is_its_colour_word_unless_that_is_the_thing(
-    label: str, description: str, colour: str | None
-) -> None:
-    assert colour_of(Target(label=label, description=description)) == colour
 
 
 def test_a_command_that_names_nothing_known_is_refused() -> None:

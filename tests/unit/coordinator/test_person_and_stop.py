@@ -133,7 +133,7 @@ def test_while_stopped_no_mission_begins() -> None:
 
 def test_a_second_mission_is_not_begun_while_one_runs() -> None:
     script = Script().begin()
-    script.feed(ev.MissionStarted("m2", "x", script.mission.target, "rules", None, ()))  # type: ignore[arg-type]
+    script.feed(ev.MissionStarted("m2", "x", script.mission.target, "rules", ()))  # type: ignore[arg-type]
     assert script.mission.id == "m1"
 
 

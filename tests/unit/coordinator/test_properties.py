@@ -139,7 +139,7 @@ class Player:
         return getattr(self, f"on_{kind}")(*rest)
 
     def on_start(self, views: tuple[SearchPose, ...]) -> ev.Event:
-        return ev.MissionStarted("m", "find the red bottle", TARGET, "rules", "red", views)
+        return ev.MissionStarted("m", "find the red bottle", TARGET, "rules", views)
 
     def on_dock(self) -> ev.Event:
         return ev.DockingStarted("d", "a low battery")

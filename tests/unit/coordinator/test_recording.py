@@ -71,6 +71,15 @@ def test_other_rules_decide_otherwise_and_it_is_noticed() -> None:
     assert not all(one.same for one in recording.replay(other))
 
 
+def test_a_recording_of_before_in_which_the_target_has_no_colour_is_decided_the_same_way() -> None:
+    script = found()
+    before = [line.replace('"colour":"red","not_colours"', '"not_colours"') for line in script.lines]
+    assert before != script.lines
+    again = list(recording.replay(recording.read(before)))
+    assert all(one.same for one in again)
+    assert again[-1].after == script.mission
+
+
 def test_what_changed_nothing_may_be_left_out() -> None:
     script = found()
     mission = Mission(rules=script.mission.rules, robot=script.recording().header.robot)

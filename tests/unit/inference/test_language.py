@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from contracts.coco import COCO_LABELS, COLOURS
+from contracts.coco import COCO_LABELS
+from contracts.colours import COLOUR_WORDS, Colour
 from contracts.vision import ModelState, ParseTaskRequest
-from inference.colours import SPELLINGS
 from inference.language.breaker import Breaker
 from inference.language.language_settings import ReaderKind, is_local
 from inference.language.prompts import PresenceAnswer, TaskAnswer, presence_prompt
@@ -73,7 +73,7 @@ async def test_a_model_that_hangs_leaves_the_next_one_its_share_of_the_time() ->
     assert [one.asked for one in models] == [1, 2]
 
 
-WORDS = sorted({word for name in lexicon().names for word in name} | {"the", "find", "on", *COLOURS, "wooden", "drive"})
+WORDS = sorted({word for name in lexicon().names for word in name} | {"the", "find", "on", *Colour, "wooden", "drive"})
 
 
 @given(
@@ -89,7 +89,7 @@ def test_of_a_claim_only_labels_and_said_words_are_left(label: str, place: str, 
     assert kept.yolo_class in {*COCO_LABELS, "none"}
     assert kept.memory_object in {None, "bed", "couch"}
     said = {
-        form for token in words_of(command) for form in (token, SPELLINGS.get(token, token), *singular_forms(token))
+        form for token in words_of(command) for form in (token, COLOUR_WORDS.get(token, token), *singular_forms(token))
     }
     names = {w for one in lexicon().names.values() if one.label == label for w in one.words} | set(label.split())
     attributes = lexicon().attributes | lexicon().colours

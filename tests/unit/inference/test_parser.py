@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
+from contracts.coco import COCO_LABELS, NOT_COLOURS
+from contracts.colours import COLOUR_WORDS, Colour
 from contracts.vision import ParseTaskRequest
-from inference.colours import SPELLINGS
 from inference.parsing.lexicon import lexicon
 from inference.parsing.parser import parse
 from inference.parsing.spelling import correction, singular_forms
@@ -23,7 +23,7 @@ UNSEEN = [row for row in ROWS if row["part"] == "unseen"]
 FRESH = [row for row in ROWS if row["part"] == "fresh"]
 WORDS = sorted(
     {word for name in lexicon().names for word in name}
-    | {*COLOURS, *NOT_COLOURS}
+    | {*Colour, *NOT_COLOURS}
     | {"the", "on", "not", "of", "and", "that", "is"}
 )
 
@@ -108,9 +108,9 @@ def test_no_text_whatever_makes_it_fail(text: str) -> None:
 @given(st.lists(st.sampled_from(WORDS), min_size=1, max_size=12).map(" ".join), st.lists(st.sampled_from(COCO_LABELS)))
 def test_no_attribute_is_ever_invented(command: str, memory: list[str]) -> None:
     task = parse(ParseTaskRequest(command=command, labels_in_memory=tuple(memory)))
-    said = {SPELLINGS.get(word, word) for word in re.findall("[a-z]+", command)}
+    said = {COLOUR_WORDS.get(word, word) for word in re.findall("[a-z]+", command)}
     told = task.description.split()
-    attributes = (set(COLOURS) | lexicon().attributes) - set(task.yolo_class.split())  # wine glass
+    attributes = (set(Colour) | lexicon().attributes) - set(task.yolo_class.split())  # wine glass
     invented = {word for word in told if word in attributes and not any(word in one for one in said)}  # wineglass
     assert invented == set()
     assert len(told) <= 5

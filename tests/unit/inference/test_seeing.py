@@ -11,11 +11,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from PIL import Image, ImageOps
 
-from contracts.coco import COLOURS
+from contracts.colours import Colour
 from contracts.vision import Detection, Target
 from geometry.boxes import iou
 from inference.boxes import best_target, meant_box, scaled
-from inference.colours import agrees, colour_prompts, colours_in, colours_said, phrase, pick_colour, with_colour
+from inference.colours import colour_prompts, phrase, pick_colour, with_colour
 from inference.language.breaker import Breaker
 from inference.perception.annotate import RED, STATUS_HEIGHT_PX, annotate, caption, status_line, to_jpeg
 from inference.perception.images import decode
@@ -47,52 +47,25 @@ def png_header_only(width_px: int, height_px: int, bit_depth: int = 8) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"")) + chunk(b"IEND", b"")
 
 
-def test_colours_are_read_in_the_systems_spelling() -> None:
-    assert colours_in("a Gray and violet bag, grey") == ("grey", "purple")
-    assert colours_in("a bored hundred") == ()
-
-
-@pytest.mark.parametrize(
-    ("description", "label", "colour"),
-    [
-        ("red bottle", "bottle", "red"),
-        ("gray cup", "cup", "grey"),
-        ("orange cup", "cup", "orange"),
-        ("orange", "orange", None),
-        ("orange orange", "orange", "orange"),
-        ("green orange", "orange", "green"),
-        ("old bottle", "bottle", None),
-    ],
-)
-def test_a_fruit_is_not_a_colour(description: str, label: str, colour: str | None) -> None:
-    assert colours_said(description, label) == ((colour,) if colour else ())
-
-
 def test_a_contrast_prompt_differs_in_the_colour_alone() -> None:
-    assert with_colour("small red bottle", "red", "blue") == "small blue bottle"
-    assert with_colour("gray cup", "grey", "red") == "red cup"
-    assert with_colour("orange orange", "orange", "green") == "green orange"
+    assert with_colour("small red bottle", Colour.RED, "blue") == "small blue bottle"
+    assert with_colour("gray cup", Colour.GREY, "red") == "red cup"
+    assert with_colour("orange orange", Colour.ORANGE, "green") == "green orange"
 
 
 def test_prompts_follow_the_models_template() -> None:
     assert phrase("{}", "orange cup") == "orange cup"
     assert phrase("a photo of {}", "orange cup") == "a photo of an orange cup"
-    assert colour_prompts("{}", "cup", ("red", "blue")) == ["red cup", "blue cup"]
+    assert colour_prompts("{}", "cup", (Colour.RED, Colour.BLUE)) == ["red cup", "blue cup"]
 
 
 def test_a_colour_is_believed_only_when_it_leads() -> None:
-    scores = [0.1] * len(COLOURS)
+    colours = tuple(Colour)
+    scores = [0.1] * len(colours)
     scores[2], scores[5] = 0.50, 0.46
-    assert pick_colour(COLOURS, scores, 0.03) == COLOURS[2]
-    assert pick_colour(COLOURS, scores, 0.05) is None
+    assert pick_colour(colours, scores, 0.03) is colours[2]
+    assert pick_colour(colours, scores, 0.05) is None
     assert pick_colour((), [], 0.05) is None
-
-
-def test_an_unknown_colour_disagrees_with_nothing() -> None:
-    assert agrees(None, ("red",))
-    assert agrees("red", ())
-    assert agrees("white", ("black", "white"))
-    assert not agrees("blue", ("red",))
 
 
 def test_the_announced_one_is_of_the_right_colour_where_that_is_known() -> None:

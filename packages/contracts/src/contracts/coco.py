@@ -1,4 +1,4 @@
-"""The 80 COCO labels, in the order every COCO detector numbers them, and the colour words."""
+"""The 80 COCO labels, in the order every COCO detector numbers them."""
 
 COCO_LABELS: tuple[str, ...] = (
     "person", "bicycle", "car", "motorcycle", "airplane", "bus", "train", "truck", "boat", "traffic light",
@@ -11,11 +11,6 @@ COCO_LABELS: tuple[str, ...] = (
     "microwave", "oven", "toaster", "sink", "refrigerator", "book", "clock", "vase", "scissors", "teddy bear",
     "hair drier", "toothbrush",
 )  # fmt: skip
-
-COLOURS: tuple[str, ...] = (
-    "red", "green", "blue", "yellow", "white", "black", "purple", "orange", "brown", "pink", "grey",
-)  # fmt: skip
-"""Colour words the system knows; a parser may use no other."""
 
 NOT_COLOURS: frozenset[str] = frozenset((
     "back", "blacks", "blank", "block", "blown", "blub", "blued", "bluer", "blues", "blum", "blume", "blur", "brack",

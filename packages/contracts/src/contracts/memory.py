@@ -7,8 +7,9 @@ from pydantic import Field, model_validator
 
 from contracts.base import NO_CONTROL_CHARACTERS, BboxXyxy, Confidence, ImageSidePx, Label, Message, StampS
 from contracts.geometry import Point3D, Pose2D
+from contracts.vision import Target
 
-Colour = Annotated[str, Field(max_length=24, pattern=NO_CONTROL_CHARACTERS)]
+ColourWord = Annotated[str, Field(max_length=24, pattern=NO_CONTROL_CHARACTERS)]
 Belief = Annotated[float, Field(ge=0.0, le=1.0, description="how sure memory is now that it is still there")]
 
 
@@ -26,7 +27,7 @@ class Observation(Message):
     confidence: Confidence
     pose: Pose2D = Field(description="of the robot, in map, when it saw the thing")
     stamp_s: StampS
-    colour: Colour | None = None
+    colour: ColourWord | None = None
     position: Point3D | None = Field(default=None, description="of the thing's near surface, in map, where measured")
     sigma_m: float | None = Field(default=None, ge=0.0, description="standard deviation of the position")
     embedding: Embedding | None = Field(default=None, description="of what the box shows")
@@ -141,9 +142,8 @@ class RecallRule(StrEnum):
 
 
 class RecallRequest(Message):
-    label: Label
+    target: Target = Field(description="views of its colour are preferred")
     memory_object: Label | None = Field(default=None, description="where such things may be near (requirement A5)")
-    description: str = Field(default="", max_length=120, description="prefers views of the colour it names")
     embedding: Embedding | None = Field(
         default=None, description="of the description, by the model of the objects' own"
     )

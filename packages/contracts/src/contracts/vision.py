@@ -6,6 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from contracts.base import BboxXyxy, Confidence, ImageSidePx, Label, Message, StampS
+from contracts.colours import Colour, colour_asked
 from contracts.geometry import Pose2D
 from contracts.measuring import Measurement
 from contracts.reading import Mood, Restriction
@@ -16,16 +17,23 @@ class Target(Message):
 
     label: Label
     description: str = Field(min_length=1, max_length=120, description="2-4 words, e.g. 'red bottle'")
-    not_colours: tuple[str, ...] = Field(default=(), max_length=11, description="colours it must not have")
+    colour: Colour | None = Field(
+        default_factory=lambda said: colour_asked(said["label"], said["description"]),
+        description="the colour asked for, none = any; read from the description where it is left out",
+    )
+    not_colours: tuple[Colour, ...] = Field(default=(), max_length=11, description="colours it must not have")
+
+    def may_be(self, label: str, colour: str | None) -> bool:
+        """The class, in no other colour than the one asked for. A colour that is not known does not disagree."""
+        agrees = colour is None or (colour not in self.not_colours and self.colour in {None, colour})
+        return label == self.label and agrees
 
 
 class Detection(Message):
     label: Label
     confidence: Confidence
     bbox_xyxy: BboxXyxy
-    colour: str | None = Field(
-        default=None, max_length=24, description="the colour word the image-text model is sure of, if any"
-    )
+    colour: Colour | None = Field(default=None, description="the one the image-text model is sure of, if any")
     measurement: Measurement | None = Field(default=None, description="none where nobody was asked to measure")
 
 

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from contracts.coco import COLOURS
+from contracts.colours import COLOUR_WORDS, Colour
 from contracts.reading import Restriction, RestrictionKind
 from vocabulary.folding import Word, joined, words_of
 
-SAME_COLOUR = {"gray": "grey", "violet": "purple"}
 VALUED = (RestrictionKind.NOT_COLOUR, RestrictionKind.ANY)
 """Read first; their words count for nothing else."""
 PLAIN = (
@@ -52,9 +51,9 @@ def restrictions_in(text: str) -> tuple[Restriction, ...]:
     return tuple(dict.fromkeys(found))[:24]
 
 
-def not_colours(restrictions: Sequence[Restriction]) -> tuple[str, ...]:
+def not_colours(restrictions: Sequence[Restriction]) -> tuple[Colour, ...]:
     """The colours that the thing must not have."""
-    return tuple(dict.fromkeys(one.value for one in restrictions if one.kind is RestrictionKind.NOT_COLOUR))
+    return tuple(dict.fromkeys(Colour(one.value) for one in restrictions if one.kind is RestrictionKind.NOT_COLOUR))
 
 
 def _matches(patterns: Sequence[re.Pattern[str]], plain: str) -> Iterator[re.Match[str]]:
@@ -63,7 +62,7 @@ def _matches(patterns: Sequence[re.Pattern[str]], plain: str) -> Iterator[re.Mat
 
 
 def _colours(said: str) -> list[str]:
-    return [SAME_COLOUR.get(word, word) for word in said.split() if word in COLOURS or word in SAME_COLOUR]
+    return [COLOUR_WORDS[word].value for word in said.split() if word in COLOUR_WORDS]
 
 
 def _owner(words: Sequence[Word]) -> str:
@@ -80,7 +79,7 @@ def _value(number: re.Match[str], table: _Table) -> str:
 @cache
 def _table() -> _Table:
     table = tomllib.loads(files("vocabulary").joinpath("data/restrictions.toml").read_text(encoding="utf-8"))
-    words: dict[str, str] = table["words"] | {"colours": "|".join((*COLOURS, *SAME_COLOUR))}
+    words: dict[str, str] = table["words"] | {"colours": "|".join(COLOUR_WORDS)}
 
     def compiled(pattern: str) -> re.Pattern[str]:
         for name, meaning in words.items():

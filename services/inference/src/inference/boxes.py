@@ -5,20 +5,13 @@ from collections.abc import Sequence
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target
 from geometry.boxes import center_distance, iou
-from inference.colours import agrees, colours_said
-
-
-def matches(detection: Detection, target: Target) -> bool:
-    """The target's class, in no other colour than those asked for."""
-    wanted = colours_said(target.description, target.label)
-    return detection.label == target.label and agrees(detection.colour, wanted)
 
 
 def best_target(detections: Sequence[Detection], target: Target) -> Detection | None:
     """The detection to announce: a known right colour first, then confidence; none when no one matches."""
-    wanted = colours_said(target.description, target.label)
-    candidates = [one for one in detections if matches(one, target)]
-    return max(candidates, key=lambda one: (one.colour in wanted, one.confidence), default=None)
+    candidates = [one for one in detections if target.may_be(one.label, one.colour)]
+    named = target.colour is not None
+    return max(candidates, key=lambda one: (named and one.colour is not None, one.confidence), default=None)
 
 
 def meant_box(detections: Sequence[Detection], target: Target, bbox_xyxy: BboxXyxy | None) -> Detection | None:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from contracts.colours import Colour
 from contracts.geometry import Pose2D
 from contracts.measuring import LocalizeRequest, Measurement
 from contracts.vision import Detection, ModelInfo
@@ -103,7 +104,7 @@ class ImageText(Protocol):
         ...
 
     @property
-    def colours(self) -> tuple[str, ...]:
+    def colours(self) -> tuple[Colour, ...]:
         """The colour words it was taught: only these are asked for, and only these are rivals."""
         ...
 

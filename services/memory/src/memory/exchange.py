@@ -15,7 +15,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from contracts.base import Confidence, Label, Message, StampS
 from contracts.geometry import Pose2D
-from contracts.memory import Belief, Colour
+from contracts.memory import Belief, ColourWord
 from memory.frames import Exclusion
 from memory.objects import Thing
 from memory.ports import Hoard, KeptMap, KeptView
@@ -61,7 +61,7 @@ class ThingLine(Message):
     first_seen_s: StampS
     last_seen_s: StampS
     times_seen: Count
-    colours: dict[Colour, Annotated[float, Field(ge=0.0, le=1e6)]] = Field(max_length=50)
+    colours: dict[ColourWord, Annotated[float, Field(ge=0.0, le=1e6)]] = Field(max_length=50)
     times_missed: Annotated[int, Field(ge=0, le=2**31 - 1)]
     last_missed_s: StampS | None
     miss_x: Metres
@@ -77,7 +77,7 @@ class ThingLine(Message):
 class ViewLine(Message):
     kind: Literal["view"] = "view"
     label: Label
-    colour: Colour
+    colour: ColourWord
     x: Metres
     y: Metres
     yaw: float = Field(ge=-6.2832, le=6.2832)

@@ -226,7 +226,7 @@ class Memory:
             views_max=self._settings.candidates_max,
         )
         views = recall.rank(request, found, rule=rule, weights=self._weights, now_s=self._clock.now_s())
-        elsewhere = await self._whereabouts.elsewhere(request.label)
+        elsewhere = await self._whereabouts.elsewhere(request.target.label)
         return RecallReply(views=views, rule=rule, map_id=here.id, in_other_maps=elsewhere)
 
     async def forget(self, what: ForgetRequest) -> DeletedReply:

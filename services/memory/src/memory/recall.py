@@ -7,13 +7,12 @@ turned to face it, never onto it.
 """
 
 import math
-import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import attrgetter
 
-from contracts.coco import COLOURS
+from contracts.colours import COLOUR_WORDS, Colour
 from contracts.geometry import Pose2D
 from contracts.memory import Embedding, RecalledView, RecallRequest, RecallRule, RememberedObject, ScoreParts
 from memory.belief import LOST_BELOW, aged
@@ -25,7 +24,7 @@ SAME_DIRECTION_RAD = math.radians(60.0)
 SAME_PLACE_M = 0.05
 """Nobody is sent twice to one place, whatever separation was asked for."""
 AGREES, UNKNOWN, DIFFERS = 1.0, 0.6, 0.15
-"""How a view's colour goes with the colours asked for; unknown: either is not known."""
+"""How a view's colour goes with the colour asked for; unknown: either is not known."""
 RELATED = 0.4
 """A view of the memory object, where the label itself may be near."""
 RECENT_S = 14.0 * 86_400.0
@@ -34,9 +33,7 @@ AGAIN = 0.5
 """Each further view of one thing: another thing's first view may tell more."""
 LIKENESS = 0.05
 """A difference of cosines that makes a thing 2.7 times less likely to be the one described."""
-SPELLINGS = {"gray": "grey", "violet": "purple"}
 SCORE = attrgetter("score")
-WORD = re.compile(r"[a-z]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,13 +63,12 @@ class Scored:
 
 
 def asked_for(request: RecallRequest) -> dict[str, frozenset[str]]:
-    """The labels whose places may be worth a look, with the colours, however spelled, that a view of them should have.
+    """The labels whose places may be worth a look, with the spellings of the colour that a view of them should have.
 
     What is said of the thing's colour says nothing of the memory object's.
     """
-    wanted = colours_in(request.description, request.label)
-    spelled = wanted | {other for other, word in SPELLINGS.items() if word in wanted}
-    found = {request.label: spelled}
+    target = request.target
+    found = {target.label: frozenset(target.colour.spellings if target.colour is not None else ())}
     if request.memory_object is not None:
         found.setdefault(request.memory_object, frozenset())
     return found
@@ -85,9 +81,9 @@ def rank(
 
     `found`: by label, of those that were `asked_for`.
     """
-    scoring = Scoring.of(request, found[request.label].things.values(), weights, now_s)
-    groups = [scoring.scored(found[request.label], "label")]
-    if request.memory_object is not None and request.memory_object != request.label:
+    scoring = Scoring.of(request, found[request.target.label].things.values(), weights, now_s)
+    groups = [scoring.scored(found[request.target.label], "label")]
+    if request.memory_object is not None and request.memory_object != request.target.label:
         groups.insert(0, scoring.scored(found[request.memory_object], "memory_object"))
     if rule is RecallRule.CONFIDENCE:
         ordered = [one for group in groups for one in _by_confidence(group, request.pose)]
@@ -104,15 +100,6 @@ def rank(
     return tuple(chosen)
 
 
-def colours_in(description: str, label: str = "") -> frozenset[str]:
-    """The colour words a description asks for. Of an orange, "orange" is the name unless it is said twice."""
-    said: list[str] = WORD.findall(description.lower())
-    words = [SPELLINGS.get(word, word) for word in said]
-    if label == "orange" and words.count("orange") < 2:
-        words = [word for word in words if word != "orange"]
-    return frozenset(word for word in words if word in COLOURS)
-
-
 @dataclass
 class Scoring:
     """One request's way of weighing a view. What is alike for all views of a thing is worked out once."""
@@ -120,16 +107,14 @@ class Scoring:
     request: RecallRequest
     weights: Weights
     now_s: float
-    wanted: frozenset[str]
-    """Colours."""
+    wanted: Colour | None
     likenesses: Mapping[int, float]
     """Of the label's things by id, where the request and they have vectors."""
     _told: dict[int, RememberedObject] = field(default_factory=dict[int, RememberedObject])
 
     @classmethod
     def of(cls, request: RecallRequest, things: Iterable[Thing], weights: Weights, now_s: float) -> "Scoring":
-        wanted = colours_in(request.description, request.label)
-        return cls(request, weights, now_s, wanted, likenesses(request.embedding, things))
+        return cls(request, weights, now_s, request.target.colour, likenesses(request.embedding, things))
 
     def scored(self, kept: Candidates, source: str) -> list[Scored]:
         """Every view of a label, as the label's own or as the memory object's."""
@@ -197,24 +182,24 @@ class Scoring:
     @property
     def _elsewhere(self) -> float:
         """Of a view of the memory object: whether what is described is there is not known."""
-        return UNKNOWN if self.wanted else AGREES
+        return UNKNOWN if self.wanted is not None else AGREES
 
     def _of_colour(self, colour: str) -> float:
-        if not self.wanted:
+        if self.wanted is None:
             return AGREES
         if not colour:
             return UNKNOWN
-        return AGREES if SPELLINGS.get(colour, colour) in self.wanted else DIFFERS
+        return AGREES if COLOUR_WORDS.get(colour) is self.wanted else DIFFERS
 
     def _reason(self, one: Scored) -> str:
         view, thing = one.view, one.thing
         named = f"{view.colour} {view.label}" if view.colour else view.label
         told = f"saw {named} from here with confidence {view.confidence:.2f}"
         if one.source == "memory_object":
-            told = f"{told}, where {self.request.label} may be near"
+            told = f"{told}, where {self.request.target.label} may be near"
         elif thing is not None and thing.id in self.likenesses:
             told = f"{told}: looks {one.agreement:.0%} like the description"
-        elif self.wanted:
+        elif self.wanted is not None:
             told = f"{told}: {_of_agreement(one.agreement)}"
         told = f"{told}; {one.parts[0]:.0%} sure it is still there"
         if thing is not None and thing.moved_from is not None:

@@ -8,7 +8,7 @@ from fastapi.responses import Response, StreamingResponse
 
 from contracts.base import Label
 from contracts.memory import (
-    Colour,
+    ColourWord,
     DeletedReply,
     ExportForm,
     ForgetRequest,
@@ -88,7 +88,7 @@ async def objects(
     memory: MemoryDep,
     label: Annotated[Label | None, Query()] = None,
     state: Annotated[ObjectState | None, Query()] = None,
-    colour: Annotated[Colour | None, Query()] = None,
+    colour: Annotated[ColourWord | None, Query()] = None,
     limit: Annotated[int, Query(ge=1, le=5000)] = 200,
     in_map: InMap = None,
 ) -> list[RememberedObject]:

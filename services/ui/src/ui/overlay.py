@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from contracts.coco import COLOURS
 from contracts.geometry import Pose2D
 from contracts.vision import Detection, Detections, Target
 
@@ -42,11 +41,7 @@ def boxes(frame: CameraFrame, seen: Detections | None, target: Target | None) ->
 
 
 def is_target(one: Detection, target: Target | None) -> bool:
-    """The target's class, in no other colour than the one asked for."""
-    if target is None or one.label != target.label:
-        return False
-    wanted = {word for word in target.description.lower().split() if word in COLOURS}
-    return not wanted or one.colour is None or one.colour in wanted
+    return target is not None and target.may_be(one.label, one.colour)
 
 
 def caption(one: Detection, wanted: bool) -> str:

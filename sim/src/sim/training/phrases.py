@@ -3,7 +3,8 @@
 import random
 from dataclasses import dataclass
 
-from contracts.coco import COCO_LABELS, COLOURS
+from contracts.coco import COCO_LABELS
+from contracts.colours import Colour
 
 OTHER_NAMES: dict[str, tuple[str, ...]] = {
     "cup": ("mug", "coffee mug", "coffee cup"),
@@ -31,7 +32,6 @@ FRAMES: tuple[str, ...] = (
     *("where is the {}", "bring me the {}", "there is a {} here", "a small {}", "a {} on the floor", "my {}"),
 )
 FILLERS: tuple[str, ...] = ("plastic", "glass", "old", "new", "nice", "big", "little", "round", "that", "this")
-COLOUR_NAMES: dict[str, tuple[str, ...]] = {"grey": ("grey", "gray"), "purple": ("purple", "violet")}
 
 
 @dataclass(frozen=True, order=True)
@@ -50,7 +50,7 @@ class Meaning:
 def phrase(meaning: Meaning, draw: random.Random) -> str:
     """One of the many ways to say it; now and then with a word the model does not know."""
     kind = draw.choice((meaning.kind, meaning.kind, *OTHER_NAMES.get(meaning.kind, ())))
-    words = [draw.choice(COLOUR_NAMES.get(meaning.colour, (meaning.colour,))), kind] if meaning.colour else [kind]
+    words = [draw.choice(Colour(meaning.colour).spellings), kind] if meaning.colour else [kind]
     if draw.random() < 0.15:
         words.insert(draw.randrange(len(words)), draw.choice((*FILLERS, "qqq")))
     return draw.choice(FRAMES).format(" ".join(words))
@@ -58,7 +58,7 @@ def phrase(meaning: Meaning, draw: random.Random) -> str:
 
 def vocabulary() -> tuple[str, ...]:
     """Every word the text tower knows, sorted: fixed, so that a later training can go on from an earlier one."""
-    said = [*FRAMES, *FILLERS, *COCO_LABELS, *COLOURS]
-    for names in (*OTHER_NAMES.values(), *COLOUR_NAMES.values()):
+    said = [*FRAMES, *FILLERS, *COCO_LABELS, *Colour]
+    for names in (*OTHER_NAMES.values(), *(one.spellings for one in Colour)):
         said.extend(names)
     return tuple(sorted({word for text in said for word in text.replace("{}", " ").split()}))

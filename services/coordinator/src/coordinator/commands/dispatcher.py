@@ -137,7 +137,6 @@ class Dispatcher:
                 command=waiting.command,
                 target=task.target,
                 parser=waiting.parser,
-                colour=task.colour,
                 views=tuple(_place(one) for one in recalled),
                 notes="; ".join(part for part in (waiting.notes, note) if part),
                 order=waiting.order,
@@ -153,9 +152,8 @@ class Dispatcher:
         if self._settings.memory_views_max == 0:
             return (), ""
         request = RecallRequest(
-            label=task.target.label,
+            target=task.target,
             memory_object=task.memory_object,
-            description=task.target.description,
             pose=self._runner.mission.robot.pose,
             limit=self._settings.memory_views_max,
         )
@@ -194,11 +192,7 @@ def _place(recalled: RecalledView) -> SearchPose:
 
 def _last_seen(recalled: Sequence[RecalledView], task: CheckedTask) -> LastSeen | None:
     """The newest recalled view of the thing itself, of its colour or of an unknown one."""
-    own = [
-        one.view
-        for one in recalled
-        if one.view.label == task.target.label and (task.colour is None or one.view.colour in {None, task.colour})
-    ]
+    own = [one.view for one in recalled if task.target.may_be(one.view.label, one.view.colour)]
     newest = max(own, key=lambda view: view.stamp_s, default=None)
     if newest is None:
         return None

@@ -18,7 +18,6 @@ class MissionStarted:
     command: str
     target: Target
     parser: str
-    colour: str | None
     views: tuple[SearchPose, ...]
     notes: str = ""
     order: Order = FIRST

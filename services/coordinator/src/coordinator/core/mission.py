@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from contracts.colours import Colour
 from contracts.geometry import Pose2D
 from contracts.measuring import Measurement
 from contracts.mission import Candidate as CandidateRecord
@@ -54,7 +55,7 @@ class Sighting:
     box: BoxQuery
     stamp_s: float
     confidence: float
-    colour: str | None
+    colour: Colour | None
     bearing_rad: float
     error_px: float
 
@@ -196,7 +197,6 @@ class Mission:
     order: Order = FIRST
     command: str = ""
     target: Target | None = None
-    colour: str | None = None
     parser: str = ""
     epoch: int = 0
     started_s: float = 0.0
@@ -218,6 +218,11 @@ class Mission:
     report: Report | None = None
     candidate: Candidate | None = None
     approach: Approach | None = None
+
+    @property
+    def colour(self) -> Colour | None:
+        """The colour asked for."""
+        return self.target.colour if self.target is not None else None
 
     @property
     def running(self) -> bool:

@@ -46,7 +46,6 @@ def _start(context: StepContext, event: ev.MissionStarted) -> None:
         _fresh(context, event.mission_id, event.order),
         command=event.command,
         target=event.target,
-        colour=event.colour,
         parser=event.parser,
         last_seen=event.last_seen,
         search=Search(views=event.views[: mission.rules.memory_views_max]),

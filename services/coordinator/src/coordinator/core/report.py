@@ -1,7 +1,5 @@
 """What an ending rests on, put together from what the mission knows (the three honest endings)."""
 
-from collections.abc import Sequence
-
 from contracts.geometry import Pose2D
 from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import EndCause, LastSeen, Outcome, Report, SeenInstead
@@ -75,13 +73,11 @@ def possible_matches(mission: Mission) -> list[str]:
     return narrow + [loss.text for loss in mission.search.losses if loss.confirmed]
 
 
-def count_objects_in(
-    others: tuple[SeenInstead, ...], target: Target, colour: str | None, seen: Detections
-) -> tuple[SeenInstead, ...]:
+def count_objects_in(others: tuple[SeenInstead, ...], target: Target, seen: Detections) -> tuple[SeenInstead, ...]:
     """The tally with one more frame in it: everything but the target (its colour too, where one was asked for)."""
     tally = {(one.label, one.colour): one for one in others}
     for kind in {(d.label, d.colour) for d in seen.detections}:
-        if kind[0] == "person" or (kind[0] == target.label and _may_be(kind[1], colour, target.not_colours)):
+        if kind[0] == "person" or target.may_be(*kind):
             continue
         confidence = max(d.confidence for d in seen.detections if (d.label, d.colour) == kind)
         old = tally.get(kind)
@@ -95,10 +91,6 @@ def count_objects_in(
         )
     kept = sorted(tally.values(), key=lambda one: (-one.times, one.label, one.colour or ""))
     return tuple(kept[:OTHERS_MAX])
-
-
-def _may_be(seen: str | None, colour: str | None, excluded: Sequence[str]) -> bool:
-    return seen is None or (seen not in excluded and colour in {None, seen})
 
 
 def looked_in_words(mission: Mission) -> str:

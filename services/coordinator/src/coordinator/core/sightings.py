@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from contracts.colours import Colour
 from contracts.geometry import Pose2D
 from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
@@ -19,22 +20,11 @@ def sightings(mission: Mission, seen: Detections) -> tuple[Sighting, ...]:
     """Every box of the target's class whose colour agrees or is unknown: agreeing first, then by confidence."""
     if mission.target is None:
         return ()
-    label, colour, excluded = mission.target.label, mission.colour, mission.target.not_colours
-    boxes = [d for d in seen.detections if d.label == label and _colour_may_agree(d, colour, excluded)]
-    boxes.sort(key=lambda d: (colour is None or d.colour == colour, d.confidence), reverse=True)
+    target = mission.target
+    boxes = [d for d in seen.detections if target.may_be(d.label, d.colour)]
+    boxes.sort(key=lambda d: (target.colour in {None, d.colour}, d.confidence), reverse=True)
     yaw = seen.pose.yaw if seen.pose is not None else mission.robot.yaw
     return tuple(_sighting(mission, seen, d, yaw) for d in boxes)
-
-
-def _colour_may_agree(detection: Detection, colour: str | None, excluded: Sequence[str]) -> bool:
-    if detection.colour is None:
-        return True
-    seen = _plain(detection.colour)
-    return seen not in excluded and (colour is None or seen == colour)
-
-
-def _plain(colour: str) -> str:
-    return "grey" if colour == "gray" else colour
 
 
 def _sighting(mission: Mission, seen: Detections, detection: Detection, yaw: float) -> Sighting:
@@ -59,9 +49,7 @@ def count_other_objects(context: StepContext, seen: Detections) -> None:
     """What else this frame shows, for the ending that has to say what was seen instead."""
     target = context.mission.target
     if target is not None:
-        context.update_search(
-            other_objects=count_objects_in(context.search.other_objects, target, context.mission.colour, seen)
-        )
+        context.update_search(other_objects=count_objects_in(context.search.other_objects, target, seen))
 
 
 def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:
@@ -74,7 +62,7 @@ def tracked(mission: Mission, candidate: Candidate, seen: Detections) -> Sightin
     return _nearest(sightings(mission, seen), _expected_rad(mission, candidate), mission.rules.track_rad)
 
 
-def colour_in_its_place(mission: Mission, candidate: Candidate, seen: Detections) -> str | None:
+def colour_in_its_place(mission: Mission, candidate: Candidate, seen: Detections) -> Colour | None:
     """What colour this frame names for the thing of the class where the candidate is expected, none where it names
     none; whatever colour was asked for.
     """
@@ -83,7 +71,7 @@ def colour_in_its_place(mission: Mission, candidate: Candidate, seen: Detections
     yaw = seen.pose.yaw if seen.pose is not None else mission.robot.yaw
     alike = [_sighting(mission, seen, d, yaw) for d in seen.detections if d.label == mission.target.label]
     there = _nearest(alike, _expected_rad(mission, candidate), mission.rules.rejected_bearing_rad)
-    return _plain(there.colour) if there is not None and there.colour is not None else None
+    return there.colour if there is not None else None
 
 
 def _expected_rad(mission: Mission, candidate: Candidate) -> float:

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 
 from contracts.asking import About
-from contracts.coco import COLOURS
+from contracts.colours import Colour, colour_asked
 from contracts.reading import Mood
 from vocabulary.groups import Group, group_in
 from vocabulary.labels import label_in
@@ -38,7 +38,7 @@ SPANS: tuple[tuple[str, float], ...] = (("week", 7.0), ("month", 30.0), ("yester
 class ParsedQuestion:
     about: About
     label: str | None = None
-    colour: str | None = None
+    colour: Colour | None = None
     room: str | None = None
     group: Group | None = None
     """'anything to drink?': several kinds of things."""
@@ -49,7 +49,7 @@ class ParsedQuestion:
 def parse_question(question: str) -> ParsedQuestion:
     text = " ".join(re.findall(r"[a-z]+", question.lower()))
     label, room = label_in(text), next((room for room in ROOMS if room in text), None)
-    colour = next((word for word in text.split() if word in COLOURS and word != label), None)
+    colour = colour_asked(label or "", text)
     group = group_in(text) if label is None else None
     about = _about(text, label, room)
     mood = read(question).mood

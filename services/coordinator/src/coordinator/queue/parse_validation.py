@@ -4,7 +4,8 @@ import re
 from dataclasses import dataclass
 from itertools import pairwise, takewhile
 
-from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
+from contracts.coco import COCO_LABELS, NOT_COLOURS
+from contracts.colours import COLOUR_WORDS, colour_asked
 from contracts.vision import ParsedTask, Target
 from vocabulary.restrictions import not_colours, restrictions_in
 
@@ -15,18 +16,16 @@ MATERIALS: frozenset[str] = frozenset({
     "paper", "cardboard", "rubber", "stone", "marble", "cotton", "woolen", "silver", "golden", "gold", "copper",
 })  # fmt: skip
 
-_COLOUR_WORDS = frozenset({*COLOURS, "gray", "beige", "violet", "turquoise", "magenta", "cyan", "navy", "maroon"})
-_SPELT_COLOURS = (*COLOURS, "gray", "violet")
-_SAME = {"gray": "grey", "violet": "purple", "wood": "wooden", "golden": "gold", "metallic": "metal"}
+_COLOUR_WORDS = frozenset({*COLOUR_WORDS, "beige", "turquoise", "magenta", "cyan", "navy", "maroon"})
+_SAME: dict[str, str] = {"wood": "wooden", "golden": "gold", "metallic": "metal"} | COLOUR_WORDS
 
 
 @dataclass(frozen=True, slots=True)
 class CheckedTask:
-    """What may be acted on. `colour` is the colour word of the description, `notes` says what was changed."""
+    """What may be acted on; `notes` says what was changed."""
 
     target: Target
     memory_object: str | None
-    colour: str | None
     notes: str
 
 
@@ -44,10 +43,10 @@ def check_parse(command: str, parsed: ParsedTask, labels_in_memory: tuple[str, .
     description = check_description(command, parsed.description, label)
     if words(description) != words(parsed.description):
         notes.append(f"described as '{description}'")
-    colour = colour_of(Target(label=label, description=description))
-    excluded = tuple(one for one in not_colours(restrictions_in(command)) if one != colour)
-    target = Target(label=label, description=description, not_colours=excluded)
-    return CheckedTask(target, memory_object, colour, "; ".join(notes))
+    colour = colour_asked(label, description)
+    excluded = tuple(one for one in not_colours(restrictions_in(command)) if one is not colour)
+    target = Target(label=label, description=description, colour=colour, not_colours=excluded)
+    return CheckedTask(target, memory_object, "; ".join(notes))
 
 
 def match_class(claimed: str) -> str:
@@ -92,13 +91,6 @@ def check_description(command: str, claimed: str, label: str) -> str:
     return " ".join(kept)[:120].strip() or label
 
 
-def colour_of(target: Target) -> str | None:
-    """The colour word of a description, unless that word is the thing itself (an orange)."""
-    own = set(words(target.label))
-    found = [_plain(w) for w in words(target.description) if _plain(w) in COLOURS and w not in own]
-    return found[0] if found else None
-
-
 def colour_meant(word: str) -> str | None:
     """The one colour that `word` is a slip of: a letter too many, too few, wrong or swapped, or letters doubled.
 
@@ -107,8 +99,8 @@ def colour_meant(word: str) -> str | None:
     """
     if word in NOT_COLOURS or _is_attribute(word):
         return None
-    doubled = {_plain(colour) for colour in _SPELT_COLOURS if _undoubled(word) == _undoubled(colour)}
-    slips = doubled or {_plain(colour) for colour in _SPELT_COLOURS if _is_slip(word, colour)}
+    doubled = {_plain(colour) for colour in COLOUR_WORDS if _undoubled(word) == _undoubled(colour)}
+    slips = doubled or {_plain(colour) for colour in COLOUR_WORDS if _is_slip(word, colour)}
     return slips.pop() if len(slips) == 1 else None
 
 
@@ -140,6 +132,6 @@ def _plain(word: str) -> str:
 def _colour_before(command: str, nouns: set[str]) -> str | None:
     said = words(command)
     for word, following in pairwise(said):
-        if _plain(word) in COLOURS and following in nouns and word not in nouns:
+        if word in COLOUR_WORDS and following in nouns and word not in nouns:
             return _plain(word)
     return None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from contracts.coco import COLOURS
+from contracts.colours import Colour
 from inference.ports import Embeddings, RgbImage
 from inference.settings import Precision
 
@@ -58,7 +58,7 @@ class SmallClipModel:
 
     backend = "open_clip (torch, fp32)"
     """bf16 gains nothing at this size: 2.6 ms and 3.6 ms for one crop."""
-    colours = tuple(colour for colour in COLOURS if colour != "pink")
+    colours = tuple(colour for colour in Colour if colour is not Colour.PINK)
     """Nothing in the simulated home is pink; an untaught word would pass for no colour at all, and win."""
     template = "{}"
     """Its threshold was measured on bare phrases such as 'red bottle'."""
@@ -99,7 +99,7 @@ class OpenClipModel:
     Raises FileNotFoundError without it. Precision `auto` keeps the faster of fp32 and bf16, timed at load.
     """
 
-    colours = COLOURS
+    colours = tuple(Colour)
     template = "a photo of {}"
 
     def __init__(

@@ -1,7 +1,7 @@
 """What is kept of a language model's claim about a command: a label, a remembered label, words that were said. Pure."""
 
+from contracts.colours import COLOUR_WORDS
 from contracts.vision import ParsedTarget, ParseTaskRequest
-from inference.colours import SPELLINGS
 from inference.language.prompts import TaskAnswer
 from inference.parsing.describing import DESCRIPTION_WORDS_MAX
 from inference.parsing.lexicon import lexicon
@@ -34,7 +34,7 @@ def _description(claimed: str, command: str, label: str) -> str:
     plain = words.attributes | words.colours
     said: set[str] = set()
     for token in words_of(command):
-        said.update((token, words.attribute(token), SPELLINGS.get(token, token), *singular_forms(token)))
+        said.update((token, words.attribute(token), COLOUR_WORDS.get(token, token), *singular_forms(token)))
     names = {word for name in words.names.values() if name.label == label for word in name.words}
     kept = [
         word

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from inference.colours import SPELLINGS
+from contracts.colours import COLOUR_WORDS
 from inference.parsing.lexicon import Lexicon
 from inference.parsing.mentions import ARTICLES, Mention, Role
 from inference.parsing.tokens import Token
@@ -28,7 +28,7 @@ def description_of(
         said, _ = _before(tokens, first - 1, words)
     if not any(word in words.colours for word in said):
         said = [*_after(tokens, head, mentions, words), *said]
-    spelled = dict.fromkeys(SPELLINGS.get(word, word) for word in " ".join([*said, *modifier, *beside]).split())
+    spelled = dict.fromkeys(COLOUR_WORDS.get(word, word) for word in " ".join([*said, *modifier, *beside]).split())
     room = max(1, DESCRIPTION_WORDS_MAX - len(head.said.split()))
     return " ".join([*list(spelled)[-room:], head.said])
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from contracts.coco import COCO_LABELS, COLOURS, NOT_COLOURS
-from inference.colours import SPELLINGS
+from contracts.coco import COCO_LABELS, NOT_COLOURS
+from contracts.colours import COLOUR_WORDS
 from inference.parsing.spelling import correction, singular_forms
 
 Pattern = tuple[str, ...]
@@ -93,7 +93,7 @@ def lexicon() -> Lexicon:
     words = table["words"]
     names = _names(table)
     english = {word for said, name in names.items() if name.label != "none" and not name.foreign for word in said}
-    colours = frozenset((*COLOURS, *SPELLINGS))
+    colours = frozenset(COLOUR_WORDS)
     groups = {key: frozenset(words[key]) for key in GROUPS}
     needs, activities = (_patterns(table[key]) for key in ("needs", "activities"))
     said_of_needs = {word for pattern, _ in (*needs, *activities) for word in pattern}

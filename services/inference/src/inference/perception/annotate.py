@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 
 from contracts.vision import Detection, Target
-from inference.boxes import matches
 from inference.ports import RgbImage
 
 RED, GREEN, WHITE, DARK = (230, 30, 30), (40, 190, 70), (255, 255, 255), (20, 20, 20)
@@ -21,12 +20,12 @@ def annotate(image: RgbImage, detections: Sequence[Detection], target: Target | 
     method = cv2.INTER_LINEAR if scale >= 1 else cv2.INTER_AREA
     canvas = np.full((size[1] + STATUS_HEIGHT_PX, size[0], 3), DARK, np.uint8)
     canvas[: size[1]] = cv2.resize(image, size, interpolation=method)
-    others = [one for one in detections if target is None or not matches(one, target)]
-    for one in others:
-        _box(canvas, one, scale, GREEN, caption(one, is_target=False))
+    wanted = [one for one in detections if target is not None and target.may_be(one.label, one.colour)]
     for one in detections:
-        if target is not None and matches(one, target):
-            _box(canvas, one, scale, RED, caption(one, is_target=True))
+        if one not in wanted:
+            _box(canvas, one, scale, GREEN, caption(one, is_target=False))
+    for one in wanted:
+        _box(canvas, one, scale, RED, caption(one, is_target=True))
     cv2.putText(canvas, status_line(target), (6, canvas.shape[0] - 7), FONT, 0.45, WHITE, 1, cv2.LINE_AA)
     return canvas
 

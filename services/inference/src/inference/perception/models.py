@@ -10,6 +10,7 @@ import structlog
 from prometheus_client import Counter, Histogram
 
 from contracts.base import BboxXyxy
+from contracts.colours import Colour
 from contracts.vision import Detection, ModelInfo, ModelState, Target
 from inference.colours import colour_prompts, pick_colour
 from inference.perception.embeddings import NoEmbeddingError, cosines, embedded, unit
@@ -205,7 +206,7 @@ class Models:
             coloured[i] = detections[i].model_copy(update={"colour": colour})
         return tuple(coloured)
 
-    def _colours(self, clip: ImageText, crops: Sequence[RgbImage], labels: Sequence[str]) -> list[str | None]:
+    def _colours(self, clip: ImageText, crops: Sequence[RgbImage], labels: Sequence[str]) -> list[Colour | None]:
         """A colour word a crop. Numbers that are none cost a box its colour, and no more."""
         self.clip_trouble = ""
         try:
@@ -215,7 +216,7 @@ class Models:
             return [None] * len(crops)
         return [self._colour(clip, seen[row : row + 1], label) for row, label in enumerate(labels)]
 
-    def _colour(self, clip: ImageText, seen: Embeddings, label: str) -> str | None:
+    def _colour(self, clip: ImageText, seen: Embeddings, label: str) -> Colour | None:
         try:
             scores = cosines(seen, self._text(clip, colour_prompts(clip.template, label, clip.colours)))[0]
         except NoEmbeddingError as error:

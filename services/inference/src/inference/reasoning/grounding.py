@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable
 
-from inference.colours import SPELLINGS
+from contracts.colours import COLOUR_WORDS
 from inference.parsing.lexicon import lexicon
 from inference.parsing.mentions import find_mentions
 from inference.parsing.tokens import tokens_of
@@ -35,7 +35,7 @@ def _claims(text: str) -> list[str]:
         one.label if one.label != "none" else one.said for one in find_mentions(tokens, words) if not one.corrected
     ]
     said = [token.word for token in tokens]
-    plain = [SPELLINGS.get(word, word) for word in said if word in words.colours or word in PLACES]
+    plain = [COLOUR_WORDS.get(word, word) for word in said if word in words.colours or word in PLACES]
     spoken = [NUMBERS[word] for word in said if word in NUMBERS]
     return [*things, *plain, *spoken, *(_number(one) for one in re.findall(r"\d+(?:[.,]\d+)*", text))]
 

@@ -8,7 +8,7 @@ from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target, ValidateRequest, Validation, Verdict, Vote
 from geometry.boxes import area
 from inference.boxes import meant_box
-from inference.colours import colours_said, phrase, with_colour
+from inference.colours import phrase, with_colour
 from inference.perception.annotate import to_jpeg
 from inference.perception.embeddings import NoEmbeddingError
 from inference.perception.models import Models, judged_crop
@@ -86,9 +86,8 @@ class Validator:
         if clip is None:
             return abstain("clip", self.models.problem or "no image-text model")
         description, unknown = clip.known(target.description)
-        named = colours_said(target.description, target.label)
-        said = named[0] if named else None
-        if not description or (named and not colours_said(description, target.label)):
+        said = target.colour
+        if not description or (said is not None and not set(unknown).isdisjoint(said.spellings)):
             return abstain(
                 "clip", f"does not know the word {', '.join(unknown) or target.description}", model=clip.name
             )
@@ -98,7 +97,7 @@ class Validator:
             texts = [description, *(f"{colour} {description}" for colour in clip.colours)]
             asked, contrast = [phrase(clip.template, text) for text in texts], list[str]()
         else:
-            contrast = [colour for colour in clip.colours if colour not in named]
+            contrast = [colour for colour in clip.colours if colour is not said and colour not in description.split()]
             texts = [description, *(with_colour(description, said, other) for other in contrast)]
             asked = [phrase(clip.template, text) for text in texts]
         try:
