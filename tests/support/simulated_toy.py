@@ -17,6 +17,7 @@ import numpy as np
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
+from geometry.poses import compose, inverse
 from mesh.clock import SystemClock
 from robot_bridge.ports import Celebration, GoalEnd, Path, Sink
 from robot_bridge.sensing.sensor_readings import (
@@ -29,7 +30,7 @@ from robot_bridge.sensing.sensor_readings import (
     Scan,
     SensorReadings,
 )
-from robot_bridge.sensing.transforms import compose, inverse, matrix
+from robot_bridge.sensing.transforms import matrix
 from sim.nav.codes import NavigationError
 from sim.nav.costmap import Costmap
 from sim.nav.docking import Docking, Undocking

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contracts.geometry import Point3D, Pose2D
+from geometry.poses import compose, inverse, quaternion_xyzw, wrap, yaw_of
 from robot_bridge.sensing.transform_buffer import PoseBuffer, TransformBuffer
-from robot_bridge.sensing.transforms import compose, in_map, inverse, matrix, planar, quaternion_xyzw, upright, wrap
+from robot_bridge.sensing.transforms import in_map, matrix, planar, upright
 
 poses = st.builds(
     Pose2D, x=st.floats(-50, 50), y=st.floats(-50, 50), yaw=st.floats(-math.pi, math.pi, exclude_min=True)
@@ -210,3 +211,4 @@ def test_a_flood_of_frames_is_bounded() -> None:
 def test_a_heading_survives_its_way_through_a_quaternion(yaw: float) -> None:
     back = planar(matrix((0.0, 0.0, 0.0), quaternion_xyzw(yaw))).yaw
     assert abs(wrap(back - yaw)) < 1e-9
+    assert abs(wrap(yaw_of(*quaternion_xyzw(yaw)) - yaw)) < 1e-9

@@ -25,3 +25,13 @@ def inverse(pose: Pose2D) -> Pose2D:
 def apart_m(a: Pose2D, b: Pose2D) -> float:
     """From one to the other, as the crow flies."""
     return math.hypot(b.x - a.x, b.y - a.y)
+
+
+def quaternion_xyzw(yaw: float) -> tuple[float, float, float, float]:
+    """A heading as ROS wants it."""
+    return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """The heading of a quaternion, in (-pi, pi]."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,7 +1,6 @@
 """What the simulated robot measures, as ROS messages (REP-103 axes, REP-105 frames)."""
 
 import array
-import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -15,6 +14,7 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from contracts.geometry import Pose2D, Twist2D
+from geometry.poses import quaternion_xyzw, yaw_of
 from sim import world
 
 MAP, ODOM, BASE, LASER = "map", "odom", "base_link", "rplidar_link"
@@ -103,7 +103,7 @@ def odometry(measured: world.Odometry, stamp_ns: int) -> Odometry:
 
 def imu(measured: world.Imu, stamp_ns: int) -> Imu:
     message = Imu(header=header(BASE, stamp_ns))
-    message.orientation.z, message.orientation.w = math.sin(measured.yaw / 2), math.cos(measured.yaw / 2)
+    _, _, message.orientation.z, message.orientation.w = quaternion_xyzw(measured.yaw)
     rates, forces = message.angular_velocity, message.linear_acceleration
     rates.x, rates.y, rates.z = map(float, measured.angular_velocity)
     forces.x, forces.y, forces.z = map(float, measured.linear_acceleration)
@@ -182,8 +182,7 @@ def fixed_frames(
 
 
 def _planar_transform(parent: str, child: str, at: Pose2D, stamp_ns: int) -> TransformStamped:
-    quaternion = (0.0, 0.0, math.sin(at.yaw / 2), math.cos(at.yaw / 2))
-    return _transform(parent, child, (at.x, at.y, 0.0), quaternion, stamp_ns)
+    return _transform(parent, child, (at.x, at.y, 0.0), quaternion_xyzw(at.yaw), stamp_ns)
 
 
 def _transform(
@@ -203,7 +202,7 @@ def _transform(
 def pose(of: Pose2D) -> Pose:
     message = Pose()
     message.position.x, message.position.y = of.x, of.y
-    message.orientation.z, message.orientation.w = math.sin(of.yaw / 2), math.cos(of.yaw / 2)
+    _, _, message.orientation.z, message.orientation.w = quaternion_xyzw(of.yaw)
     return message
 
 
@@ -218,8 +217,7 @@ def path(poses: Iterable[Pose2D], stamp_ns: int) -> Path:
 def pose2d(message: Pose) -> Pose2D:
     """Position and yaw of a pose. Raises ValueError (a pydantic one) for coordinates that are no numbers."""
     q = message.orientation
-    yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-    return Pose2D(x=message.position.x, y=message.position.y, yaw=yaw)
+    return Pose2D(x=message.position.x, y=message.position.y, yaw=yaw_of(q.x, q.y, q.z, q.w))
 
 
 def twist2d(linear_x: float, angular_z: float) -> Twist2D | None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
+from geometry.poses import yaw_of
 from sim.world.robot import LIDAR_X_M, LIDAR_Z_M, ROBOT_BODY, TIMESTEP_S
 from sim.world.types import Scene
 
@@ -59,8 +60,7 @@ class Body:
     def pose(self) -> Pose2D:
         """base_link in the map."""
         x, y, _, qw, qx, qy, qz = self.data.qpos[self._q : self._q + 7].tolist()
-        yaw = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
-        return Pose2D(x=x, y=y, yaw=yaw)
+        return Pose2D(x=x, y=y, yaw=yaw_of(qx, qy, qz, qw))
 
     def speeds(self) -> tuple[float, float]:
         """Forward speed (m/s) and turn rate (rad/s)."""

@@ -1,15 +1,16 @@
 """Turning and driving closed on odometry: a step at every tick, until done or given up. Pure: time is passed in."""
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from simple_pid import PID
 
 from contracts.geometry import Twist2D
 from contracts.motion import DriveReply, Hazard, MotionEnd, MotionGains, RotateReply
+from geometry.poses import compose, inverse, wrap
 from robot_bridge.sensing.sensor_readings import Odometry
-from robot_bridge.sensing.transforms import wrap
 
 FIRST_STEP_S = 0.05
 BLIND_S_MAX = 0.5
@@ -42,22 +43,6 @@ class Ending:
 R_co = TypeVar("R_co", covariant=True)
 
 
-class Motion(Protocol[R_co]):
-    """A closed-loop motion. `step` gives the next velocity, or the reply when it is over."""
-
-    allow_reverse: bool
-
-    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | R_co:
-        """`odometry` is none when it is too old to act on; `sent` is what the last wish became, `held` how it ends
-        should it go on like that without moving.
-        """
-        ...
-
-    def ended(self, ending: Ending) -> R_co:
-        """The reply, should it end now."""
-        ...
-
-
 class _Loop:
     """A PID on what is left, its gains given anew at every step, its clock the caller's."""
 
@@ -74,42 +59,58 @@ class _Loop:
         return self._pid(-left, dt=max(1e-3, elapsed_s)) or 0.0
 
 
-class _StallMonitor:
-    """Gives up a motion past its deadline, without odometry, or when nothing of what it wants reaches the base."""
+class Motion(ABC, Generic[R_co]):
+    """A closed-loop motion. Given up past its deadline, without odometry, or when nothing of what it wants reaches the
+    base."""
 
-    def __init__(self, timeout_s: float) -> None:
+    def __init__(self, *, timeout_s: float, tuning: Tuning, allow_reverse: bool = False) -> None:
+        self.allow_reverse = allow_reverse
         self._timeout_s = timeout_s
+        self._tuning = tuning
         self._started_s: float | None = None
-        self._free_s = 0.0
-        self._seeing_s = 0.0
+        self._free_s = self._seeing_s = 0.0
 
-    def over(self, now_s: float, *, blind: bool, moving: bool, held: Ending, blocked_s_max: float) -> Ending | None:
+    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | R_co:
+        """The next velocity, or the reply when it is over. `odometry` is none when it is too old to act on; `sent` is
+        what the last wish became, `held` how it ends should it go on like that without moving."""
+        gains = self._tuning.gains
         if self._started_s is None:
             self._started_s = self._free_s = self._seeing_s = now_s
-        if not blind:
+        if odometry is not None:
             self._seeing_s = now_s
-        if moving:
+        if abs(self._speed(sent)) > 1e-3:
             self._free_s = now_s
         if now_s - self._started_s > self._timeout_s:
-            return Ending(MotionEnd.TIMED_OUT)
+            return self.ended(Ending(MotionEnd.TIMED_OUT))
         if now_s - self._seeing_s > BLIND_S_MAX:
-            return Ending(MotionEnd.NO_ODOMETRY)
-        if now_s - self._free_s > blocked_s_max:
-            return held
-        return None
+            return self.ended(Ending(MotionEnd.NO_ODOMETRY))
+        if now_s - self._free_s > gains.blocked_s_max:
+            return self.ended(held)
+        if odometry is None:
+            return Twist2D()
+        return self._wanted(odometry, now_s, gains) or self.ended(Ending(MotionEnd.COMPLETED))
+
+    @abstractmethod
+    def ended(self, ending: Ending) -> R_co:
+        """The reply, should it end now."""
+
+    @abstractmethod
+    def _speed(self, sent: Twist2D) -> float:
+        """The part of a velocity that brings it nearer to its end."""
+
+    @abstractmethod
+    def _wanted(self, odometry: Odometry, now_s: float, gains: MotionGains) -> Twist2D | None:
+        """The next velocity. Returns None where it is there."""
 
 
-class Spin:
+class Spin(Motion[RotateReply]):
     """Turns by `angle_rad`, more than once round if asked to, with a PID on the angle left."""
 
-    allow_reverse = False
-
     def __init__(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, tuning: Tuning) -> None:
+        super().__init__(timeout_s=timeout_s, tuning=tuning)
         self._angle_rad = angle_rad
         self._speed_rad_s = speed_rad_s
-        self._tuning = tuning
         self._loop = _Loop()
-        self._patience = _StallMonitor(timeout_s)
         self._last_yaw: float | None = None
         self.turned_rad = 0.0
 
@@ -118,37 +119,31 @@ class Spin:
             end=ending.end, turned_rad=self.turned_rad, hazards=tuple(sorted(ending.hazards)), text=ending.in_words
         )
 
-    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | RotateReply:
-        gains, moving = self._tuning.gains, abs(sent.angular_z) > 1e-3
-        blind = odometry is None
-        over = self._patience.over(now_s, blind=blind, moving=moving, held=held, blocked_s_max=gains.blocked_s_max)
-        if over is not None:
-            return self.ended(over)
-        if odometry is None:
-            return Twist2D()
+    def _speed(self, sent: Twist2D) -> float:
+        return sent.angular_z
+
+    def _wanted(self, odometry: Odometry, now_s: float, gains: MotionGains) -> Twist2D | None:
         yaw = odometry.pose.yaw
         self.turned_rad += wrap(yaw - self._last_yaw) if self._last_yaw is not None else 0.0
         self._last_yaw = yaw
         left_rad = self._angle_rad - self.turned_rad
         if abs(left_rad) <= gains.turn_tolerance_rad:
-            return self.ended(Ending(MotionEnd.COMPLETED))
+            return None
         limit = self._speed_rad_s
         wanted = self._loop(left_rad, now_s, (gains.heading_kp, gains.heading_ki, gains.heading_kd), limit)
         return Twist2D(angular_z=_at_least(wanted, min(limit, gains.turn_rad_s_min), left_rad))
 
 
-class DriveOnHeading:
+class DriveOnHeading(Motion[DriveReply]):
     """Drives `distance_m` along the heading it starts with: a PID on the distance left, one that holds the heading."""
 
     def __init__(
         self, distance_m: float, *, speed_m_s: float, timeout_s: float, allow_reverse: bool, tuning: Tuning
     ) -> None:
-        self.allow_reverse = allow_reverse
+        super().__init__(timeout_s=timeout_s, tuning=tuning, allow_reverse=allow_reverse)
         self._distance_m = distance_m
         self._speed_m_s = speed_m_s
-        self._tuning = tuning
         self._distance_loop, self._heading_loop = _Loop(), _Loop()
-        self._patience = _StallMonitor(timeout_s)
         self._start: Odometry | None = None
         self.driven_m = 0.0
 
@@ -157,29 +152,20 @@ class DriveOnHeading:
             end=ending.end, driven_m=self.driven_m, hazards=tuple(sorted(ending.hazards)), text=ending.in_words
         )
 
-    def step(self, odometry: Odometry | None, now_s: float, sent: Twist2D, held: Ending) -> Twist2D | DriveReply:
-        gains, moving = self._tuning.gains, abs(sent.linear_x) > 1e-3
-        blind = odometry is None
-        over = self._patience.over(now_s, blind=blind, moving=moving, held=held, blocked_s_max=gains.blocked_s_max)
-        if over is not None:
-            return self.ended(over)
-        if odometry is None:
-            return Twist2D()
+    def _speed(self, sent: Twist2D) -> float:
+        return sent.linear_x
+
+    def _wanted(self, odometry: Odometry, now_s: float, gains: MotionGains) -> Twist2D | None:
         start = self._start = self._start or odometry
-        heading = start.pose.yaw
-        dx, dy = odometry.pose.x - start.pose.x, odometry.pose.y - start.pose.y
-        self.driven_m = dx * math.cos(heading) + dy * math.sin(heading)
+        moved = compose(inverse(start.pose), odometry.pose)
+        self.driven_m = moved.x
         left_m = self._distance_m - self.driven_m
         if abs(left_m) <= gains.drive_tolerance_m or left_m * self._distance_m < 0.0:
-            return self.ended(Ending(MotionEnd.COMPLETED))
+            return None
         limit = self._speed_m_s
         speed = self._distance_loop(left_m, now_s, (gains.drive_kp, gains.drive_ki, gains.drive_kd), limit)
-        turn = self._heading_loop(
-            wrap(heading - odometry.pose.yaw),
-            now_s,
-            (gains.heading_kp, gains.heading_ki, gains.heading_kd),
-            HEADING_RAD_S_MAX,
-        )
+        heading_gains = gains.heading_kp, gains.heading_ki, gains.heading_kd
+        turn = self._heading_loop(-moved.yaw, now_s, heading_gains, HEADING_RAD_S_MAX)
         return Twist2D(linear_x=_at_least(speed, min(limit, gains.drive_m_s_min), left_m), angular_z=turn)
 
 

@@ -10,6 +10,7 @@ from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
 from contracts.motion import BaseEnd, BaseReply
 from contracts.robot import GoalRequest, GoalStatus
+from geometry.poses import apart_m, compose
 from mesh.clock import Clock
 from mesh.errors import ConflictError
 from robot_bridge.motion.velocity_mux import VelocityMux
@@ -19,7 +20,6 @@ from robot_bridge.navigation.initial_pose import InitialPose
 from robot_bridge.navigation.map_book import MapBook
 from robot_bridge.ports import Robot
 from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
-from robot_bridge.sensing.transforms import apart_m, compose
 from robot_bridge.settings import Settings
 
 log = structlog.get_logger()

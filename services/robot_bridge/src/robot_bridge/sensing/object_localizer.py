@@ -10,11 +10,12 @@ from contracts.geometry import Pose2D
 from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement, NotMeasured, not_measured
 from contracts.robot import BoxQuery, DepthReply, Sighting
 from contracts.vision import ObjectSpotted
+from geometry.poses import compose, inverse
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
 from robot_bridge.sensing.depth import Box, Measured, core, depths_in_box, localise, measure, noise_m, scaled_box
 from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
-from robot_bridge.sensing.transforms import Matrix, compose, in_map, inverse, upright
+from robot_bridge.sensing.transforms import Matrix, in_map, upright
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,8 @@ from pytransform3d.transform_manager import NumpyTimeseriesTransform, TemporalTr
 from pytransform3d.transformations import pq_from_transform, transform_from_pq
 
 from contracts.geometry import Pose2D
-from robot_bridge.sensing.transforms import Matrix, compose, inverse, planar, upright
+from geometry.poses import compose, inverse
+from robot_bridge.sensing.transforms import Matrix, planar, upright
 
 HISTORY_S = 20.0
 """How far back a pose can be asked for."""

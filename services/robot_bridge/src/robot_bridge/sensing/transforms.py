@@ -1,34 +1,18 @@
-"""Rigid transforms as arrays and as planar poses. Quaternions are pytransform3d's business, here and everywhere."""
+"""Rigid transforms as arrays and as planar poses."""
 
 import math
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from pytransform3d.rotations import (
-    active_matrix_from_angle,  # pyright: ignore[reportUnknownVariableType]
-    quaternion_from_angle,  # pyright: ignore[reportUnknownVariableType]
-)
+from pytransform3d.rotations import active_matrix_from_angle  # pyright: ignore[reportUnknownVariableType]
 from pytransform3d.transformations import (
     transform_from,  # pyright: ignore[reportUnknownVariableType]
     transform_from_pq,  # pyright: ignore[reportUnknownVariableType]
 )
 
 from contracts.geometry import Point3D, Pose2D
-from geometry.poses import apart_m, compose, inverse, wrap
-
-__all__ = [
-    "Matrix",
-    "apart_m",
-    "compose",
-    "in_map",
-    "inverse",
-    "matrix",
-    "planar",
-    "quaternion_xyzw",
-    "upright",
-    "wrap",
-]
+from geometry.poses import compose
 
 Matrix = NDArray[np.float64]
 """(4, 4) homogeneous: a frame's pose in another, or what moves points from the first into the second."""
@@ -59,9 +43,3 @@ def in_map(robot: Pose2D, point: Point3D) -> Point3D:
 def upright(pose: Pose2D) -> Matrix:
     """A planar pose as a transform in space."""
     return cast(Matrix, transform_from(active_matrix_from_angle(2, pose.yaw), np.array([pose.x, pose.y, 0.0])))
-
-
-def quaternion_xyzw(yaw: float) -> tuple[float, float, float, float]:
-    """A heading as ROS wants it."""
-    w, x, y, z = cast(NDArray[np.float64], quaternion_from_angle(2, yaw)).tolist()
-    return x, y, z, w

@@ -6,7 +6,8 @@ from typing import Any
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Transform
 
 from contracts.geometry import Pose2D
-from robot_bridge.sensing.transforms import Matrix, matrix, planar, quaternion_xyzw
+from geometry.poses import quaternion_xyzw
+from robot_bridge.sensing.transforms import Matrix, matrix, planar
 
 NORM_TOLERANCE = 0.01
 """Of a quaternion's length, as tf2 has it."""
