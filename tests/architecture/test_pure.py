@@ -29,9 +29,7 @@ PURE = {
         "parsing.mentions",
         "parsing.needs",
         "parsing.parser",
-        "parsing.spelling",
         "parsing.splitting",
-        "parsing.tokens",
         "perception.classes",
         "perception.raw_boxes",
         "validation.votes",
@@ -66,7 +64,7 @@ PURE = {
         "sensing.transforms",
     ),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
-    "vocabulary": ("folding", "groups", "labels", "languages", "moods", "orders", "restrictions"),
+    "vocabulary": ("folding", "groups", "labels", "languages", "looks", "moods", "orders", "restrictions", "spelling"),
     "ui": ("latest_facts", "notifications", "overlay", "page_model", "suggestions", "teleoperation", "timeline_lines"),
 }
 """The one table. A name stands for the module or for everything in the package."""

@@ -8,13 +8,14 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from rapidfuzz.distance import OSA
 
-from contracts.coco import COCO_LABELS, NOT_COLOURS
+from contracts.coco import COCO_LABELS
 from contracts.colours import Colour
 from contracts.vision import ParsedTask
-from coordinator.queue.parse_validation import MATERIALS, check_description, check_parse, colour_meant
+from coordinator.queue.parse_validation import check_description, check_parse
+from vocabulary.looks import MATERIALS_AND_COLOURS, NOT_COLOURS, colour_meant
 
 SAME = {"gray": "grey", "violet": "purple", "wood": "wooden", "golden": "gold", "metallic": "metal"}
-ATTRIBUTES = {*Colour, *MATERIALS, *SAME}
+ATTRIBUTES = {*MATERIALS_AND_COLOURS, *SAME}
 WORDS = sorted({*ATTRIBUTES, *(word for label in COCO_LABELS for word in label.split()), "find", "the", "not", "mug"})
 sentences = st.lists(st.sampled_from(WORDS), max_size=10).map(" ".join)
 texts = st.one_of(sentences, st.text(max_size=60))

@@ -31,7 +31,17 @@ def test_a_question_is_read_by_its_words(question: str, asked: ParsedQuestion) -
 
 @pytest.mark.parametrize(
     ("text", "label"),
-    [("two wine glasses", "wine glass"), ("the knives", "knife"), ("hot dogs", "hot dog"), ("a carpet", None)],
+    [
+        ("two wine glasses", "wine glass"),
+        ("the knives", "knife"),
+        ("hot dogs", "hot dog"),
+        ("a carpet", None),
+        ("the telly", "tv"),
+        ("my glass", "cup"),
+        ("two tea cups", "cup"),
+        ("toilet paper", None),
+        ("the dishes", None),
+    ],
 )
 def test_plurals_and_whole_words_lead_to_a_label(text: str, label: str | None) -> None:
     assert label_in(text) == label

@@ -14,12 +14,12 @@ from inference.language.prompts import PresenceAnswer, TaskAnswer, presence_prom
 from inference.language.providers import Providers
 from inference.parsing.claims import checked
 from inference.parsing.lexicon import lexicon
-from inference.parsing.spelling import singular_forms
-from inference.parsing.tokens import words_of
 from inference.reasoning.grounding import invented
 from inference.settings import Settings
 from mesh.clock import SystemClock
 from support.inference_fakes import FakeLanguageModel
+from vocabulary.folding import joined, plain_words_of
+from vocabulary.spelling import singular_forms
 
 
 def test_one_caller_tries_what_was_down_and_the_others_wait_for_what_it_learns() -> None:
@@ -89,10 +89,12 @@ def test_of_a_claim_only_labels_and_said_words_are_left(label: str, place: str, 
     assert kept.yolo_class in {*COCO_LABELS, "none"}
     assert kept.memory_object in {None, "bed", "couch"}
     said = {
-        form for token in words_of(command) for form in (token, COLOUR_WORDS.get(token, token), *singular_forms(token))
+        form
+        for token in joined(plain_words_of(command)).split()
+        for form in (token, COLOUR_WORDS.get(token, token), *singular_forms(token))
     }
     names = {w for one in lexicon().names.values() if one.label == label for w in one.words} | set(label.split())
-    attributes = lexicon().attributes | lexicon().colours
+    attributes = lexicon().attributes
     words = kept.description.split()
     assert set(words) <= said | names
     assert {word for word in words if word in attributes} <= said | set(label.split())

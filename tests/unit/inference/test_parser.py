@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from contracts.coco import COCO_LABELS, NOT_COLOURS
+from contracts.coco import COCO_LABELS
 from contracts.colours import COLOUR_WORDS, Colour
 from contracts.vision import ParseTaskRequest
 from inference.parsing.lexicon import lexicon
 from inference.parsing.parser import parse
-from inference.parsing.spelling import correction, singular_forms
 from inference.parsing.splitting import PARTS_MAX, split
+from vocabulary.looks import NOT_COLOURS
+from vocabulary.spelling import correction, singular_forms
 
 TABLE = Path(__file__).parents[2] / "data" / "commands.csv"
 ROWS = list(csv.DictReader(TABLE.read_text(encoding="utf-8").splitlines()))

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contracts.reading import Mood
-from vocabulary.folding import one_slip, words_of
+from vocabulary.folding import words_of
 from vocabulary.orders import order_in
+from vocabulary.spelling import one_slip
 
 TABLE: dict[str, Any] = tomllib.loads(files("vocabulary").joinpath("data/orders.toml").read_text(encoding="utf-8"))
 ORDERS = (Mood.EMERGENCY, Mood.STOP, Mood.PAUSE, Mood.RESUME)

@@ -11,13 +11,3 @@ COCO_LABELS: tuple[str, ...] = (
     "microwave", "oven", "toaster", "sink", "refrigerator", "book", "clock", "vase", "scissors", "teddy bear",
     "hair drier", "toothbrush",
 )  # fmt: skip
-
-NOT_COLOURS: frozenset[str] = frozenset((
-    "back", "blacks", "blank", "block", "blown", "blub", "blued", "bluer", "blues", "blum", "blume", "blur", "brack",
-    "brawn", "bronn", "brow", "browne", "browns", "brows", "gary", "gay", "gorey", "grab", "grad", "grady", "graf",
-    "gram", "gran", "gras", "gravy", "grays", "gree", "greed", "greek", "greene", "greens", "greer", "greet", "greg",
-    "grep", "grew", "greys", "orang", "oranges", "pick", "pin", "pina", "pine", "ping", "pinks", "pinky", "pino",
-    "pins", "pint", "plink", "punk", "purpled", "purples", "reed", "viole", "violent", "violeta", "violets", "waite",
-    "while", "whine", "whit", "whited", "whiten", "whiter", "whites", "whitey", "whitt", "whyte", "write", "yellows",
-))  # fmt: skip
-"""Words and names that stand one slip of the finger from a colour and are none: 'the back door', 'a pine chair'."""

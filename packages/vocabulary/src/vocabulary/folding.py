@@ -2,7 +2,7 @@
 
 import unicodedata
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 WORDS_MAX = 200
 CHARACTERS_MAX = 4000
@@ -47,19 +47,20 @@ def words_of(text: str) -> list[Word]:
     return found[:WORDS_MAX]
 
 
+def plain_words_of(text: str) -> list[Word]:
+    """The same of letters a-z alone: numbers and other scripts are left out."""
+    found: list[Word] = []
+    opens = False
+    for word in words_of(text):
+        opens = opens or word.opens
+        if word.text.isascii() and word.text.isalpha():
+            found.append(replace(word, opens=opens))
+            opens = False
+    return found
+
+
 def joined(words: Sequence[Word]) -> str:
     return " ".join(word.text for word in words)
-
-
-def one_slip(written: str, meant: str) -> bool:
-    """One letter too many, too few, wrong, or swapped with its neighbour."""
-    if written == meant or abs(len(written) - len(meant)) > 1:
-        return False
-    same = next(
-        (at for at, (a, b) in enumerate(zip(written, meant, strict=False)) if a != b), min(len(written), len(meant))
-    )
-    rest, other = written[same:], meant[same:]
-    return rest[1:] == other or rest == other[1:] or rest[1:] == other[1:] or (rest[1::-1] + rest[2:] == other)
 
 
 def _runs(text: str) -> Iterator[tuple[int, int, str]]:

@@ -12,8 +12,9 @@ from functools import cache
 from importlib.resources import files
 
 from contracts.reading import Mood
-from vocabulary.folding import Word, joined, one_slip, words_of
+from vocabulary.folding import Word, joined, words_of
 from vocabulary.orders import order_in
+from vocabulary.spelling import one_slip
 
 OPENERS = frozenset(("find", "fetch", "bring", "get", "grab", "locate"))
 """With a thing named before it, such a verb begins a clause of its own: speech recognition writes no commas."""

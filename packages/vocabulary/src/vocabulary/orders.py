@@ -11,7 +11,8 @@ from importlib.resources import files
 from typing import Any
 
 from contracts.reading import Mood
-from vocabulary.folding import Word, joined, one_slip, words_of
+from vocabulary.folding import Word, joined, words_of
+from vocabulary.spelling import one_slip
 
 SLIP_LETTERS_MIN = 4
 JOINTS = frozenset(("and", "then", "but", "instead"))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from contracts.asking import About
 from contracts.colours import Colour, colour_asked
 from contracts.reading import Mood
+from vocabulary.folding import joined, plain_words_of
 from vocabulary.groups import Group, group_in
 from vocabulary.labels import label_in
 from vocabulary.moods import read
@@ -28,9 +29,7 @@ SPOKEN: tuple[tuple[About, str], ...] = (
 """First match wins."""
 
 
-CHANGED = re.compile(
-    r"\b(changed?|changes|moved|different|whats new|what s new|what is new|anything new|disappeared)\b"
-)
+CHANGED = re.compile(r"\b(changed?|changes|moved|different|whats new|what is new|anything new|disappeared)\b")
 SPANS: tuple[tuple[str, float], ...] = (("week", 7.0), ("month", 30.0), ("yesterday", 2.0), ("hour", 1.0 / 24.0))
 
 
@@ -47,7 +46,7 @@ class ParsedQuestion:
 
 
 def parse_question(question: str) -> ParsedQuestion:
-    text = " ".join(re.findall(r"[a-z]+", question.lower()))
+    text = joined(plain_words_of(question))
     label, room = label_in(text), next((room for room in ROOMS if room in text), None)
     colour = colour_asked(label or "", text)
     group = group_in(text) if label is None else None

@@ -1,23 +1,16 @@
 """Checks every word a parser claims about a command (requirement A3): nothing a model says is trusted."""
 
-import re
 from dataclasses import dataclass
-from itertools import pairwise, takewhile
+from itertools import pairwise
 
-from contracts.coco import COCO_LABELS, NOT_COLOURS
+from contracts.coco import COCO_LABELS
 from contracts.colours import COLOUR_WORDS, colour_asked
 from contracts.vision import ParsedTask, Target
+from vocabulary.folding import joined, plain_words_of
+from vocabulary.looks import MATERIALS_AND_COLOURS, colour_meant, normalise
 from vocabulary.restrictions import not_colours, restrictions_in
 
 NONE = "none"
-
-MATERIALS: frozenset[str] = frozenset({
-    "wooden", "wood", "metal", "metallic", "steel", "iron", "plastic", "glass", "ceramic", "porcelain", "leather",
-    "paper", "cardboard", "rubber", "stone", "marble", "cotton", "woolen", "silver", "golden", "gold", "copper",
-})  # fmt: skip
-
-_COLOUR_WORDS = frozenset({*COLOUR_WORDS, "beige", "turquoise", "magenta", "cyan", "navy", "maroon"})
-_SAME: dict[str, str] = {"wood": "wooden", "golden": "gold", "metallic": "metal"} | COLOUR_WORDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,57 +74,23 @@ def check_description(command: str, claimed: str, label: str) -> str:
 
     A colour that was said with a slip of the finger counts as said ("yelow").
     """
-    said, own = {_plain(colour_meant(w) or w) for w in words(command)}, set(words(label))
-    kept = [w for w in words(claimed) if w in own or not _is_attribute(w) or _plain(w) in said]
-    if not any(w for w in kept if not _is_attribute(w) or w in own):
+    said, own = {normalise(colour_meant(w) or w) for w in words(command)}, set(words(label))
+    kept = [w for w in words(claimed) if w in own or w not in MATERIALS_AND_COLOURS or normalise(w) in said]
+    if not any(w for w in kept if w not in MATERIALS_AND_COLOURS or w in own):
         kept += words(label)
     colour = _colour_before(command, {*kept, *own})
-    if colour is not None and not any(_plain(w) == colour for w in kept):
+    if colour is not None and not any(normalise(w) == colour for w in kept):
         kept.insert(0, colour)
     return " ".join(kept)[:120].strip() or label
 
 
-def colour_meant(word: str) -> str | None:
-    """The one colour that `word` is a slip of: a letter too many, too few, wrong or swapped, or letters doubled.
-
-    None for words of their own ("back", "write") and where two colours are as near. The beginning must be right, and
-    colours of three letters are known by doubled ones alone: too many words are a letter away from "red".
-    """
-    if word in NOT_COLOURS or _is_attribute(word):
-        return None
-    doubled = {_plain(colour) for colour in COLOUR_WORDS if _undoubled(word) == _undoubled(colour)}
-    slips = doubled or {_plain(colour) for colour in COLOUR_WORDS if _is_slip(word, colour)}
-    return slips.pop() if len(slips) == 1 else None
-
-
 def words(text: str) -> list[str]:
-    return re.findall(r"[a-z]+", text.lower())
-
-
-def _is_slip(word: str, colour: str) -> bool:
-    if len(colour) < 4 or not (word[:1] == colour[0] or word[:2] == colour[1::-1]):
-        return False
-    same = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(word, colour, strict=False)))
-    written, meant = word[same:], colour[same:]
-    swapped = written[1::-1] + written[2:]
-    return meant in (written[1:], swapped) or meant[1:] in (written, written[1:])
-
-
-def _undoubled(word: str) -> str:
-    return re.sub(r"(.)\1+", r"\1", word)
-
-
-def _is_attribute(word: str) -> bool:
-    return word in _COLOUR_WORDS or word in MATERIALS
-
-
-def _plain(word: str) -> str:
-    return _SAME.get(word, word)
+    return joined(plain_words_of(text)).split()
 
 
 def _colour_before(command: str, nouns: set[str]) -> str | None:
     said = words(command)
     for word, following in pairwise(said):
         if word in COLOUR_WORDS and following in nouns and word not in nouns:
-            return _plain(word)
+            return normalise(word)
     return None

@@ -5,9 +5,9 @@ from contracts.vision import ParsedTarget, ParseTaskRequest
 from inference.language.prompts import TaskAnswer
 from inference.parsing.describing import DESCRIPTION_WORDS_MAX
 from inference.parsing.lexicon import lexicon
-from inference.parsing.spelling import singular_forms
-from inference.parsing.tokens import words_of
 from inference.perception.classes import label_of
+from vocabulary.folding import joined, plain_words_of
+from vocabulary.spelling import singular_forms
 
 
 def checked(answer: TaskAnswer, request: ParseTaskRequest, *, said: str, by: str) -> ParsedTarget:
@@ -31,14 +31,14 @@ def _description(claimed: str, command: str, label: str) -> str:
     A colour that was misspelt counts as said, and is told in its right spelling.
     """
     words = lexicon()
-    plain = words.attributes | words.colours
+    plain = words.attributes
     said: set[str] = set()
-    for token in words_of(command):
+    for token in joined(plain_words_of(command)).split():
         said.update((token, words.attribute(token), COLOUR_WORDS.get(token, token), *singular_forms(token)))
     names = {word for name in words.names.values() if name.label == label for word in name.words}
     kept = [
         word
-        for word in map(words.attribute, words_of(claimed))
+        for word in map(words.attribute, joined(plain_words_of(claimed)).split())
         if (word in said and word not in words.fillers)
         or word in label.split()
         or (word in names and word not in plain)

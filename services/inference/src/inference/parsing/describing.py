@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from contracts.colours import COLOUR_WORDS
 from inference.parsing.lexicon import Lexicon
 from inference.parsing.mentions import ARTICLES, Mention, Role
-from inference.parsing.tokens import Token
+from vocabulary.folding import Word
 
 DESCRIPTION_WORDS_MAX = 4
 LOOK_AHEAD = 8
@@ -16,7 +16,7 @@ ONES = frozenset(("one", "ones"))
 
 
 def description_of(
-    tokens: Sequence[Token], group: Sequence[Mention], mentions: Sequence[Mention], words: Lexicon
+    tokens: Sequence[Word], group: Sequence[Mention], mentions: Sequence[Mention], words: Lexicon
 ) -> str:
     """At most four words in the order said: attributes, the names before the last, the last."""
     head = group[-1]
@@ -33,18 +33,18 @@ def description_of(
     return " ".join([*list(spelled)[-room:], head.said])
 
 
-def _is_literal(tokens: Sequence[Token], one: Mention) -> bool:
+def _is_literal(tokens: Sequence[Word], one: Mention) -> bool:
     """Said in these very words, no translation of them, and not as an owner: "the cat's bowl"."""
-    literal = "".join(token.word for token in tokens[one.start : one.end])
+    literal = "".join(token.text for token in tokens[one.start : one.end])
     return not tokens[one.end - 1].owner and all(word in literal for word in one.said.split())
 
 
-def _before(tokens: Sequence[Token], end: int, words: Lexicon) -> tuple[list[str], int]:
+def _before(tokens: Sequence[Word], end: int, words: Lexicon) -> tuple[list[str], int]:
     """Attributes directly before token `end`, and where they begin."""
     said: list[str] = []
     at = end - 1
     while at >= 0:
-        word = words.attribute(tokens[at].word)
+        word = words.attribute(tokens[at].text)
         if words.is_attribute(word):
             said.insert(0, word)
         elif word not in LINKS or not said:
@@ -53,32 +53,32 @@ def _before(tokens: Sequence[Token], end: int, words: Lexicon) -> tuple[list[str
     return said, at + 1
 
 
-def _modifier(tokens: Sequence[Token], first: int, start: int, words: Lexicon) -> list[str]:
+def _modifier(tokens: Sequence[Word], first: int, start: int, words: Lexicon) -> list[str]:
     """An unknown word between article and thing: 'the swivel chair', 'my electric toothbrush'."""
-    if start != first or first < 2 or tokens[first].stop or tokens[first - 1].stop:
+    if start != first or first < 2 or tokens[first].opens or tokens[first - 1].opens:
         return []
     word = tokens[first - 1]
-    before = tokens[first - 2].word
-    unknown = not (words.is_plain(word.word) or word.owner or word.word in words.vocabulary)
-    return [word.word] if unknown and (before in ARTICLES or words.is_attribute(words.attribute(before))) else []
+    before = tokens[first - 2].text
+    unknown = not (words.is_plain(word.text) or word.owner or word.text in words.vocabulary)
+    return [word.text] if unknown and (before in ARTICLES or words.is_attribute(words.attribute(before))) else []
 
 
-def _after(tokens: Sequence[Token], head: Mention, mentions: Sequence[Mention], words: Lexicon) -> list[str]:
+def _after(tokens: Sequence[Word], head: Mention, mentions: Sequence[Mention], words: Lexicon) -> list[str]:
     """'the bottle that is red', 'a cup, the blue one', 'a cup that is both small and white'."""
     named = {
         at
         for one in mentions
         for at in range(one.start, one.end)
-        if one is not head and not words.is_attribute(tokens[at].word)
+        if one is not head and not words.is_attribute(tokens[at].text)
     }
     said: list[str] = []
     copula = False
     for at in range(head.end, min(len(tokens), head.end + LOOK_AHEAD)):
-        word = words.attribute(tokens[at].word)
+        word = words.attribute(tokens[at].text)
         if words.is_attribute(word) and (copula or word in words.colours):
             said.append(word)
         elif (said and word not in LINKS) or at in named or word not in words.afterwords:
-            describes_another = bool(said) and not tokens[at].stop and _is_noun(tokens[at].word, words)
+            describes_another = bool(said) and not tokens[at].opens and _is_noun(tokens[at].text, words)
             return [] if at in named or describes_another else said
         copula = copula or word in COPULAS
     return said
@@ -89,11 +89,11 @@ def _is_noun(word: str, words: Lexicon) -> bool:
 
 
 def colour_of_the_other(
-    tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon
+    tokens: Sequence[Word], mentions: Sequence[Mention], words: Lexicon
 ) -> tuple[Mention, list[str]] | None:
     """'not the red bottle but the green one': the thing 'one' stands for, and what it is like."""
     for at, token in enumerate(tokens):
-        if token.word not in ONES:
+        if token.text not in ONES:
             continue
         said, start = _before(tokens, at, words)
         if not said or _denied(tokens, start, words):
@@ -105,8 +105,8 @@ def colour_of_the_other(
     return None
 
 
-def _denied(tokens: Sequence[Token], start: int, words: Lexicon) -> bool:
-    before = [token.word for token in tokens[max(0, start - 2) : start]]
+def _denied(tokens: Sequence[Word], start: int, words: Lexicon) -> bool:
+    before = [token.text for token in tokens[max(0, start - 2) : start]]
     if any(word in words.negations for word in before):
         return True
-    return "but" in before and any(token.word in ("any", "anything", "all", "every") for token in tokens[:start])
+    return "but" in before and any(token.text in ("any", "anything", "all", "every") for token in tokens[:start])

@@ -6,26 +6,13 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from contracts.coco import COCO_LABELS, NOT_COLOURS
 from contracts.colours import COLOUR_WORDS
-from inference.parsing.spelling import correction, singular_forms
+from vocabulary.labels import Name, names
+from vocabulary.looks import MATERIALS_AND_COLOURS, NOT_COLOURS, colour_meant
+from vocabulary.spelling import correction, singular_forms
 
 Pattern = tuple[str, ...]
 """Words; "*" stands for up to three of any."""
-
-
-@dataclass(frozen=True, slots=True)
-class Name:
-    """One thing a person can name: its words, the class it means ("none": known, but no detector class)."""
-
-    words: tuple[str, ...]
-    label: str
-    foreign: bool = False
-
-    @property
-    def shown(self) -> str:
-        """What the image-text model is asked for: it reads English."""
-        return self.label if self.foreign else " ".join(self.words)
 
 
 @dataclass(frozen=True)
@@ -42,8 +29,6 @@ class Lexicon:
     """The words a typo may be taken for."""
     attributes: frozenset[str]
     colours: frozenset[str]
-    spelled: dict[str, str]
-    """Colours as they are also written."""
     places: frozenset[str]
     negations: frozenset[str]
     denied: frozenset[str]
@@ -57,7 +42,7 @@ class Lexicon:
     """Words in the longest name."""
 
     def is_attribute(self, word: str) -> bool:
-        return word in self.attributes or word in self.colours
+        return word in self.attributes
 
     def is_plain(self, word: str) -> bool:
         """Says nothing about which thing is meant."""
@@ -78,12 +63,10 @@ class Lexicon:
     def attribute(self, word: str) -> str:
         """The word itself, or the colour it is a slip of ('yelow')."""
         known = (word, *singular_forms(word))
-        words = (self.vocabulary, self.never_corrected, NOT_COLOURS)
-        if self.is_attribute(word) or any(one in group for group in words for one in known):
+        own = any(one in group for group in (self.vocabulary, self.never_corrected, NOT_COLOURS) for one in known)
+        if own or self.is_attribute(word):
             return word
-        if word in self.spelled:
-            return self.spelled[word]
-        return correction(word, tuple(sorted(self.colours))) or word
+        return colour_meant(word) or word
 
 
 @cache
@@ -91,53 +74,28 @@ def lexicon() -> Lexicon:
     table = tomllib.loads(files("inference").joinpath("data/words.toml").read_text(encoding="utf-8"))
     real_words = files("inference").joinpath("data/real_words.txt").read_text(encoding="utf-8").split()
     words = table["words"]
-    names = _names(table)
-    english = {word for said, name in names.items() if name.label != "none" and not name.foreign for word in said}
-    colours = frozenset(COLOUR_WORDS)
+    english = {word for said, name in names().items() if name.label != "none" and not name.foreign for word in said}
     groups = {key: frozenset(words[key]) for key in GROUPS}
+    groups["attributes"] |= MATERIALS_AND_COLOURS
     needs, activities = (_patterns(table[key]) for key in ("needs", "activities"))
     said_of_needs = {word for pattern, _ in (*needs, *activities) for word in pattern}
     return Lexicon(
-        names=names,
+        names=names(),
         needs=needs,
         activities=activities,
         near={label: tuple(labels) for label, labels in table["near"].items()},
-        vocabulary=frozenset(word for said in names for word in said),
+        vocabulary=frozenset(word for said in names() for word in said),
         correctable=tuple(sorted(word for word in english if len(word) >= 3)),
-        colours=colours,
-        spelled=dict(table["spelled"]),
+        colours=frozenset(COLOUR_WORDS),
         never_corrected=frozenset(word for group in groups.values() for word in group)
-        | colours
         | said_of_needs
         | frozenset(real_words),
-        longest=max(len(said) for said in names),
+        longest=max(len(said) for said in names()),
         **groups,
     )
 
 
 GROUPS = ("attributes", "places", "negations", "denied", "requests", "searched", "fillers", "afterwords")
-
-
-def _names(table: Mapping[str, Mapping[str, list[str]]]) -> dict[tuple[str, ...], Name]:
-    names: dict[tuple[str, ...], Name] = {}
-    for label in COCO_LABELS:
-        for said in (label, *table["names"].get(label, ())):
-            _add(names, said, label)
-    for said in table["words"]["unseen"]:
-        names.setdefault(tuple(said.split()), Name(tuple(said.split()), "none"))
-    loans: Mapping[str, Mapping[str, str]] = table["loans"]  # type: ignore[assignment]
-    for language in loans.values():
-        for said, label in language.items():
-            names.setdefault(tuple(said.split()), Name(tuple(said.split()), label, foreign=True))
-    return names
-
-
-def _add(names: dict[tuple[str, ...], Name], said: str, label: str) -> None:
-    """A name of several words is also known joined ("teddybear")."""
-    words = tuple(said.split())
-    names.setdefault(words, Name(words, label))
-    if len(words) == 2:
-        names.setdefault(("".join(words),), Name(words, label))
 
 
 def _patterns(table: Mapping[str, list[str]]) -> tuple[tuple[Pattern, tuple[str, ...]], ...]:

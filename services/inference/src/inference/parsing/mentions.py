@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from inference.parsing.lexicon import Lexicon, Name
-from inference.parsing.spelling import singular_forms
-from inference.parsing.tokens import Token
+from inference.parsing.lexicon import Lexicon
+from vocabulary.folding import Word
+from vocabulary.labels import Name
+from vocabulary.spelling import singular_forms
 
 NONE = "none"
 TORN_MIN = 6
@@ -51,9 +52,9 @@ class Mention:
     """The word it depends on."""
 
 
-def find_mentions(tokens: Sequence[Token], words: Lexicon) -> list[Mention]:
+def find_mentions(tokens: Sequence[Word], words: Lexicon) -> list[Mention]:
     """Names from left to right, the longest at each place, none overlapping; the roles are not yet told."""
-    forms = [words.forms(token.word) for token in tokens]
+    forms = [words.forms(token.text) for token in tokens]
     found: list[Mention] = []
     at = 0
     while at < len(tokens):
@@ -66,18 +67,18 @@ def find_mentions(tokens: Sequence[Token], words: Lexicon) -> list[Mention]:
     return found
 
 
-def _longest_at(tokens: Sequence[Token], forms: Sequence[tuple[str, ...]], at: int, words: Lexicon) -> Mention | None:
+def _longest_at(tokens: Sequence[Word], forms: Sequence[tuple[str, ...]], at: int, words: Lexicon) -> Mention | None:
     for length in range(min(words.longest, len(tokens) - at), 0, -1):
-        if any(token.stop for token in tokens[at + 1 : at + length]):
+        if any(token.opens for token in tokens[at + 1 : at + length]):
             continue
         for said in _readings(forms[at : at + length]):
             name = words.names.get(said)
             if name is not None and not (name.foreign and not _introduced(tokens, at, words)):
-                literal = [token.word for token in tokens[at : at + length]]
+                literal = [token.text for token in tokens[at : at + length]]
                 plural = all(a == b or b in singular_forms(a) for a, b in zip(literal, said, strict=True))
                 return Mention(at, at + length, name.label, name.shown, corrected=not plural)
         if length == 2:
-            torn = _torn_apart(tokens[at].word, tokens[at + 1].word, words)
+            torn = _torn_apart(tokens[at].text, tokens[at + 1].text, words)
             if torn is not None:
                 return Mention(at, at + length, torn.label, torn.shown, corrected=True)
     return None
@@ -104,32 +105,32 @@ def _readings(forms: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
     return runs
 
 
-def _introduced(tokens: Sequence[Token], at: int, words: Lexicon) -> bool:
+def _introduced(tokens: Sequence[Word], at: int, words: Lexicon) -> bool:
     """A foreign word is taken for a thing only where one is due: 'my Handy', not 'that would be handy'."""
     if at == 0:
         return len(tokens) == 1
-    before = tokens[at - 1].word
+    before = tokens[at - 1].text
     return before in ARTICLES or before in words.requests or words.is_attribute(before) or before in ("me", "us")
 
 
-def _is_no_thing(tokens: Sequence[Token], one: Mention, words: Lexicon) -> bool:
+def _is_no_thing(tokens: Sequence[Word], one: Mention, words: Lexicon) -> bool:
     """A verb ('book a flight'), a colour or material before another word ('the orange cup'), 'can you'."""
     if one.end - one.start != 1 or one.corrected:
         return False
-    word = tokens[one.start].word
+    word = tokens[one.start].text
     following = tokens[one.end] if one.end < len(tokens) else None
-    opens = all(token.word in words.fillers for token in tokens[: one.start]) or tokens[one.start].stop
-    no_article = one.start == 0 or tokens[one.start - 1].word not in ARTICLES
-    if opens and no_article and following is not None and not following.stop and following.word in AFTER_VERBS:
+    opens = all(token.text in words.fillers for token in tokens[: one.start]) or tokens[one.start].opens
+    no_article = one.start == 0 or tokens[one.start - 1].text not in ARTICLES
+    if opens and no_article and following is not None and not following.opens and following.text in AFTER_VERBS:
         return True
     if word == "can":
-        return following is None or following.word in words.fillers
-    if not words.is_attribute(word) or following is None or following.word in words.fillers or following.stop:
+        return following is None or following.text in words.fillers
+    if not words.is_attribute(word) or following is None or following.text in words.fillers or following.opens:
         return False
-    return words.is_attribute(following.word) or any(form in words.vocabulary for form in words.forms(following.word))
+    return words.is_attribute(following.text) or any(form in words.vocabulary for form in words.forms(following.text))
 
 
-def with_roles(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
+def with_roles(tokens: Sequence[Word], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
     """The same mentions, each with its role."""
     told: list[Mention] = []
     for one in mentions:
@@ -138,16 +139,16 @@ def with_roles(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexi
     return [_where(tokens, one, told[at + 1 :], words) for at, one in enumerate(told)]
 
 
-def _role(tokens: Sequence[Token], one: Mention, earlier: Sequence[Mention], words: Lexicon) -> tuple[Role, str]:
+def _role(tokens: Sequence[Word], one: Mention, earlier: Sequence[Mention], words: Lexicon) -> tuple[Role, str]:
     """Walks left over articles and attributes to the word that governs the mention, and on to a negation of it."""
     if _is_purpose(tokens, one):
         return Role.CONTEXT, "something"
-    beside = next((other for other in earlier if other.end == one.start and not tokens[one.start].stop), None)
+    beside = next((other for other in earlier if other.end == one.start and not tokens[one.start].opens), None)
     if beside is not None:  # 'coffee table': one thing of two names
         return beside.role, beside.governor
     at, denying = one.start - 1, False
-    while at >= 0 and not (tokens[at + 1].stop and not words.is_attribute(tokens[at + 1].word)):
-        word = tokens[at].word
+    while at >= 0 and not (tokens[at + 1].opens and not words.is_attribute(tokens[at + 1].text)):
+        word = tokens[at].text
         told = _said_by(tokens, at, earlier, words)
         if told is not None and (told is not Role.CONTEXT or not denying):
             return told, word
@@ -161,13 +162,13 @@ def _role(tokens: Sequence[Token], one: Mention, earlier: Sequence[Mention], wor
     return Role.WANTED, ""
 
 
-def _said_by(tokens: Sequence[Token], at: int, earlier: Sequence[Mention], words: Lexicon) -> Role | None:
+def _said_by(tokens: Sequence[Word], at: int, earlier: Sequence[Mention], words: Lexicon) -> Role | None:
     """What the word at `at` makes of the thing behind it, where it makes anything of it."""
-    word = tokens[at].word
+    word = tokens[at].text
     if any(other.start <= at < other.end for other in earlier):
         return None
-    denies = word in words.negations or (word == "but" and any(token.word in WHATEVER for token in tokens[:at]))
-    if denies or (word == "about" and at > 0 and tokens[at - 1].word in words.negations):
+    denies = word in words.negations or (word == "but" and any(token.text in WHATEVER for token in tokens[:at]))
+    if denies or (word == "about" and at > 0 and tokens[at - 1].text in words.negations):
         return Role.NEGATED
     return Role.CONTEXT if word in words.places and word not in ARTICLES else None
 
@@ -176,11 +177,11 @@ def _is_transparent(word: str, words: Lexicon) -> bool:
     return word in ARTICLES or words.is_attribute(word) or word in PARTS
 
 
-def _is_purpose(tokens: Sequence[Token], one: Mention) -> bool:
+def _is_purpose(tokens: Sequence[Word], one: Mention) -> bool:
     for at in range(one.start - 1, -1, -1):
-        if tokens[at + 1].stop:
+        if tokens[at + 1].opens:
             return False
-        if tokens[at].word in UNCERTAIN and "to" in [token.word for token in tokens[at + 1 : one.start]]:
+        if tokens[at].text in UNCERTAIN and "to" in [token.text for token in tokens[at + 1 : one.start]]:
             return True
     return False
 
@@ -190,34 +191,34 @@ def _shares(joined: Mention, joint: str) -> bool:
     return joined.governor in ("between", "neither") or (joined.role is Role.NEGATED and joint in ("or", "nor"))
 
 
-def _where(tokens: Sequence[Token], one: Mention, later: Sequence[Mention], words: Lexicon) -> Mention:
+def _where(tokens: Sequence[Word], one: Mention, later: Sequence[Mention], words: Lexicon) -> Mention:
     """'check the fridge for an apple': the fridge is where to look."""
     if one.governor not in words.searched:
         return one
     sought = next((other for other in later if other.role is Role.WANTED), None)
-    if sought is None or "for" not in [token.word for token in tokens[one.end : sought.start]]:
+    if sought is None or "for" not in [token.text for token in tokens[one.end : sought.start]]:
         return one
     return replace(one, role=Role.CONTEXT)
 
 
-def groups_of(tokens: Sequence[Token], mentions: Sequence[Mention]) -> list[list[Mention]]:
+def groups_of(tokens: Sequence[Word], mentions: Sequence[Mention]) -> list[list[Mention]]:
     """What is wanted, names that stand side by side together: 'dog bowl' is a bowl."""
     groups: list[list[Mention]] = []
     for one in mentions:
         if one.role is not Role.WANTED:
             continue
-        if groups and groups[-1][-1].end == one.start and not tokens[one.start].stop:
+        if groups and groups[-1][-1].end == one.start and not tokens[one.start].opens:
             groups[-1].append(one)
         else:
             groups.append([one])
     return groups
 
 
-def is_asked(tokens: Sequence[Token], one: Mention, words: Lexicon) -> bool:
+def is_asked(tokens: Sequence[Word], one: Mention, words: Lexicon) -> bool:
     """Whether a word of asking stands before it in its clause: 'I have a fork, I *need* a knife'."""
     for at in range(one.start - 1, -1, -1):
-        if tokens[at].word in words.requests:
+        if tokens[at].text in words.requests:
             return True
-        if tokens[at + 1].stop or tokens[at].word in CLAUSE_STARTS:
+        if tokens[at + 1].opens or tokens[at].text in CLAUSE_STARTS:
             return False
     return False

@@ -3,19 +3,19 @@
 from collections.abc import Sequence
 
 from inference.parsing.lexicon import Pattern
-from inference.parsing.tokens import Token
+from vocabulary.folding import Word
 
 GAP_MAX = 3
 """Words a '*' may stand for."""
 
 
 def find_need(
-    tokens: Sequence[Token],
+    tokens: Sequence[Word],
     patterns: Sequence[tuple[Pattern, tuple[str, ...]]],
     labels_in_memory: Sequence[str],
 ) -> str | None:
     """The label that answers the longest pattern said; of several labels, the first that was seen before."""
-    said = [token.word for token in tokens]
+    said = [token.text for token in tokens]
     for pattern, labels in patterns:
         if any(_matches(said, at, pattern) for at in range(len(said))):
             return next((label for label in labels if label in labels_in_memory), labels[0])

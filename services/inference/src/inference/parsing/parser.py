@@ -14,7 +14,7 @@ from inference.parsing.describing import DESCRIPTION_WORDS_MAX, colour_of_the_ot
 from inference.parsing.lexicon import Lexicon, lexicon
 from inference.parsing.mentions import Mention, Role, find_mentions, groups_of, is_asked, with_roles
 from inference.parsing.needs import find_need
-from inference.parsing.tokens import Token, tokens_of
+from vocabulary.folding import Word, plain_words_of
 
 PARSER = "rules"
 NONE = "none"
@@ -23,7 +23,7 @@ NONE = "none"
 def parse(request: ParseTaskRequest) -> ParsedTask:
     """What the command means, as far as the rules can tell; `yolo_class` is 'none' when nothing known is named."""
     words = lexicon()
-    tokens = tokens_of(request.command)
+    tokens = plain_words_of(request.command)
     mentions = with_roles(tokens, _believable(tokens, find_mentions(tokens, words), words), words)
     group, description = _wanted(tokens, mentions, words)
     head = group[-1] if group else None
@@ -37,23 +37,23 @@ def parse(request: ParseTaskRequest) -> ParsedTask:
         return ParsedTask(yolo_class=NONE, parser=PARSER, notes=notes, mood=Mood.UNKNOWN)
     if head.label == NONE:
         return ParsedTask(yolo_class=NONE, parser=PARSER, notes=f"the detector knows no '{head.said}'")
-    literal = " ".join(token.word for token in tokens[head.start : head.end])
+    literal = " ".join(token.text for token in tokens[head.start : head.end])
     notes = f"'{literal}' was read as '{head.said}'" if head.corrected else ""
     return _answer(head.label, description, mentions, request, notes)
 
 
-def _believable(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
+def _believable(tokens: Sequence[Word], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
     """A word is taken for a slip only among words that are known: Turkish 'bul' is no misspelt bull."""
     named = {at for one in mentions if one.corrected for at in range(one.start, one.end)}
     known = any(
-        words.is_plain(token.word) or words.is_attribute(token.word) or token.word in words.vocabulary
+        words.is_plain(token.text) or words.is_attribute(token.text) or token.text in words.vocabulary
         for at, token in enumerate(tokens)
         if at not in named
     )
     return [one for one in mentions if known or not one.corrected or len(named) == len(tokens)]
 
 
-def _wanted(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> tuple[list[Mention], str]:
+def _wanted(tokens: Sequence[Word], mentions: Sequence[Mention], words: Lexicon) -> tuple[list[Mention], str]:
     """The names of the thing wanted and its description; nothing when only context is known."""
     groups = groups_of(tokens, mentions)
     things = [group for group in groups if group[-1].label != "person"] or groups
@@ -81,10 +81,10 @@ def _together(attributes: Sequence[str], described: str) -> str:
     return " ".join([*more, *said]) if len(more) + len(said) <= DESCRIPTION_WORDS_MAX else described
 
 
-def _asks_for_unknown(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> bool:
+def _asks_for_unknown(tokens: Sequence[Word], mentions: Sequence[Mention], words: Lexicon) -> bool:
     named = {at for one in mentions for at in range(one.start, one.end)}
     return any(
-        at not in named and not words.is_plain(token.word) and not words.is_attribute(token.word)
+        at not in named and not words.is_plain(token.text) and not words.is_attribute(token.text)
         for at, token in enumerate(tokens)
     )
 

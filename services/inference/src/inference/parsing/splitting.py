@@ -9,7 +9,7 @@ from inference.parsing.describing import ONES
 from inference.parsing.lexicon import Lexicon, lexicon
 from inference.parsing.mentions import ARTICLES, Mention, Role, find_mentions, groups_of, with_roles
 from inference.parsing.parser import parse
-from inference.parsing.tokens import Token, tokens_of
+from vocabulary.folding import Word, plain_words_of
 
 PARTS_MAX = 8
 """What a command may ask for; the rest of a longer list stays unread."""
@@ -30,7 +30,7 @@ class Part:
 def split(command: str) -> tuple[Part, ...]:
     """At least one part, at most eight; a command that asks for one thing is left whole."""
     words = lexicon()
-    tokens = tokens_of(command)
+    tokens = plain_words_of(command)
     mentions = with_roles(tokens, find_mentions(tokens, words), words)
     nouns = _nouns(tokens, mentions, words)
     aside = _aside(tokens, mentions)
@@ -51,7 +51,7 @@ def split(command: str) -> tuple[Part, ...]:
     return tuple(told.values()) if len(told) > 1 else whole
 
 
-def _nouns(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
+def _nouns(tokens: Sequence[Word], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
     """What is wanted, in order: named things, and 'the blue one' where a thing was named before it."""
     groups = groups_of(tokens, mentions)
     things = [
@@ -60,41 +60,41 @@ def _nouns(tokens: Sequence[Token], mentions: Sequence[Mention], words: Lexicon)
         if group[-1].label != "person" or len(groups) == 1
     ]
     ones = [
-        Mention(at, at + 1, "", token.word)
+        Mention(at, at + 1, "", token.text)
         for at, token in enumerate(tokens)
-        if token.word in ONES
+        if token.text in ONES
         and at > 0
-        and words.is_attribute(words.attribute(tokens[at - 1].word))
+        and words.is_attribute(words.attribute(tokens[at - 1].text))
         and any(thing.end <= at for thing in things)
     ]
     return sorted([*things, *ones], key=lambda one: one.start)
 
 
-def _aside(tokens: Sequence[Token], mentions: Sequence[Mention]) -> frozenset[int]:
+def _aside(tokens: Sequence[Word], mentions: Sequence[Mention]) -> frozenset[int]:
     """The tokens of 'on the table': they may stand between two things of one list."""
     found: set[int] = set()
     for one in mentions:
         if one.role is Role.CONTEXT:
-            opening = next((at for at in range(one.start - 1, -1, -1) if tokens[at].word == one.governor), one.start)
+            opening = next((at for at in range(one.start - 1, -1, -1) if tokens[at].text == one.governor), one.start)
             found.update(range(opening, one.end))
     return frozenset(found)
 
 
-def _cut(tokens: Sequence[Token], left: Mention, right: Mention, aside: frozenset[int], words: Lexicon) -> int | None:
+def _cut(tokens: Sequence[Word], left: Mention, right: Mention, aside: frozenset[int], words: Lexicon) -> int | None:
     """The token at which a new part begins, where there is one between these two."""
     between = [at for at in range(left.end, right.start) if at not in aside]
-    said = [tokens[at].word for at in between]
+    said = [tokens[at].text for at in between]
     if any(word in words.negations for word in said):
         return None
     in_turn = next((at for at in between if _in_turn(tokens, at)), None)
     if in_turn is not None:
-        return in_turn - 1 if in_turn > left.end and tokens[in_turn - 1].word == "and" else in_turn
+        return in_turn - 1 if in_turn > left.end and tokens[in_turn - 1].text == "and" else in_turn
     listed = all(
         word in LISTING or word in ARTICLES or word in words.requests or words.is_attribute(words.attribute(word))
         for word in said
     )
-    stops = [at for at in (*between, right.start) if tokens[at].stop]
-    joints = [at for at in between if tokens[at].word == "and"]
+    stops = [at for at in (*between, right.start) if tokens[at].opens]
+    joints = [at for at in between if tokens[at].text == "and"]
     if not listed or not (stops or joints):
         return None
     if right.label == "" and not joints:  # "a cup, the blue one": the same cup
@@ -102,9 +102,9 @@ def _cut(tokens: Sequence[Token], left: Mention, right: Mention, aside: frozense
     return (joints or stops)[0]
 
 
-def _in_turn(tokens: Sequence[Token], at: int) -> bool:
-    following = tokens[at + 1].word if at + 1 < len(tokens) else ""
-    match tokens[at].word:
+def _in_turn(tokens: Sequence[Word], at: int) -> bool:
+    following = tokens[at + 1].text if at + 1 < len(tokens) else ""
+    match tokens[at].text:
         case "after":
             return following in ("that", "this", "which")
         case "next":
@@ -113,7 +113,7 @@ def _in_turn(tokens: Sequence[Token], at: int) -> bool:
             return word in SEQUENCE
 
 
-def _part(said: str, tokens: Sequence[Token], start: int, nouns: Sequence[Mention]) -> Part:
+def _part(said: str, tokens: Sequence[Word], start: int, nouns: Sequence[Mention]) -> Part:
     first = next(one for one in nouns if one.start >= start)
     kept = said.strip().rstrip(",;")
     earlier = [one for one in nouns if one.end <= start and one.label]

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from contracts.colours import COLOUR_WORDS
 from inference.parsing.lexicon import lexicon
 from inference.parsing.mentions import find_mentions
-from inference.parsing.tokens import tokens_of
+from vocabulary.folding import plain_words_of
 
 NUMBERS = {
     "zero": "0", "two": "2", "three": "3", "four": "4", "five": "5", "six": "6", "seven": "7", "eight": "8",
@@ -30,11 +30,11 @@ def invented(answer: str, given: Iterable[str]) -> tuple[str, ...]:
 def _claims(text: str) -> list[str]:
     """Labels of things (or the words for things without one), colours, places, numbers."""
     words = lexicon()
-    tokens = tokens_of(text)
+    tokens = plain_words_of(text)
     things = [
         one.label if one.label != "none" else one.said for one in find_mentions(tokens, words) if not one.corrected
     ]
-    said = [token.word for token in tokens]
+    said = [token.text for token in tokens]
     plain = [COLOUR_WORDS.get(word, word) for word in said if word in words.colours or word in PLACES]
     spoken = [NUMBERS[word] for word in said if word in NUMBERS]
     return [*things, *plain, *spoken, *(_number(one) for one in re.findall(r"\d+(?:[.,]\d+)*", text))]

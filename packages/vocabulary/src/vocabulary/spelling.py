@@ -49,23 +49,32 @@ def correction(word: str, words: Sequence[str]) -> str | None:
     return best[0] if len(best) == 1 else None
 
 
+def one_slip(word: str, known: str) -> bool:
+    """One letter too many, too few, wrong, or swapped with its neighbour."""
+    return OSA.distance(word, known, score_cutoff=1) == 1
+
+
+def same_start(word: str, known: str) -> bool:
+    """The first letter is right, or the first two are swapped."""
+    return word[:1] == known[:1] or word[:2] == known[1::-1]
+
+
 def _steps(word: str, known: str) -> float | None:
     if word == known:
         return 0.0
-    if _doubled(word, known):
+    if doubled(word, known):
         return BY_EAR_STEPS
     if min(len(word), len(known)) < BY_EAR_MIN or abs(len(word) - len(known)) > LENGTHS_APART_MAX:
         return None
     allowed = 1 if len(word) < 8 else 2
-    same_start = word[0] == known[0] or word[:2] == known[1::-1]
-    if same_start or len(word) >= 7:
+    if same_start(word, known) or len(word) >= 7:
         distance = OSA.distance(word, known, score_cutoff=allowed)
         if distance <= allowed:
             return float(distance)
     return BY_EAR_STEPS + allowed if by_ear(word) == by_ear(known) else None
 
 
-def _doubled(word: str, known: str) -> bool:
+def doubled(word: str, known: str) -> bool:
     """'cupp', 'boook', 'gren': only the number of times a letter is repeated differs."""
     return min(len(word), len(known)) >= 3 and max(len(word), len(known)) >= 4 and _squeezed(word) == _squeezed(known)
 
