@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Coroutine
+from enum import StrEnum
 from typing import Any
 
 import structlog
@@ -28,6 +29,30 @@ NEAR_M = 0.35
 RING_M = 0.3
 
 
+class DockingPhase(StrEnum):
+    IDLE = "idle"
+    """Nothing is asked for."""
+    STAGING = "staging"
+    """Nav2 drives in front of the dock."""
+    LOOKING = "looking"
+    """It waits for the base to see its dock."""
+    BASE_DRIVES = "base_drives"
+    """The base docks or undocks by itself."""
+    ENDING = "ending"
+    """Given up: what is under way is being cancelled."""
+
+
+_P = DockingPhase
+FOLLOWS: dict[DockingPhase, frozenset[DockingPhase]] = {
+    _P.IDLE: frozenset({_P.STAGING, _P.LOOKING, _P.BASE_DRIVES}),
+    _P.STAGING: frozenset({_P.LOOKING, _P.ENDING, _P.IDLE}),
+    _P.LOOKING: frozenset({_P.BASE_DRIVES, _P.ENDING, _P.IDLE}),
+    _P.BASE_DRIVES: frozenset({_P.ENDING, _P.IDLE}),
+    _P.ENDING: frozenset({_P.IDLE}),
+}
+"""What may come after each phase."""
+
+
 class Docking:
     """One request at a time: the base is busy meanwhile. Ends with the awaiting task, its session, or `stop`."""
 
@@ -48,8 +73,9 @@ class Docking:
         self._navigator = navigator
         self._clock = clock
         self._settings = settings
-        self._under_way = asyncio.Lock()
-        self._patience: asyncio.Timeout | None = None
+        self.phase = DockingPhase.IDLE
+        self._patience: asyncio.Timeout
+        """Set while something is under way."""
         self._session_id: str | None = None
         self._given_up = BaseEnd.TIMED_OUT
         self._initial_pose = InitialPose()
@@ -101,9 +127,10 @@ class Docking:
 
     def stop(self, end: BaseEnd) -> None:
         """Gives up what is under way, Nav2's goal or what the base does by itself (emergency stop)."""
-        if (patience := self._patience) is not None and not patience.expired():
-            self._patience, self._given_up = None, end
-            patience.reschedule(asyncio.get_running_loop().time())
+        if DockingPhase.ENDING in FOLLOWS[self.phase] and not self._patience.expired():
+            self._enter(DockingPhase.ENDING)
+            self._given_up = end
+            self._patience.reschedule(asyncio.get_running_loop().time())
 
     def end_session(self, session_id: str) -> None:
         if self._session_id == session_id:
@@ -111,19 +138,31 @@ class Docking:
 
     async def _bounded(self, session_id: str | None, work: Coroutine[Any, Any, BaseReply]) -> BaseReply:
         """Its reply, or why it was given up: past its time, or by `stop`."""
-        async with self._under_way:
-            self._session_id, self._given_up = session_id, BaseEnd.TIMED_OUT
-            try:
-                async with asyncio.timeout(self._settings.dock_timeout_s) as self._patience:
-                    return await work
-            except TimeoutError:
-                return _reply(self._given_up)
-            finally:
-                self._patience = self._session_id = None
+        self._session_id, self._given_up = session_id, BaseEnd.TIMED_OUT
+        try:
+            async with asyncio.timeout(self._settings.dock_timeout_s) as self._patience:
+                reply = await work
+            return _reply(self._given_up) if self.phase is DockingPhase.ENDING else reply
+        except TimeoutError:
+            return _reply(self._given_up)
+        finally:
+            self._enter(DockingPhase.IDLE)
+            self._session_id = None
+
+    def _enter(self, phase: DockingPhase) -> None:
+        """Raises `TimeoutError` where it was given up meanwhile, `ValueError` for a step the table does not have."""
+        if self.phase is DockingPhase.ENDING and phase is not DockingPhase.IDLE:
+            raise TimeoutError
+        if phase not in FOLLOWS[self.phase]:
+            raise ValueError(f"{self.phase} cannot become {phase}")
+        self.phase = phase
 
     async def _onto_the_dock(self, before: Pose2D | None, session_id: str | None) -> BaseReply:
-        if before is not None and (why := await self._drive_to(before, session_id)):
-            return _reply(BaseEnd.NOT_BEFORE_DOCK, why)
+        if before is not None:
+            self._enter(DockingPhase.STAGING)
+            if why := await self._drive_to(before, session_id):
+                return _reply(BaseEnd.NOT_BEFORE_DOCK, why)
+        self._enter(DockingPhase.LOOKING)
         if (end := await self._why_not_asked()) is not None:
             return _reply(end)
         return await self._base_drives(docking=True)
@@ -143,7 +182,7 @@ class Docking:
     def _check(self, what: str, session_id: str | None) -> None:
         self._wheels.check(self._wheels.stop_state.epoch, session_id)
         refuse_while_navigating(self._navigator, what)
-        if self._under_way.locked():
+        if self.phase is not DockingPhase.IDLE:
             raise ConflictError("it is docking or undocking already", code=Refusal.DOCKING_UNDER_WAY)
 
     def _staging_pose(self, snapshot: Snapshot) -> Pose2D | None:
@@ -191,16 +230,12 @@ class Docking:
         return f"it did not get in front of the dock: {goal.status} {goal.error_msg}".strip()
 
     async def _base_drives(self, *, docking: bool) -> BaseReply:
-        wheels = self._wheels
-        epoch = wheels.stop_state.epoch
-        wheels.check(epoch, None)
-        wheels.set_base_busy(True)
+        self._enter(DockingPhase.BASE_DRIVES)
+        self._wheels.set_base_busy(True)
         try:
             done = await (self._robot.dock() if docking else self._robot.undock())
         finally:
-            wheels.set_base_busy(False)
-        if wheels.stop_state.epoch != epoch:
-            return _reply(BaseEnd.STOPPED)
+            self._wheels.set_base_busy(False)
         return _reply(BaseEnd.COMPLETED if done else self._gave_up(docking))
 
     def _gave_up(self, docking: bool) -> BaseEnd:
