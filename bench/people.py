@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from contracts.reading import Mood, RestrictionKind
-from contracts.vision import ParsedTask
+from contracts.vision import ParsedTarget, ParsedTask
 
 TABLE = Path(__file__).parents[1] / "tests" / "data" / "people.csv"
 NAMING = frozenset((Mood.FIND, Mood.COUNT))
@@ -35,7 +35,7 @@ def faults(row: Row, task: ParsedTask) -> set[str]:
 
 
 def starts(task: ParsedTask) -> bool:
-    return task.mood is Mood.FIND and bool(_classes(task))
+    return task.mood is Mood.FIND and bool(known(task))
 
 
 def report(read: Sequence[tuple[Row, ParsedTask]]) -> dict[str, Any]:
@@ -58,16 +58,18 @@ def report(read: Sequence[tuple[Row, ParsedTask]]) -> dict[str, Any]:
     }
 
 
-def _classes(task: ParsedTask) -> list[str]:
-    return [one.yolo_class for one in task.targets if one.yolo_class != "none"]
+def known(task: ParsedTask) -> list[ParsedTarget]:
+    return [one for one in task.targets if one.yolo_class != "none"]
 
 
 def _of_the_thing(row: Row, task: ParsedTask) -> set[str]:
     wanted = [one for one in row["class"].split(";") if one not in {"", "none"}]
     if row["class"] == "*":
         return set()
-    colours = {*task.description.split(), *(one.value for one in task.restrictions if one.kind is RestrictionKind.ANY)}
-    wrong = {"class"} if _classes(task) != wanted else set[str]()
+    things = known(task)
+    described = things[0].description.split() if things else []
+    colours = {*described, *(one.value for one in task.restrictions if one.kind is RestrictionKind.ANY)}
+    wrong = {"class"} if [one.yolo_class for one in things] != wanted else set[str]()
     return wrong | ({"colour"} if row["colour"] and row["colour"] not in colours else set())
 
 

@@ -16,7 +16,15 @@ from contracts.measuring import Measurement
 from contracts.memory import LabelCount, LookBatch, RecalledView, RecallReply, RecallRequest, RememberedObject, View
 from contracts.problem import Dependency
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
-from contracts.vision import Detections, ParsedTask, ParseTaskRequest, ValidateRequest, Validation, Verdict
+from contracts.vision import (
+    Detections,
+    ParsedTarget,
+    ParsedTask,
+    ParseTaskRequest,
+    ValidateRequest,
+    Validation,
+    Verdict,
+)
 from mesh.errors import UnavailableError
 
 PERIOD_S, FAST_PERIOD_S = 0.5, 0.2
@@ -27,7 +35,9 @@ VOTE_S, VLM_S = 0.4, (3.0, 15.0)
 class SimulatedEyes:
     """The port `Eyes`. The parse is given, not read from the command: language is not what is tried here."""
 
-    def __init__(self, bridge: SimulatedBridge, bus: SimulatedBus, faults: Faults, task: ParsedTask, seed: int) -> None:
+    def __init__(
+        self, bridge: SimulatedBridge, bus: SimulatedBus, faults: Faults, task: ParsedTarget, seed: int
+    ) -> None:
         self.rng = np.random.default_rng([seed, 41])
         self.wire = Wire("inference", faults, np.random.default_rng([seed, 42]))
         self.validations = 0
@@ -69,7 +79,7 @@ class SimulatedEyes:
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
         async def work() -> ParsedTask:
-            return self._task
+            return ParsedTask(targets=(self._task.model_copy(update={"said": request.command}),))
 
         return await self.wire.call("POST /parse-task", work, timeout_s=20.0)
 

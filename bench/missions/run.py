@@ -15,7 +15,7 @@ from bench.missions.place import SimulatedPlace
 from bench.missions.scenario import Scenario, remembered_views
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
-from contracts.vision import ParsedTask
+from contracts.vision import ParsedTarget
 from coordinator.adapters.interrupted import interrupted
 from coordinator.app import create_app
 from coordinator.commands.mission_service import MissionService
@@ -112,8 +112,12 @@ async def run_mission(place: SimulatedPlace, one: Scenario) -> Run:
     run, log = Run(one), MemoryLog()
     bus = SimulatedBus(one.faults, np.random.default_rng([one.seed, 4]))
     bridge = SimulatedBridge(place, start, one.faults, bus, one.seed, docked=one.docked)
-    task = ParsedTask(
-        yolo_class=one.kind, memory_object=one.kind, description=f"{one.asked_colour} {one.kind}", parser="given"
+    task = ParsedTarget(
+        said=one.command,
+        yolo_class=one.kind,
+        memory_object=one.kind,
+        description=f"{one.asked_colour} {one.kind}",
+        parser="given",
     )
     eyes = SimulatedEyes(bridge, bus, one.faults, task, one.seed)
     memory = SimulatedMemory(remembered_views(place, one, rng), one.kind, one.faults, one.seed)

@@ -426,7 +426,8 @@ class FakeInference:
     def __init__(self, world: World) -> None:
         self.world = world
         self.fail_next = 0
-        self.parse = ParsedTask(yolo_class="bottle", memory_object="bottle", description="red bottle", parser="rules")
+        self.parse: ParsedTask | None = None
+        """None: whatever is said asks for the red bottle."""
         self.validations = 0
         self.pictures: dict[str, bytes] = {}
         """Of what was judged, by the validation's id."""
@@ -440,7 +441,8 @@ class FakeInference:
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
         if not self.reads:
             raise UnavailableError("inference", "not reachable")
-        return self.parse
+        bottle = {"yolo_class": "bottle", "memory_object": "bottle", "description": "red bottle", "parser": "rules"}
+        return self.parse or ParsedTask.model_validate({"targets": [{"said": request.command, **bottle}]})
 
     async def validate(self, request: ValidateRequest, *, timeout_s: float) -> Validation:
         self.validations += 1

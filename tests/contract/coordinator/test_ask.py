@@ -106,16 +106,6 @@ async def test_a_model_phrases_the_facts_and_is_named(open_mesh: OpenMesh) -> No
         assert mesh.inference.reasoned[0].facts == tuple(record.text for record in answer.records)
 
 
-@pytest.mark.parametrize("words", ["It is at x 99 m.", "Found.\x07\x1b[2J", "  "])
-async def test_what_the_facts_do_not_hold_is_not_said(open_mesh: OpenMesh, words: str) -> None:
-    async with open_mesh() as mesh:
-        mesh.memory.things = KITCHEN
-        mesh.inference.words = words
-        answer = await ask(mesh, "where is my red bottle?")
-        assert answer.phrased_by == "template"
-        assert "8.5 m" in answer.answer
-
-
 async def test_no_question_moves_the_robot(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED) as mesh:
         mesh.memory.things = KITCHEN

@@ -56,7 +56,7 @@ async def test_a_20_mb_body_is_413(open_mesh: OpenMesh) -> None:
 
 async def test_a_command_that_names_nothing_known_is_422_with_the_reason(open_mesh: OpenMesh) -> None:
     async with open_mesh() as mesh:
-        mesh.inference.parse = ParsedTask(yolo_class="none", parser="rules")
+        mesh.inference.parse = ParsedTask()
         answer = await mesh.client.post("/missions", json={"command": "sing a song"})
         assert answer.status_code == 422
         assert "names nothing I know" in answer.json()["detail"]

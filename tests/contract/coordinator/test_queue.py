@@ -10,9 +10,6 @@ from support.coordinator_world import Thing
 RED = Thing("bottle", "red", 3.5, 2.5)
 CUP = Thing("cup", "blue", 3.2, 3.4)
 BOTH = ParsedTask(
-    yolo_class="bottle",
-    description="red bottle",
-    parser="rules",
     targets=(
         ParsedTarget(said="find the red bottle", yolo_class="bottle", description="red bottle", parser="rules"),
         ParsedTarget(said="the blue cup", yolo_class="cup", description="blue cup", parser="rules"),

@@ -213,8 +213,8 @@ async def test_a_model_cannot_turn_a_denial_into_a_search_nor_name_what_was_not_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async def lies(self: FakeInference, request: ParseTaskRequest) -> ParsedTask:
-        claim = {"yolo_class": "cup", "description": "cup", "parser": "ollama:lies"}
-        return ParsedTask.model_validate(claim | {"targets": (claim | {"said": "find the cup"},)})
+        claim = {"said": "find the cup", "yolo_class": "cup", "description": "cup", "parser": "ollama:lies"}
+        return ParsedTask.model_validate({"targets": (claim,)})
 
     monkeypatch.setattr(FakeInference, "parse_task", lies)
     async with opened_mesh(BOTTLE) as mesh:

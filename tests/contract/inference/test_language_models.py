@@ -9,7 +9,7 @@ import pytest
 
 from contracts.coco import COCO_LABELS
 from contracts.problem import DependencyState, Readiness
-from contracts.vision import ModelInfo, ModelState, ParsedTask, ParseTaskRequest, Validation, Verdict
+from contracts.vision import ModelInfo, ModelState, ParsedTarget, ParsedTask, ParseTaskRequest, Validation, Verdict
 from inference.adapters.ollama_models import OllamaModel
 from inference.adapters.openai_models import OpenAiModel
 from inference.language.prompts import parse_prompt, presence_prompt
@@ -161,10 +161,11 @@ async def test_a_key_is_shown_where_there_is_one() -> None:
     assert server.headers_seen[0]["authorization"] == "Bearer not-a-secret"
 
 
-async def parsed(house: House) -> ParsedTask:
-    answer = await house.client.post("/parse-task", json=COMMAND)
+async def parsed(house: House, command: dict[str, Any] = COMMAND) -> ParsedTarget:
+    answer = await house.client.post("/parse-task", json=command)
     assert answer.status_code == 200, answer.text
-    return ParsedTask.model_validate_json(answer.content)
+    (target,) = ParsedTask.model_validate_json(answer.content).targets
+    return target
 
 
 async def test_the_service_takes_a_valid_answer_and_names_the_model(opened: Opened, spoken: Spoken) -> None:
@@ -409,7 +410,6 @@ async def test_with_the_rules_first_a_model_is_heard_only_where_they_know_nothin
     order = f"rules,{spoken.kind}"
     async with opened(House(), parse_deadline_s=30.0, language_order=order, **spoken.settings) as house:
         known = await parsed(house)
-        body = {"command": "bring the thing one pours espresso into"}
-        unknown = ParsedTask.model_validate_json((await house.client.post("/parse-task", json=body)).content)
+        unknown = await parsed(house, {"command": "bring the thing one pours espresso into"})
     assert (known.parser, unknown.parser) == ("rules", f"{spoken.kind}:small")
     assert len(spoken.server.asked) == 1

@@ -21,8 +21,6 @@ from support.served import served
 from support.waiting import until_true
 
 TWO = ParsedTask(
-    yolo_class="bottle",
-    parser="rules",
     targets=(
         ParsedTarget(said="find the bottle", yolo_class="bottle", description="bottle", parser="rules"),
         ParsedTarget(said="the cup", yolo_class="cup", description="cup", parser="rules"),

@@ -3,7 +3,7 @@
 import pytest
 
 from contracts.colours import Colour
-from contracts.vision import Detection, Detections, ParsedTask, Target
+from contracts.vision import Detection, Detections, ParsedTarget, Target
 from coordinator.core.mission import Mission
 from coordinator.core.report import count_objects_in
 from coordinator.core.rules import Rules
@@ -41,7 +41,7 @@ def test_what_was_excluded_is_told_as_seen_instead() -> None:
 )  # fmt: skip
 def test_a_colour_is_excluded_by_the_persons_words_whoever_read_them(command: str, excluded: tuple[str, ...]) -> None:
     colour = "red " if "red" in command and "neither" not in command else ""
-    parsed = ParsedTask(yolo_class="bottle", description=f"{colour}bottle", parser="ollama:test")
-    task = check_parse(command, parsed, ())
+    parsed = ParsedTarget(said=command, yolo_class="bottle", description=f"{colour}bottle", parser="ollama:test")
+    task = check_parse(parsed, ())
     assert task is not None
     assert task.target.not_colours == excluded

@@ -10,7 +10,7 @@ from rapidfuzz.distance import OSA
 
 from contracts.coco import COCO_LABELS
 from contracts.colours import Colour
-from contracts.vision import ParsedTask
+from contracts.vision import ParsedTarget
 from coordinator.queue.parse_validation import check_description, check_parse
 from vocabulary.looks import MATERIALS_AND_COLOURS, NOT_COLOURS, colour_meant
 
@@ -20,7 +20,8 @@ WORDS = sorted({*ATTRIBUTES, *(word for label in COCO_LABELS for word in label.s
 sentences = st.lists(st.sampled_from(WORDS), max_size=10).map(" ".join)
 texts = st.one_of(sentences, st.text(max_size=60))
 claims = st.builds(
-    ParsedTask,
+    ParsedTarget,
+    said=texts.filter(bool),
     yolo_class=st.one_of(st.sampled_from((*COCO_LABELS, "none", "mug", "bottles")), st.text(max_size=64)),
     memory_object=st.one_of(st.none(), st.sampled_from(COCO_LABELS), st.text(max_size=64)),
     description=texts,
@@ -59,12 +60,12 @@ def slip_of(word: str, colour: str) -> bool:
     return word not in NOT_COLOURS and (undoubled[0] == undoubled[1] or OSA.distance(word, colour) <= 1)
 
 
-@given(texts, claims, st.lists(st.sampled_from(COCO_LABELS), max_size=4).map(tuple))
-def test_whatever_is_claimed_no_attribute_is_invented(command: str, claim: ParsedTask, memory: tuple[str, ...]) -> None:
-    checked = check_parse(command, claim, memory)
+@given(claims, st.lists(st.sampled_from(COCO_LABELS), max_size=4).map(tuple))
+def test_whatever_is_claimed_no_attribute_is_invented(claim: ParsedTarget, memory: tuple[str, ...]) -> None:
+    checked = check_parse(claim, memory)
     assume(checked is not None)
     assert checked is not None
-    said = {SAME.get(word, word) for word in re.findall("[a-z]+", command.lower())}
+    said = {SAME.get(word, word) for word in re.findall("[a-z]+", claim.said.lower())}
     said |= {SAME.get(one, one) for one in (*Colour, *SAME) if any(slip_of(word, one) for word in said)}
     own = set(checked.target.label.split())
     told = {
@@ -77,8 +78,9 @@ def test_whatever_is_claimed_no_attribute_is_invented(command: str, claim: Parse
 
 
 def test_a_colour_may_be_claimed_in_its_other_spelling() -> None:
-    claim = ParsedTask(yolo_class="umbrella", description="purple umbrella", parser="rules")
-    checked = check_parse("find the violet umbrella", claim, ())
+    said = "find the violet umbrella"
+    claim = ParsedTarget(said=said, yolo_class="umbrella", description="purple umbrella", parser="rules")
+    checked = check_parse(claim, ())
     assert checked is not None
     assert (checked.target.description, checked.target.colour) == ("purple umbrella", "purple")
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contracts.coco import COCO_LABELS
-from contracts.vision import ParsedTask, Target
+from contracts.vision import ParsedTarget, Target
 from coordinator.queue.parse_validation import (
     check_description,
     check_parse,
@@ -90,13 +90,13 @@ def test_a_description_is_never_empty_nor_too_long(command: str, claimed: str, l
 
 
 def test_a_command_that_names_nothing_known_is_refused() -> None:
-    parsed = ParsedTask(yolo_class="none", parser="rules")
-    assert check_parse("sing a song", parsed, ("bottle",)) is None
+    parsed = ParsedTarget(said="sing a song", yolo_class="none", parser="rules")
+    assert check_parse(parsed, ("bottle",)) is None
 
 
 def test_what_was_changed_is_noted() -> None:
-    parsed = ParsedTask(yolo_class="mug cup", memory_object="bottles", description="white mug", parser="rules")
-    task = check_parse("find my mug", parsed, ("cup", "bottle"))
+    claim = {"said": "find my mug", "yolo_class": "mug cup", "memory_object": "bottles", "description": "white mug"}
+    task = check_parse(ParsedTarget(**claim, parser="rules"), ("cup", "bottle"))
     assert task is not None
     assert task.target == Target(label="cup", description="mug")
     assert task.memory_object == "bottle"

@@ -2,11 +2,14 @@
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
-from contracts.base import Message
+from contracts.base import NO_CONTROL_CHARACTERS, Message
 
 Fact = Annotated[str, Field(min_length=1, max_length=300)]
+Phrase = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000, pattern=NO_CONTROL_CHARACTERS)
+]
 
 
 class ReasonRequest(Message):
@@ -19,6 +22,6 @@ class ReasonRequest(Message):
 class ReasonReply(Message):
     """Nothing is named and no number given in `answer` that the question and the facts do not hold."""
 
-    answer: str = Field(min_length=1, max_length=1000)
+    answer: Phrase
     by: str = Field(description="who phrased it: 'ollama:<model>' or 'openai:<model>'")
     took_ms: float = Field(default=0.0, ge=0.0)

@@ -112,24 +112,18 @@ class ParsedTarget(Message):
 
     said: str = Field(min_length=1, max_length=500, description="the part of the command that asks for it")
     yolo_class: str = Field(max_length=64, description="a COCO label, or 'none'")
+    named: bool = Field(default=True, description="false where no thing is named at all, known or not")
     memory_object: str | None = Field(default=None, max_length=64, description="where to look first")
     description: str = Field(default="", max_length=120)
-    parser: str = Field(description="who read this part")
+    parser: str = Field(description="who read this part: 'rules', 'ollama:<model>' or 'openai:<model>'")
+    notes: str = Field(default="", max_length=500)
 
 
 class ParsedTask(Message):
-    """What a parser *claims* the command means; the coordinator checks every word of it (requirement A3).
+    """What a parser *claims* the command means; the coordinator checks every word of it (requirement A3)."""
 
-    `targets` are the things asked for, in the order said ("find the red bottle, then the book"); the fields beside it
-    are those of the first whose class is not 'none'.
-    """
-
-    yolo_class: str = Field(max_length=64, description="a COCO label, or 'none'")
-    memory_object: str | None = Field(default=None, max_length=64, description="where to look first")
-    description: str = Field(default="", max_length=120)
-    parser: str = Field(description="who answered: 'rules', 'ollama:<model>' or 'openai:<model>'")
-    notes: str = Field(default="", max_length=500)
-    targets: tuple[ParsedTarget, ...] = Field(default=(), max_length=8)
+    targets: tuple[ParsedTarget, ...] = Field(default=(), max_length=8, description="the things asked for, as said")
+    notes: str = Field(default="", max_length=500, description="what of the command was not read, and why")
     mood: Mood = Field(default=Mood.FIND, description="only FIND asks for a search")
     restrictions: tuple[Restriction, ...] = Field(default=(), max_length=24, description="what narrows the thing down")
 

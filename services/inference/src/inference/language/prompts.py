@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self, cast
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from contracts.coco import COCO_LABELS
-from contracts.language import ReasonRequest
+from contracts.language import Phrase, ReasonRequest
 from contracts.vision import ParseTaskRequest
 from inference.ports import Prompt
 
@@ -94,7 +94,7 @@ class PresenceAnswer(Answer):
 
 
 class ReasonAnswer(Answer):
-    answer: str = Field(min_length=1, max_length=1000)
+    answer: Phrase
 
 
 def parse_prompt(request: ParseTaskRequest) -> Prompt:

@@ -8,8 +8,7 @@ said with it: no word is added that nobody said.
 
 from collections.abc import Sequence
 
-from contracts.reading import Mood
-from contracts.vision import ParsedTask, ParseTaskRequest
+from contracts.vision import ParsedTarget, ParseTaskRequest
 from inference.parsing.describing import DESCRIPTION_WORDS_MAX, colour_of_the_other, description_of
 from inference.parsing.lexicon import Lexicon, lexicon
 from inference.parsing.mentions import Mention, Role, find_mentions, groups_of, is_asked, with_roles
@@ -20,8 +19,12 @@ PARSER = "rules"
 NONE = "none"
 
 
-def parse(request: ParseTaskRequest) -> ParsedTask:
-    """What the command means, as far as the rules can tell; `yolo_class` is 'none' when nothing known is named."""
+def parse(request: ParseTaskRequest, said: str = "") -> ParsedTarget:
+    """What the command means, as far as the rules can tell; `yolo_class` is 'none' when nothing known is named.
+
+    `said` are the words of the person, where they are not the command.
+    """
+    said = said or request.command
     words = lexicon()
     tokens = plain_words_of(request.command)
     mentions = with_roles(tokens, _believable(tokens, find_mentions(tokens, words), words), words)
@@ -31,15 +34,13 @@ def parse(request: ParseTaskRequest) -> ParsedTask:
     if needed is None and (head is None or head.label == NONE):
         needed = find_need(tokens, words.needs, request.labels_in_memory)
     if needed is not None:
-        return _answer(needed, needed, mentions, request, f"the need for a {needed} was read from the wording")
-    if head is None:
-        notes = "names nothing the detector knows"
-        return ParsedTask(yolo_class=NONE, parser=PARSER, notes=notes, mood=Mood.UNKNOWN)
-    if head.label == NONE:
-        return ParsedTask(yolo_class=NONE, parser=PARSER, notes=f"the detector knows no '{head.said}'")
+        return _answer(said, needed, needed, mentions, request, f"the need for a {needed} was read from the wording")
+    if head is None or head.label == NONE:
+        notes = f"the detector knows no '{head.said}'" if head is not None else "names nothing the detector knows"
+        return ParsedTarget(said=said, yolo_class=NONE, named=head is not None, parser=PARSER, notes=notes)
     literal = " ".join(token.text for token in tokens[head.start : head.end])
     notes = f"'{literal}' was read as '{head.said}'" if head.corrected else ""
-    return _answer(head.label, description, mentions, request, notes)
+    return _answer(said, head.label, description, mentions, request, notes)
 
 
 def _believable(tokens: Sequence[Word], mentions: Sequence[Mention], words: Lexicon) -> list[Mention]:
@@ -90,11 +91,16 @@ def _asks_for_unknown(tokens: Sequence[Word], mentions: Sequence[Mention], words
 
 
 def _answer(
-    label: str, description: str, mentions: Sequence[Mention], request: ParseTaskRequest, notes: str
-) -> ParsedTask:
+    said: str, label: str, description: str, mentions: Sequence[Mention], request: ParseTaskRequest, notes: str
+) -> ParsedTarget:
     places = [one.label for one in mentions if one.role is Role.CONTEXT and one.label not in (NONE, label)]
     candidates = [*places, label, *lexicon().near.get(label, ())]
     memory_object = next((one for one in candidates if one in request.labels_in_memory), None)
-    return ParsedTask(
-        yolo_class=label, memory_object=memory_object, description=description[:120], parser=PARSER, notes=notes[:500]
+    return ParsedTarget(
+        said=said,
+        yolo_class=label,
+        memory_object=memory_object,
+        description=description[:120],
+        parser=PARSER,
+        notes=notes[:500],
     )

@@ -12,7 +12,7 @@ from inference.parsing import parser
 from inference.parsing.claims import checked
 from inference.parsing.splitting import PARTS_MAX, Part, split
 from vocabulary.languages import is_foreign
-from vocabulary.moods import Reading, read
+from vocabulary.moods import read
 from vocabulary.restrictions import restrictions_in
 
 NONE = "none"
@@ -35,68 +35,55 @@ class Reader:
         """
         reading = read(request.command)
         if is_foreign(request.command):
-            return _nothing(Mood.UNKNOWN, "it seems to be in another language: English is understood")
+            return ParsedTask(mood=Mood.UNKNOWN, notes="it seems to be in another language: English is understood")
         if reading.mood not in ASKING:
-            return _nothing(reading.mood, f"that is no asking to find: {reading.mood.value}")
-        asked = await self._read_parts(request.model_copy(update={"command": reading.asked or request.command}))
-        return asked.model_copy(
-            update={
-                "mood": _mood(reading, asked),
-                "restrictions": restrictions_in(reading.asked or request.command),
-                "notes": "; ".join(part for part in (asked.notes, _left_out(reading)) if part)[:500],
-            }
-        )
-
-    async def _read_parts(self, request: ParseTaskRequest) -> ParsedTask:
-        loop = asyncio.get_running_loop()
-        ends_s = loop.time() + self.deadline_s
-        parts = split(request.command)
-        targets: list[ParsedTarget] = []
-        notes: list[str] = []
-        moods: set[Mood] = set()
-        for at, part in enumerate(parts):
-            share_s = max(0.0, ends_s - loop.time()) / (len(parts) - at)
-            target, note, mood = await self._read(part, request.labels_in_memory, share_s)
-            targets.append(target)
-            moods.add(mood)
-            notes += [note] if note else []
+            return ParsedTask(mood=reading.mood, notes=f"that is no asking to find: {reading.mood.value}")
+        command = reading.asked or request.command
+        parts = split(command)
+        targets = await self._read_each(parts, request.labels_in_memory)
+        named = any(one.named for one in targets)
+        notes = [f"left out, not asked for: {reading.about}"] if reading.about else []
         if len(split(parts[-1].meaning)) > 1:
             notes.append(f"the rest was not read: {PARTS_MAX} things at most, one command")
-        first = next((one for one in targets if one.yolo_class != NONE), targets[0])
         return ParsedTask(
-            yolo_class=first.yolo_class,
-            memory_object=first.memory_object,
-            description=first.description,
-            parser=first.parser,
-            notes="; ".join(dict.fromkeys(notes))[:500],
             targets=tuple(targets),
-            mood=Mood.FIND if Mood.FIND in moods else Mood.UNKNOWN,
+            notes="; ".join(notes)[:500],
+            mood=reading.mood if reading.mood is not Mood.FIND or reading.sure or named else Mood.UNKNOWN,
+            restrictions=restrictions_in(command),
         )
+
+    async def _read_each(self, parts: Sequence[Part], memory: Sequence[str]) -> list[ParsedTarget]:
+        """Each has an equal share of the time that is left."""
+        loop = asyncio.get_running_loop()
+        ends_s = loop.time() + self.deadline_s
+        targets: list[ParsedTarget] = []
+        for at, part in enumerate(parts):
+            share_s = max(0.0, ends_s - loop.time()) / (len(parts) - at)
+            targets.append(await self._read(part, memory, share_s))
+        return targets
 
     def infos(self) -> list[ModelInfo]:
         rules = ModelInfo(role="parser", name=parser.PARSER, backend="rules")
         before, after = ([one.info("parser") for one in group.providers] for group in (self.before, self.after))
         return [*before, rules, *after]
 
-    async def _read(self, part: Part, memory: Sequence[str], deadline_s: float) -> tuple[ParsedTarget, str, Mood]:
+    async def _read(self, part: Part, memory: Sequence[str], deadline_s: float) -> ParsedTarget:
         request = ParseTaskRequest(command=part.meaning, labels_in_memory=tuple(memory))
         claimed, trouble = await self._ask(self.before, part, request, deadline_s)
-        if claimed is not None and claimed.yolo_class != NONE:
-            return claimed, "", Mood.FIND
-        by_rules = parser.parse(request)
-        if by_rules.yolo_class != NONE or not self.after.providers:
-            told = "; ".join(note for note in (by_rules.notes, trouble) if note)
-            return _target(part, by_rules), told, by_rules.mood
-        second, more_trouble = await self._ask(self.after, part, request, deadline_s)
-        if second is not None and second.yolo_class != NONE:
-            return second, trouble, Mood.FIND
-        notes = "; ".join(note for note in (by_rules.notes, trouble, more_trouble) if note)
-        return _target(part, by_rules), notes, by_rules.mood
+        if claimed is not None:
+            return claimed
+        by_rules, more_trouble = parser.parse(request, part.said), ""
+        if by_rules.yolo_class == NONE and self.after.providers:
+            claimed, more_trouble = await self._ask(self.after, part, request, deadline_s)
+            if claimed is not None:
+                return claimed.model_copy(update={"notes": trouble[:500]})
+        notes = "; ".join(filter(None, (by_rules.notes, trouble, more_trouble)))
+        return by_rules.model_copy(update={"notes": notes[:500]})
 
     async def _ask(
         self, group: Providers, part: Part, request: ParseTaskRequest, deadline_s: float
     ) -> tuple[ParsedTarget | None, str]:
-        """What a model claims, and why it is not to be taken where it is not."""
+        """What a model claims, or why there is nothing to take."""
         if not group.providers:
             return None, ""
         try:
@@ -104,27 +91,4 @@ class Reader:
         except NoAnswerError as error:
             return None, error.detail
         claimed = checked(answer, request, said=part.said, by=by)
-        return claimed, f"{by} saw nothing in it" if claimed.yolo_class == NONE else ""
-
-
-def _nothing(mood: Mood, notes: str) -> ParsedTask:
-    return ParsedTask(yolo_class=NONE, parser=parser.PARSER, notes=notes, mood=mood)
-
-
-def _mood(reading: Reading, asked: ParsedTask) -> Mood:
-    """A saying that asks for nothing by its verb, and names nothing, is none of ours."""
-    return reading.mood if reading.mood is not Mood.FIND or reading.sure else asked.mood
-
-
-def _left_out(reading: Reading) -> str:
-    return f"left out, not asked for: {reading.about}" if reading.about else ""
-
-
-def _target(part: Part, task: ParsedTask) -> ParsedTarget:
-    return ParsedTarget(
-        said=part.said,
-        yolo_class=task.yolo_class,
-        memory_object=task.memory_object,
-        description=task.description,
-        parser=task.parser,
-    )
+        return (claimed, "") if claimed.yolo_class != NONE else (None, f"{by} saw nothing in it")
