@@ -9,8 +9,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from irobot_create_msgs.action import Dock, Undock
 from irobot_create_msgs.msg import DockStatus, HazardDetectionVector, WheelStatus
 from irobot_create_msgs.srv import EStop
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.action.server import ServerGoalHandle
+from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from sensor_msgs.msg import BatteryState
@@ -41,7 +40,7 @@ class BaseInterface:
         self._hazards = node.create_publisher(HazardDetectionVector, "hazard_detection", REPUBLISHED)
         self._wheels = node.create_publisher(WheelStatus, "wheel_status", REPUBLISHED)
         if settings.cmd_vel_stamped:
-            node.create_subscription(TwistStamped, "cmd_vel", lambda m: self._on_velocity(m.twist), COMMAND)
+            node.create_subscription(TwistStamped, "cmd_vel", self._on_stamped, COMMAND)
         else:
             node.create_subscription(Twist, "cmd_vel", self._on_velocity, COMMAND)
         group = ReentrantCallbackGroup()
@@ -105,6 +104,9 @@ class BaseInterface:
         return before is None or before != now
 
     # --- ROS threads
+
+    def _on_stamped(self, message: TwistStamped) -> None:
+        self._on_velocity(message.twist)
 
     def _on_velocity(self, message: Twist) -> None:
         twist = messages.twist2d(message.linear.x, message.angular.z)

@@ -9,6 +9,7 @@ import structlog
 from rclpy.executors import Executor, ExternalShutdownException, MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
 
 from contracts.geometry import Pose2D
 from mesh.dds import use_mesh_profile
@@ -72,7 +73,7 @@ class SimulatedRobot:
             executor.shutdown(timeout_sec=2.0)
         for node in self._nodes:
             node.destroy_node()
-        rclpy.try_shutdown()
+        try_shutdown()
         for thread in self._spinning:
             thread.join(timeout=3.0)
 

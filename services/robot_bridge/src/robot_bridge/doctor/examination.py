@@ -1,5 +1,7 @@
 """Looks at a live ROS graph for the doctor: listens for some seconds as the bridge would, and asks who is there."""
 
+# pyright: reportUnknownArgumentType=false, reportUnknownMemberType=false, reportUnknownVariableType=false
+
 import time
 from collections import defaultdict
 from collections.abc import Mapping
@@ -12,7 +14,8 @@ from irobot_create_msgs.srv import EStop
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
 from nav_msgs.msg import OccupancyGrid, Odometry
-from rclpy.action import ActionClient
+from rclpy.action.client import ActionClient
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
@@ -39,7 +42,7 @@ CLOCK_TOPIC = "/clock"
 
 def examine(settings: Settings, *, seconds: float, environment: Mapping[str, str], bridge: Readiness | None) -> Facts:
     """Blocks for `seconds`. Only listens and asks: nothing of it moves anything."""
-    context = rclpy.Context()
+    context = Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     ros = settings.ros
     node = Node(NODE, namespace=ros.namespace, context=context, start_parameter_services=False, enable_rosout=False)
@@ -153,10 +156,12 @@ class _Look:
 
     def _count(self, setting: str, kind: type[Any]) -> None:
         """Unread: only how often, and how large."""
+
+        def heard(data: Any) -> None:
+            self._note(setting, len(data))
+
         channel = self._channel(setting)
-        self._node.create_subscription(
-            kind, channel.name, lambda data: self._note(setting, len(data)), qos_profile(channel), raw=True
-        )
+        self._node.create_subscription(kind, channel.name, heard, qos_profile(channel), raw=True)
 
     def _note(self, setting: str, size: int) -> None:
         self._heard[setting].append((time.monotonic(), size))

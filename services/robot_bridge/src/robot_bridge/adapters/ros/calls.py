@@ -7,7 +7,7 @@ from typing import Any
 
 from action_msgs.msg import GoalStatus as RosGoalStatus
 from action_msgs.msg import GoalStatusArray
-from rclpy.action import ActionClient
+from rclpy.action.client import ActionClient
 from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_action_status_default
@@ -111,8 +111,8 @@ class Calls:
                 _fail(answer, UnavailableError(server, f"{type(error).__name__}: {error}"))
             elif not answer.done():
                 answer.set_result(done.result())
-            elif too_late is not None:
-                self.do(lambda: too_late(done.result()))
+            elif (late := too_late) is not None:
+                self.do(lambda: late(done.result()))
 
         def begin() -> None:  # in the robot's thread
             if ready is not None and not ready():

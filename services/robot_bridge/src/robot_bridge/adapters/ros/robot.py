@@ -15,9 +15,10 @@ from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
-from rclpy.action import ActionClient
+from rclpy.action.client import ActionClient
 from rclpy.clock import Clock as RosClock
-from rclpy.clock import ClockType
+from rclpy.clock_type import ClockType
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -171,7 +172,7 @@ class RosRobot:
 
     def _live(self, navigation_velocity: Callable[[float, float], None], opened: ThreadFuture[None]) -> None:
         """The thread's life. When it ends unasked the process ends with it."""
-        context = rclpy.Context()
+        context = Context()
         try:
             rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
             self._open(context, navigation_velocity)
@@ -190,7 +191,7 @@ class RosRobot:
             context.try_shutdown()
             context.destroy()
 
-    def _open(self, context: Any, navigation_velocity: Callable[[float, float], None]) -> None:
+    def _open(self, context: Context, navigation_velocity: Callable[[float, float], None]) -> None:
         ros = self._settings.ros
         self._executor = SingleThreadedExecutor(context=context)
         self._handover = Handover(self._executor)

@@ -38,7 +38,7 @@ def scan(message: LaserScan, laser_in_base: Matrix, stamp_s: float, rules: Laser
     hit &= ranges > 0.0  # also where range_min is 0: 0.0 is no distance
     nothing = (ranges == np.inf) | ((ranges > far) & (ranges <= BEYOND * message.range_max) & np.isfinite(ranges))
     nothing |= (ranges == 0.0) & rules.zero_means_nothing
-    angles = message.angle_min + message.angle_increment * np.arange(ranges.size)
+    angles = message.angle_min + message.angle_increment * np.arange(ranges.size, dtype=np.float64)
     bearings = _in_base(angles, laser_in_base)
     own = _own_parts(bearings, ranges, rules) | _posts(bearings, ranges, message, laser_in_base, rules)
     hit, nothing = hit & ~own, nothing & ~own

@@ -4,15 +4,16 @@ from typing import Any
 
 from irobot_create_msgs.msg import AudioNote, AudioNoteVector, LedColor, LightringLeds
 
-from robot_bridge.ports import Celebration
+from robot_bridge.ports import Celebration, Note
 
 
 def notes(celebration: Celebration) -> AudioNoteVector:
-    message = AudioNoteVector(append=False)
-    for note in celebration.notes:
-        each = AudioNote(frequency=note.frequency_hz)
-        each.max_runtime.sec, each.max_runtime.nanosec = _split(note.duration_s)
-        message.notes.append(each)
+    return AudioNoteVector(append=False, notes=[_note(each) for each in celebration.notes])
+
+
+def _note(note: Note) -> AudioNote:
+    message = AudioNote(frequency=note.frequency_hz)
+    set_duration(message.max_runtime, note.duration_s)
     return message
 
 
@@ -23,9 +24,4 @@ def lights(celebration: Celebration) -> LightringLeds:
 
 def set_duration(message: Any, seconds: float) -> None:
     """Fills a builtin_interfaces/Duration."""
-    message.sec, message.nanosec = _split(seconds)
-
-
-def _split(seconds: float) -> tuple[int, int]:
-    nanoseconds = round(seconds * 1e9)
-    return nanoseconds // 1_000_000_000, nanoseconds % 1_000_000_000
+    message.sec, message.nanosec = divmod(round(seconds * 1e9), 1_000_000_000)
