@@ -214,7 +214,7 @@ class Campaign:
                 break
         else:
             raise AssertionError("no goal was found to drive to")
-        body = {"pose": pose, "epoch": epoch, "timeout_s": 300.0}
+        body = {"candidates": [{"pose": pose}], "epoch": epoch, "timeout_s": 300.0}
         goal = self.mesh.post("robot_bridge", "/navigation/goals", body).raise_for_status().json()
         self.mesh.until(self.translating, timeout_s=LONG_S, what="a robot on its way")
         return str(goal["id"])

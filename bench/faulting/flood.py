@@ -42,7 +42,7 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "POST /velocity": {"twist": {"linear_x": 0.0}, "source": "flood", "duration_s": 0.1, **old},
         "POST /rotate": {"angle_rad": 1.0, **old},
         "POST /drive": {"distance_m": 0.5, **old},
-        "POST /navigation/goals": {"pose": POSE, **old},
+        "POST /navigation/goals": {"candidates": [{"pose": POSE}], **old},
         "POST /navigation/path": {"goal": POSE},
         "POST /halt": None,
         "POST /celebrate": None,

@@ -25,7 +25,13 @@ def begin_at_rest(mesh: MeshRun) -> None:
         ("robot_bridge", "POST", "/velocity", {"source": HUGE}, 413),
         ("robot_bridge", "GET", "/navigation/goals/unknown", None, 404),
         ("robot_bridge", "DELETE", "/navigation/goals/unknown", None, 404),
-        ("robot_bridge", "POST", "/navigation/goals", {"pose": {"x": 900.0, "y": 0.0, "yaw": 0.0}, "epoch": -1}, 422),
+        (
+            "robot_bridge",
+            "POST",
+            "/navigation/goals",
+            {"candidates": [{"pose": {"x": 900.0, "y": 0.0, "yaw": 0.0}}], "epoch": -1},
+            422,
+        ),
         ("memory", "POST", "/observations", {"observations": []}, 422),
         ("memory", "POST", "/recall", {"target": HUGE}, 413),
         ("inference", "POST", "/parse-task", {"command": ""}, 422),
@@ -46,7 +52,9 @@ def test_bad_input_is_a_clear_problem_and_changes_nothing(
 def test_a_goal_outside_the_map_is_refused(mesh: MeshRun) -> None:
     epoch = mesh.get("robot_bridge", "/emergency-stop")["epoch"]
     answer = mesh.post(
-        "robot_bridge", "/navigation/goals", {"pose": {"x": 900.0, "y": 0.0, "yaw": 0.0}, "epoch": epoch}
+        "robot_bridge",
+        "/navigation/goals",
+        {"candidates": [{"pose": {"x": 900.0, "y": 0.0, "yaw": 0.0}}], "epoch": epoch},
     )
     assert answer.status_code == 422
     assert "map" in answer.json()["detail"]

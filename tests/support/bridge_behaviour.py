@@ -36,9 +36,7 @@ from contracts.topics import (
     ROBOT_NAVIGATION,
     ROBOT_OBSTACLES,
     ROBOT_STATE,
-    VISION_OBJECT_SPOTTED,
 )
-from contracts.vision import Detection, ObjectSpotted, Target
 from robot_bridge.app import create_app
 from robot_bridge.ports import Robot
 from robot_bridge.settings import Settings
@@ -106,8 +104,8 @@ class Rig:
     async def state(self) -> RobotState:
         return RobotState.model_validate_json((await self.client.get("/state")).content)
 
-    async def goal(self, **more: Any) -> httpx.Response:
-        return await self.post("/navigation/goals", {"pose": INSIDE, "epoch": 0} | more)
+    async def goal(self, pose: dict[str, float] = INSIDE, **more: Any) -> httpx.Response:
+        return await self.post("/navigation/goals", {"candidates": [{"pose": pose}], "epoch": 0} | more)
 
     async def goal_status(self, goal_id: str) -> GoalStatus:
         return Goal.model_validate_json((await self.client.get(f"/navigation/goals/{goal_id}")).content).status
@@ -120,29 +118,6 @@ class Rig:
 
         await until(lambda: bool(told()), timeout_s=LONG_S)
         return told()[-1]
-
-    async def spot_the_target(self, goal_id: str) -> None:
-        """Inference announces the target in a picture just taken; the goal hears of it."""
-        seen = self.bus.of(ROBOT_STATE)[-1]
-        after = (await self.client.get("/camera/frame")).headers["x-stamp-s"]
-        frame = await self.client.get("/camera/frame", params={"after": after, "wait_s": 10})
-        detection = Detection(label="bottle", confidence=0.9, bbox_xyxy=(105.0, 105.0, 145.0, 145.0))
-        target = Target(label="bottle", description="red bottle")
-        spotted = ObjectSpotted(
-            stamp_s=float(frame.headers["x-stamp-s"]),
-            target=target,
-            detection=detection,
-            image_width_px=250,
-            image_height_px=250,
-            pose=seen.pose,
-        )
-        await self.bus.publish(VISION_OBJECT_SPOTTED, spotted)
-        await until(
-            lambda: any(
-                goal.id == goal_id and goal.sighting is not None and goal.sighting.label == "bottle"
-                for goal in self.bus.of(ROBOT_NAVIGATION)
-            )
-        )
 
     async def ready(self) -> None:
         """Waits until every sensor is in and Nav2 is active."""
@@ -390,15 +365,17 @@ class BridgeBehaviour:
         assert ended.pose.y > BY_THE_WALL["y"] + 0.2
         assert ended.wanted == Pose2D(**BY_THE_WALL)
 
-    async def test_a_sighting_ends_an_exploration_and_only_measures_for_an_approach(self, rig: Rig) -> None:
-        approach = (await rig.goal(mode="approach", clear_costmaps=False)).json()["id"]
-        await rig.spot_the_target(approach)
-        assert await rig.goal_status(approach) is GoalStatus.EXECUTING
-        exploration = (await rig.goal(mode="exploration", clear_costmaps=False)).json()["id"]
-        await rig.spot_the_target(exploration)
-        ended = await rig.ended(exploration, GoalStatus.CANCELED)
-        assert ended.error_msg == "red bottle was sighted"
-        await until(lambda: rig.toy.at_rest)
+    async def test_of_the_lowest_rank_with_a_path_the_cheapest_candidate_is_taken(self, rig: Rig) -> None:
+        dear, cheap, far = NEAR, INSIDE, BY_THE_WALL
+        candidates = [
+            {"pose": OCCUPIED_POSE},
+            {"pose": dear, "cost_m": 50.0, "rank": 1},
+            {"pose": cheap, "rank": 1},
+            {"pose": far, "rank": 2},
+        ]
+        goal = Goal.model_validate_json((await rig.goal(candidates=candidates, clear_costmaps=False)).content)
+        assert (goal.status, goal.candidate) == (GoalStatus.EXECUTING, 2)
+        assert (goal.pose, goal.wanted) == (Pose2D(**cheap), Pose2D(**OCCUPIED_POSE))
 
     async def test_a_goal_waits_for_nav2_to_become_active(self, rig: Rig) -> None:
         rig.toy.navigation = "is_inactive"

@@ -210,10 +210,10 @@ class FakeRobot(Service):
         self.goals.append(request)
         if self.no_way:
             return Goal(
-                id="g", pose=request.pose, status=GoalStatus.REJECTED, cause=GoalCause.REJECTED,
+                id="g", pose=request.candidates[0].pose, status=GoalStatus.REJECTED, cause=GoalCause.REJECTED,
                 error_msg=self.no_way, stamp_s=STARTED_S,
             )  # fmt: skip
-        return Goal(id="g", pose=request.pose, status=GoalStatus.EXECUTING, stamp_s=STARTED_S)
+        return Goal(id="g", pose=request.candidates[0].pose, status=GoalStatus.EXECUTING, stamp_s=STARTED_S)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
         self.answer()

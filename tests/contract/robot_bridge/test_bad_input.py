@@ -13,7 +13,7 @@ from support.bridge_behaviour import INSIDE, Rig
 from support.waiting import until
 
 BOX = {"bbox_xyxy": [10, 10, 50, 50], "image_width_px": 250, "image_height_px": 250}
-GOAL = {"pose": INSIDE, "epoch": 0}
+GOAL = {"candidates": [{"pose": INSIDE}], "epoch": 0}
 
 BAD: list[tuple[str, str, dict[str, Any], int]] = [
     ("POST", "/velocity", {}, 422),
@@ -31,9 +31,9 @@ BAD: list[tuple[str, str, dict[str, Any], int]] = [
     ("POST", "/depth", BOX | {"bbox_xyxy": [900, 900, 950, 950]}, 422),
     ("POST", "/localize", BOX, 422),
     ("POST", "/depth", BOX | {"image_width_px": 0}, 422),
-    ("POST", "/navigation/goals", {"pose": {"x": 1.0}, "epoch": 0}, 422),
-    ("POST", "/navigation/goals", GOAL | {"pose": {"x": 100.0, "y": 3.0, "yaw": 0.0}}, 422),
-    ("POST", "/navigation/goals", GOAL | {"pose": {"x": 7.5, "y": 5.5, "yaw": 0.0}}, 422),
+    ("POST", "/navigation/goals", {"candidates": [{"pose": {"x": 1.0}}], "epoch": 0}, 422),
+    ("POST", "/navigation/goals", GOAL | {"candidates": [{"pose": {"x": 100.0, "y": 3.0, "yaw": 0.0}}]}, 422),
+    ("POST", "/navigation/goals", GOAL | {"candidates": [{"pose": {"x": 7.5, "y": 5.5, "yaw": 0.0}}]}, 422),
     ("POST", "/navigation/goals", GOAL | {"epoch": 3}, 409),
     ("POST", "/navigation/goals", GOAL | {"session_id": "gone"}, 409),
     ("POST", "/navigation/path", {"goal": {"x": -3.0, "y": 0.0, "yaw": 0.0}}, 422),
@@ -49,7 +49,7 @@ BAD: list[tuple[str, str, dict[str, Any], int]] = [
     ("POST", "/recordings/unknown/stop", {}, 404),
     ("DELETE", "/recordings/unknown", {}, 404),
     ("POST", "/navigation/goals", GOAL | {"ring_radius_m": 99.0}, 422),
-    ("POST", "/navigation/goals", GOAL | {"mode": "sideways"}, 422),
+    ("POST", "/navigation/goals", GOAL | {"candidates": []}, 422),
     ("POST", "/navigation/path", {"goal": INSIDE, "ring_radius_m": -1.0}, 422),
     ("POST", "/dock", {}, 409),
     ("POST", "/undock", {}, 409),

@@ -75,7 +75,7 @@ async def test_what_a_session_asked_for_ends_with_its_connection(served: Served)
 
 async def test_a_goal_ends_with_its_session_and_nav2_moves_nothing_any_more(served: Served) -> None:
     async with client(served) as http, session(served) as (socket, session_id), beating(socket):
-        body = {"pose": INSIDE, "epoch": 0, "session_id": session_id, "clear_costmaps": False}
+        body = {"candidates": [{"pose": INSIDE}], "epoch": 0, "session_id": session_id, "clear_costmaps": False}
         assert (await http.post("/navigation/goals", json=body)).json()["status"] == "EXECUTING"
         await until(lambda: served.toy.has_driven)
         socket.transport.abort()
@@ -120,7 +120,7 @@ async def test_ending_a_motion_tells_how_far_it_had_come_and_ends_no_goal(served
         told = (await turning).json()
         assert (ended["turned_rad"], ended["driven_m"]) == (told["turned_rad"], None)
         assert told["turned_rad"] > 0.0
-        goal = {"pose": INSIDE, "epoch": 0, "clear_costmaps": False}
+        goal = {"candidates": [{"pose": INSIDE}], "epoch": 0, "clear_costmaps": False}
         goal_id = (await http.post("/navigation/goals", json=goal)).json()["id"]
         ended = (await http.delete("/motion")).json()
         assert ended == {"turned_rad": None, "driven_m": None}

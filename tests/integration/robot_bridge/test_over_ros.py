@@ -161,7 +161,7 @@ async def test_a_killed_bridge_wakes_up_latched_and_its_facts_are_in_redis(
 ) -> None:
     bridge = Process(tmp_path, redis_url)
     async with bridge.life() as (process, client):
-        goal: dict[str, Any] = {"pose": INSIDE, "epoch": 0}
+        goal: dict[str, Any] = {"candidates": [{"pose": INSIDE}], "epoch": 0}
         assert (await client.post("/navigation/goals", json=goal)).json()["status"] == "EXECUTING"
         await until(lambda: toy.has_driven)
         assert (await client.post("/emergency-stop")).json()["state"]["latched"]

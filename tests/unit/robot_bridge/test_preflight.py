@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from contracts.geometry import Pose2D
+from contracts.robot import CandidatePose
 from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker
 from robot_bridge.ports import Path
 from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
@@ -38,7 +39,7 @@ def to(pose: Pose2D) -> Path:
 
 
 async def checked(planner: Any, *, radius_m: float = 0.6) -> PathCheck:
-    return await PathChecker(planner, Settings()).nearest(GoalRegion(WANTED, radius_m))
+    return await PathChecker(planner, Settings()).best(GoalRegion((CandidatePose(pose=WANTED),), radius_m))
 
 
 def ends_off(metres: float) -> Callable[[Pose2D], Path]:
@@ -82,3 +83,44 @@ async def test_a_goal_that_is_to_blame_itself_costs_one_more_question() -> None:
     found = await checked(planner, radius_m=0.0)
     assert (found.error_code, found.unreachable) == (208, True)
     assert len(planner.asked) == 2
+
+
+def candidate(x: float, rank: int, cost_m: float = 0.0) -> CandidatePose:
+    return CandidatePose(pose=Pose2D(x=x, y=1.0, yaw=0.0), rank=rank, cost_m=cost_m)
+
+
+async def best(planner: Any, *candidates: CandidatePose, radius_m: float = 0.0, **changes: Any) -> PathCheck:
+    return await PathChecker(planner, Settings(**changes)).best(GoalRegion(candidates, radius_m))
+
+
+async def test_of_the_lowest_rank_with_a_path_the_cheapest_wins_and_what_must_be_dearer_is_not_asked_for() -> None:
+    planner = Planner(lambda goal: Path((), 208) if goal.x == 2.0 else to(goal))
+    ranks = candidate(2.0, 0), candidate(4.0, 1), candidate(3.0, 1, 0.5), candidate(2.5, 1, 3.0), candidate(1.5, 2)
+    found = await best(planner, *ranks)
+    assert (found.candidate, found.pose) == (2, ranks[2].pose)
+    assert [goal.x for goal in planner.asked if goal.y == 1.0 and goal.x != 1.6] == [2.0, 3.0]
+
+
+async def test_a_longer_way_round_loses_to_a_candidate_that_lies_farther_off() -> None:
+    planner = Planner(lambda goal: Path((HERE, Pose2D(x=1.0, y=4.0, yaw=0.0), goal)) if goal.x == 2.0 else to(goal))
+    assert (await best(planner, candidate(2.0, 0), candidate(3.0, 0))).candidate == 1
+
+
+async def test_the_ring_comes_after_every_candidate_and_is_none_of_them() -> None:
+    planner = Planner(lambda goal: Path((), 206) if goal.x in {2.0, 4.0} else to(goal))
+    found = await best(planner, candidate(2.0, 0), candidate(4.0, 1), radius_m=0.6)
+    assert found.candidate is None
+    assert found.pose is not None
+    assert math.hypot(found.pose.x - 2.0, found.pose.y - 1.0) < 0.61
+
+
+async def test_a_candidate_outside_the_map_is_not_asked_for() -> None:
+    planner = Planner(to)
+    assert (await best(planner, candidate(90.0, 0), candidate(3.0, 1))).candidate == 1
+    assert [goal.x for goal in planner.asked] == [3.0]
+
+
+async def test_the_number_of_questions_is_bounded() -> None:
+    planner = Planner(lambda goal: Path((), 206))
+    found = await best(planner, *(candidate(2.0 + k / 10.0, k) for k in range(9)), preflight_poses_max=5)
+    assert (found.pose, found.tried, len(planner.asked)) == (None, 5, 5)

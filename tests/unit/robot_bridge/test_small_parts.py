@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from contracts.geometry import Pose2D
-from contracts.robot import Goal, GoalMode, GoalStatus
+from contracts.robot import CandidatePose, Goal, GoalStatus
 from mesh.errors import ConflictError, NotFoundError, TooManyError
 from robot_bridge.motion.sessions import SESSIONS_MAX, Sessions
 from robot_bridge.navigation.goal_states import ALLOWED, error_name, is_over, with_status
@@ -39,14 +39,14 @@ def test_error_codes_have_names() -> None:
     assert (aborted.error_code, aborted.error_msg) == (208, "NO_VALID_PATH")
 
 
-def test_progress_is_told_twice_a_second_however_often_the_target_is_sighted_meanwhile() -> None:
+def test_progress_is_told_twice_a_second_whatever_else_is_told_meanwhile() -> None:
     told: list[Goal] = []
     goals = GoalStore(told.append)
     goals.keep(with_status(GOAL, GoalStatus.EXECUTING, stamp_s=10.0))
-    active = ActiveGoal("g", GoalRegion(GOAL.pose, 0.0), GoalMode.APPROACH, None, 100.0, 0.0)
+    active = ActiveGoal("g", GoalRegion((CandidatePose(pose=GOAL.pose),), 0.0), None, 100.0)
     for tenth in range(21):
         now_s = 10.0 + tenth / 10.0
-        goals.keep(goals.get("g").model_copy(update={"stamp_s": now_s}))  # as a sighting does
+        goals.keep(goals.get("g").model_copy(update={"stamp_s": now_s}))
         goals.progress(active, 5.0 - tenth / 10.0, now_s)
     left_m = [goal.distance_remaining_m for goal in told]
     assert [a for a, b in zip(left_m[1:], left_m, strict=False) if a != b] == [5.0, 4.5, 4.0, 3.5, 3.0]

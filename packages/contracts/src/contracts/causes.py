@@ -138,8 +138,6 @@ class GoalCause(StrEnum):
     """Another goal took over."""
     CANCELED = "canceled"
     """Somebody asked for its end."""
-    SIGHTED = "sighted"
-    """What was looked for came into sight (requirement A13)."""
     DOCKING_ENDED = "docking_ended"
     """The docking that needed it was given up."""
     SHUT_DOWN = "shut_down"
@@ -183,7 +181,6 @@ _GOAL_CAUSES: dict[GoalCause, str] = {
     GoalCause.CLIENT_LEFT: "whoever asked for it has gone",
     GoalCause.PREEMPTED: "another goal took over",
     GoalCause.CANCELED: "somebody asked for its end",
-    GoalCause.SIGHTED: "what was looked for came into sight",
     GoalCause.DOCKING_ENDED: "docking ended",
     GoalCause.SHUT_DOWN: "robot_bridge is shutting down",
 }

@@ -188,51 +188,36 @@ class GoalStatus(StrEnum):
     TIMED_OUT = "TIMED_OUT"
 
 
-class GoalMode(StrEnum):
-    """What a sighting of the target (vision.object_spotted) does to the goal (requirement A13)."""
+class CandidatePose(Message):
+    """A pose that would do. Of those that Nav2 finds a path to the lowest rank wins, and in it the cheapest."""
 
-    PLAIN = "plain"
-    """Nothing."""
-    EXPLORATION = "exploration"
-    """Cancels it; the goal's last message carries the sighting."""
-    APPROACH = "approach"
-    """Triggers a depth check; the goal goes on, its next message carries the sighting."""
+    pose: Pose2D
+    cost_m: float = Field(default=0.0, ge=0.0, le=1000.0, description="counts beside the length of its path")
+    rank: int = Field(default=0, ge=0, le=1000)
 
 
 class GoalRequest(Message):
-    """Drive to `pose`, or to the nearest pose round it that Nav2 finds a path to."""
+    """Drive to the best of the candidates, or to the nearest pose round the first that Nav2 finds a path to."""
 
-    pose: Pose2D
+    candidates: tuple[CandidatePose, ...] = Field(min_length=1, max_length=200)
     epoch: int = Field(ge=0)
     timeout_s: float = Field(default=120.0, gt=0.0, le=3600.0)
     clear_costmaps: bool = True
-    mode: GoalMode = GoalMode.PLAIN
     ring_radius_m: float | None = Field(
         default=None,
         ge=0.0,
         le=3.0,
-        description="how far from `pose` it may end; 0 = exactly there, none = the setting",
+        description="how far from the first candidate it may end; 0 = at a candidate, none = the setting",
     )
     look_at: Point3D | None = Field(default=None, description="a place in map that poses on the ring face")
     session_id: str | None = Field(default=None, description="the goal is cancelled when this session ends")
 
 
-class Sighting(Message):
-    """The target was seen while a goal was under way: how far, and where."""
-
-    stamp_s: StampS
-    label: str = Field(max_length=64)
-    distance_m: float | None = Field(default=None, description="horizontal; none = not measured")
-    bearing_rad: float | None = None
-    map_point: Point3D | None = None
-    reason: str = ""
-
-
 class Goal(Message):
     id: str
-    pose: Pose2D = Field(description="where it is driven to: what was wanted, or a pose on the ring round it")
-    wanted: Pose2D | None = Field(default=None, description="what was asked for")
-    mode: GoalMode = GoalMode.PLAIN
+    pose: Pose2D = Field(description="where it is driven to: a candidate, or a pose on the ring round the first")
+    wanted: Pose2D | None = Field(default=None, description="the first candidate")
+    candidate: int | None = Field(default=None, description="which was taken, from 0; none = none of them")
     status: GoalStatus
     attempt: int = Field(default=1, ge=1, description="2 and more: Nav2 gave up under way and was asked again")
     cause: GoalCause | None = Field(default=None, description="what ended it; none while it goes on, and on arrival")
@@ -240,7 +225,6 @@ class Goal(Message):
     error_name: str = ""
     error_msg: str = Field(default="", description="the cause in words, for a person: Nav2's own where it has any")
     distance_remaining_m: float | None = None
-    sighting: Sighting | None = None
     stamp_s: StampS
 
 

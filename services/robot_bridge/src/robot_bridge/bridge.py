@@ -13,7 +13,7 @@ from contracts.causes import GoalCause
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import BaseStopState, Goal, RobotState, SensorState, SensorStatus
-from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE, VISION_OBJECT_SPOTTED
+from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.tasks import Tasks
@@ -32,7 +32,6 @@ from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 from robot_bridge.safety.obstacles import obstacles
 from robot_bridge.sensing import base_health, endpoints
 from robot_bridge.sensing.camera import Camera
-from robot_bridge.sensing.object_localizer import ObjectLocalizer
 from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
 from robot_bridge.sensing.stamps import TF, apart
 from robot_bridge.settings import Settings
@@ -223,7 +222,6 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         navigation_may_reverse=settings.navigation_may_reverse,
     )
     events = NavigationEvents()
-    measuring = ObjectLocalizer(senses, clock, settings.depth_match_s_max, settings.image_age_s_max)
     navigator = GoalExecutor(
         robot=robot,
         wheels=wheels,
@@ -231,7 +229,6 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks=tasks,
         settings=settings,
         publish=events.put,
-        measure=measuring.sighting,
     )
     maps = MapBook(settings.state_dir, senses.map, clock)
     docking = Docking(robot=robot, wheels=wheels, navigator=navigator, maps=maps, clock=clock, settings=settings)
@@ -274,7 +271,6 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("publish-stop", stopping.publish(bus))
         tasks.start("keep-stop", stopping.persist_forever())
         tasks.start("publish-navigation", events.publish(bus))
-        tasks.start("hear-sightings", bus.listen(VISION_OBJECT_SPOTTED, navigator.on_object_spotted))
         tasks.start("name-map", maps.watch())
         tasks.start("watch-dock", bridge.docking.watch())
         yield bridge

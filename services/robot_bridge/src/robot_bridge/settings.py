@@ -149,7 +149,7 @@ class Settings(BaseSettings):
         default=0.15, gt=0.0, le=2.0, description="a plan that ends farther from its goal does not lead there"
     )
     preflight_s_max: float = Field(default=4.0, gt=0.0)
-    retries_max: int = Field(default=2, ge=0, le=5, description="after Nav2 gave up under way (104, 105, 106)")
+    retries_max: int = Field(default=2, ge=0, le=5, description="of a goal that Nav2 gave up under way, at most")
     costmap_timeout_s: float = Field(default=1.0, gt=0.0)
     fresh_scan_wait_s_max: float = Field(default=1.5, ge=0.0)
     dock_timeout_s: float = Field(default=90.0, gt=0.0, description="the way to the dock included")

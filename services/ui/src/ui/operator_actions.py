@@ -14,7 +14,7 @@ from contracts.geometry import Pose2D
 from contracts.mission import Heard
 from contracts.motion import BaseReply, RotateReply, RotateRequest
 from contracts.reading import Mood
-from contracts.robot import EmergencyStopReply, EmergencyStopRequest, Goal, GoalRequest, GoalStatus
+from contracts.robot import CandidatePose, EmergencyStopReply, EmergencyStopRequest, Goal, GoalRequest, GoalStatus
 from mesh.errors import ConflictError, MeshError, UpstreamError
 from ui.desk import Desk
 from ui.i18n import _
@@ -141,7 +141,11 @@ class OperatorActions:
             desk = self._desk
             epoch = (await desk.robot.stop_state()).epoch
             goal = await desk.robot.go(
-                GoalRequest(pose=Pose2D(x=x, y=y, yaw=yaw), epoch=epoch, timeout_s=desk.settings.goal_timeout_s)
+                GoalRequest(
+                    candidates=(CandidatePose(pose=Pose2D(x=x, y=y, yaw=yaw)),),
+                    epoch=epoch,
+                    timeout_s=desk.settings.goal_timeout_s,
+                )
             )
             if goal.status in {GoalStatus.REJECTED, GoalStatus.ABORTED}:
                 raise UpstreamError("robot_bridge", 200, goal_end_in_words(goal))

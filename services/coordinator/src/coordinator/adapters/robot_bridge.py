@@ -13,6 +13,7 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, RotateRequest
 from contracts.problem import Dependency
 from contracts.robot import (
+    CandidatePose,
     EmergencyStop,
     EmergencyStopReply,
     EmergencyStopRequest,
@@ -112,7 +113,9 @@ class RobotBridgeClient:
             raise
 
     async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
-        request = GoalRequest(pose=pose, epoch=epoch, timeout_s=timeout_s, session_id=self._session())
+        request = GoalRequest(
+            candidates=(CandidatePose(pose=pose),), epoch=epoch, timeout_s=timeout_s, session_id=self._session()
+        )
         return await self._client.post("/navigation/goals", request, Goal, timeout_s=15.0)
 
     async def goal(self, goal_id: str) -> Goal:

@@ -10,7 +10,7 @@ import structlog
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
 from contracts.motion import BaseEnd, BaseReply
-from contracts.robot import GoalRequest, GoalStatus
+from contracts.robot import CandidatePose, GoalRequest, GoalStatus
 from geometry.poses import apart_m, compose
 from mesh.clock import Clock
 from mesh.errors import ConflictError
@@ -213,7 +213,7 @@ class Docking:
     async def _drive_to(self, before: Pose2D, session_id: str | None) -> str:
         """'' when it is there, else why not."""
         request = GoalRequest(
-            pose=before,
+            candidates=(CandidatePose(pose=before),),
             epoch=self._wheels.stop_state.epoch,
             timeout_s=self._settings.dock_timeout_s,
             ring_radius_m=RING_M,

@@ -62,13 +62,17 @@ SERVERS: dict[range, str] = {
 START_OCCUPIED = 205
 NO_VALID_PATH = 208
 
-GIVEN_UP_UNDER_WAY = frozenset({104, 105, 106})
-"""The controller lost patience, made no progress, or found no way on: asked again, it may well get there."""
+RETRIES: dict[int, int] = {
+    **dict.fromkeys((0, 104, 105, 106), 2),
+    **dict.fromkeys((100, 102, 103, 107, 200, 202, 205, 206, 207, 208, 9000, 9002, 9003), 1),
+}  # fmt: skip
+"""How often a goal that Nav2 aborted under way is asked for again, by Nav2's code; with no other code. Twice where the
+controller lost patience, made no progress or found no way on, and without a code: Nav2's tree waits 20 ms for its
+servers, which a busy computer misses. Once where a ghost in the costmap or a late transform may be to blame"""
 
 
-def worth_another_try(end: GoalEnd) -> bool:
-    """Also an abort without a code: Nav2's tree waits 20 ms for its servers, which a busy computer misses at times."""
-    return end.status is GoalStatus.ABORTED and (end.error_code in GIVEN_UP_UNDER_WAY or end.error_code == 0)
+def retries(end: GoalEnd) -> int:
+    return RETRIES.get(end.error_code, 0) if end.status is GoalStatus.ABORTED else 0
 
 
 def cause_of(end: GoalEnd) -> GoalCause:

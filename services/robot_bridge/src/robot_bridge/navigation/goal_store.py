@@ -5,12 +5,11 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from contracts.causes import GoalCause
-from contracts.robot import Goal, GoalMode, GoalStatus
+from contracts.robot import Goal, GoalStatus
 from mesh.errors import NotFoundError
+from robot_bridge.navigation.goal_phases import FOLLOWS, Asking, Phase
 from robot_bridge.navigation.goal_states import with_status
 from robot_bridge.navigation.path_check import GoalRegion
-from robot_bridge.ports import AcceptedGoal
 
 GOALS_KEPT = 200
 PROGRESS_S = 0.5
@@ -21,19 +20,17 @@ class ActiveGoal:
     """The one goal that may be under way."""
 
     goal_id: str
-    place: GoalRegion
-    mode: GoalMode
+    region: GoalRegion
     session_id: str | None
     deadline_s: float
-    seen_from_s: float
-    """Only pictures later than this count as sightings."""
-    accepted: AcceptedGoal | None = None
-    ending_as: GoalStatus | None = None
-    cause: GoalCause = GoalCause.NAV2
-    """Of the end that was asked for, with `ending_as`."""
-    why: str = ""
+    state: Phase = field(default_factory=Asking)
     progress_told_s: float | None = None
     over: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def become(self, state: Phase) -> None:
+        if state.phase not in FOLLOWS[self.state.phase]:
+            raise RuntimeError(f"a goal cannot be {state.phase} after it was {self.state.phase}")
+        self.state = state
 
 
 class GoalStore:

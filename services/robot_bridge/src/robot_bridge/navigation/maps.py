@@ -71,7 +71,8 @@ def known(senses: SensorReadings) -> Grid:
     return grid
 
 
-def check_in_map(grid: Grid, pose: Pose2D) -> None:
-    """Raises `UnprocessableError` where the pose makes no sense in it."""
-    if why := why_not_in(grid, pose):
-        raise UnprocessableError(why, code=Refusal.OUTSIDE_MAP)
+def check_in_map(grid: Grid, *poses: Pose2D) -> None:
+    """Raises `UnprocessableError` where none of the poses makes sense in it."""
+    whys = [why_not_in(grid, pose) for pose in poses]
+    if all(whys):
+        raise UnprocessableError(whys[0] or "", code=Refusal.OUTSIDE_MAP)

@@ -1,12 +1,14 @@
 """Asks Nav2 whether a pose can be reached before the robot sets out, and for another one near it where it cannot."""
 
 import asyncio
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import structlog
 
 from contracts.geometry import Point3D, Pose2D
-from contracts.robot import PathReply
+from contracts.robot import CandidatePose, PathReply
 from geometry.poses import apart_m
 from mesh.clock import Clock
 from mesh.errors import UnavailableError
@@ -17,7 +19,7 @@ from robot_bridge.navigation.goal_states import (
     error_name,
     says_nothing_of_the_goal,
 )
-from robot_bridge.navigation.maps import clearance_map
+from robot_bridge.navigation.maps import clearance_map, why_not_in
 from robot_bridge.ports import Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid
 from robot_bridge.settings import Settings
@@ -29,18 +31,20 @@ log = structlog.get_logger()
 
 @dataclass(frozen=True, slots=True)
 class GoalRegion:
-    """A wanted pose and how far from it the robot may end, looking where."""
+    """Poses that would do, and how far from the first the robot may end, looking where."""
 
-    pose: Pose2D
+    candidates: tuple[CandidatePose, ...]
     radius_m: float
     look_at: Point3D | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class PathCheck:
-    """`pose` is none where nothing can be reached; `error_code` is Nav2's for the wanted pose (0 = none)."""
+    """`pose` is none where nothing can be reached; `error_code` is Nav2's for the pose asked for first (0 = none)."""
 
     pose: Pose2D | None
+    candidate: int | None = None
+    """Which one `pose` is; none where it lies on the ring."""
     plan: tuple[Pose2D, ...] = ()
     tried: int = 0
     error_code: int = 0
@@ -64,6 +68,17 @@ class PathCheck:
         return f"no path leads there ({error_name(self.error_code)}){others}"
 
 
+class Choice(NamedTuple):
+    """A pose to ask for a path to, in the order of asking. `least_m` is what it costs at least, `number` which
+    candidate it is; none on the ring."""
+
+    rank: int
+    least_m: float
+    pose: Pose2D
+    cost_m: float = 0.0
+    number: int | None = None
+
+
 class PathChecker:
     """One question at a time to Nav2's planner, bounded in number and in time."""
 
@@ -72,17 +87,23 @@ class PathChecker:
         self._settings = settings
         self._room: tuple[Grid, ClearanceMap] | None = None
 
-    async def nearest(self, place: GoalRegion, start: Pose2D | None = None) -> PathCheck:
-        """The wanted pose where a path leads to it, else the nearest one on the ring. Raises `UnavailableError`."""
-        return await self._first([place.pose, *self._ring(place)], start)
+    async def best(self, region: GoalRegion, start: Pose2D | None = None) -> PathCheck:
+        """The best candidate that a path leads to, else the nearest pose on the ring. Raises `UnavailableError`."""
+        here, grid = start or self._robot.senses.poses.newest(), self._robot.senses.map.value
+        first: list[Choice] = []
+        for number, each in enumerate(region.candidates):
+            if grid is None or why_not_in(grid, each.pose) is None:
+                crow_m = apart_m(each.pose, here) if here is not None else 0.0
+                first.append(Choice(each.rank, each.cost_m + crow_m, each.pose, each.cost_m, number))
+        return await self._best(sorted(first, key=lambda each: each[:2]) + _in_turn(self._ring(region)), start)
 
-    async def roomier(self, place: GoalRegion, than: Pose2D) -> PathCheck:
-        """A reachable pose round the wanted one with more room about it than `than` has."""
+    async def roomier(self, region: GoalRegion, than: Pose2D) -> PathCheck:
+        """A reachable pose of the ring with more room about it than `than` has."""
         room = self._known_room()
         if room is None:
             return PathCheck(None)
-        more = [pose for pose in self._ring(place) if room.at(pose) > room.at(than) + room.grid.resolution_m]
-        return await self._first(by_clearance(more, room), None)
+        more = [pose for pose in self._ring(region) if room.at(pose) > room.at(than) + room.grid.resolution_m]
+        return await self._best(_in_turn(by_clearance(more, room)), None)
 
     async def clear_costmaps(self, clock: Clock) -> None:
         """So that ghosts of past obstacles do not reject the goal; then waits for a scan to fill them anew (A13)."""
@@ -95,26 +116,31 @@ class PathChecker:
         if scan is None:
             log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
 
-    async def _first(self, poses: list[Pose2D], start: Pose2D | None) -> PathCheck:
+    async def _best(self, choices: list[Choice], start: Pose2D | None) -> PathCheck:
+        """Not asked for is what cannot be better any more: of a higher rank, or dearer even as the crow flies."""
+        found, rank, cheapest_m = PathCheck(None), 0, math.inf
         tried, code, off_m = 0, 0, None
         try:
             async with asyncio.timeout(self._settings.preflight_s_max):
-                for pose in poses[: self._settings.preflight_poses_max]:
-                    plan = await self._robot.compute_path(pose, start)
+                for choice in choices[: self._settings.preflight_poses_max]:
+                    if found.pose is not None and (choice.rank > rank or choice.least_m >= cheapest_m):
+                        break
+                    plan = await self._robot.compute_path(choice.pose, start)
                     tried += 1
-                    failed = self._failure(plan, pose)
-                    if not failed:
-                        return PathCheck(pose, plan.poses, tried, code, off_m)
-                    if tried == 1:
-                        code, off_m = failed, _end_off_m(plan, pose)
+                    failed = self._failure(plan, choice.pose)
+                    cost_m = choice.cost_m + length_m(plan.poses)
+                    if not failed and cost_m < cheapest_m:
+                        found, rank, cheapest_m = PathCheck(choice.pose, choice.number, plan.poses), choice.rank, cost_m
+                    if tried == 1 and failed:
+                        code, off_m = failed, _end_off_m(plan, choice.pose)
                         if failed == NO_VALID_PATH and await self._is_shut_in(start):
                             code = START_OCCUPIED
                     if says_nothing_of_the_goal(code if tried == 1 else failed):
                         break  # another goal would meet the same
         except TimeoutError:
             log.warning("the preflight ran out of time", tried=tried)
-            code = code or NO_VALID_PATH
-        return PathCheck(None, (), tried, code, off_m)
+            code = code or (NO_VALID_PATH if found.pose is None else 0)
+        return replace(found, tried=tried, error_code=code, ends_off_m=off_m)
 
     def _failure(self, plan: Path, pose: Pose2D) -> int:
         """Nav2's code; NO_VALID_PATH also for a plan that ends elsewhere: NavFn takes the nearest point it can reach
@@ -137,16 +163,16 @@ class PathChecker:
             return False
         return self._failure(await self._robot.compute_path(beside, start), beside) == NO_VALID_PATH
 
-    def _ring(self, place: GoalRegion) -> list[Pose2D]:
+    def _ring(self, region: GoalRegion) -> list[Pose2D]:
         room = self._known_room()
-        if room is None or place.radius_m <= 0.0:
+        if room is None or region.radius_m <= 0.0:
             return []
         return candidate_poses(
-            place.pose,
+            region.candidates[0].pose,
             room,
-            radius_m=place.radius_m,
+            radius_m=region.radius_m,
             clearance_m_min=self._settings.footprint_radius_m + self._settings.ring_clearance_m,
-            look_at=place.look_at,
+            look_at=region.look_at,
         )
 
     def _known_room(self) -> ClearanceMap | None:
@@ -157,6 +183,14 @@ class PathChecker:
         if self._room is None or self._room[0] is not grid:
             self._room = grid, clearance_map(grid)
         return self._room[1]
+
+
+RING_RANK = 1_000_000
+
+
+def _in_turn(poses: list[Pose2D]) -> list[Choice]:
+    """The first that can be reached is taken."""
+    return [Choice(RING_RANK + k, 0.0, pose) for k, pose in enumerate(poses)]
 
 
 def path_reply(checked: PathCheck) -> PathReply:
@@ -177,10 +211,13 @@ def _end_off_m(plan: Path, pose: Pose2D) -> float | None:
     return apart_m(plan.poses[-1], pose) if plan.poses else None
 
 
-async def path_or_none(preflight: PathChecker, place: GoalRegion) -> PathCheck | None:
-    """As `nearest`; none where the planner itself does not answer, and so has no say."""
+async def best_or_first(preflight: PathChecker, region: GoalRegion) -> PathCheck:
+    """As `best`; the first candidate where the planner does not answer, or its trouble is not with the goal."""
     try:
-        return await preflight.nearest(place)
+        checked = await preflight.best(region)
     except UnavailableError as error:
         log.warning("no preflight: the planner does not answer", error=error.detail)
-        return None
+        checked = None
+    if checked is None or (checked.pose is None and not checked.unreachable):
+        return PathCheck(region.candidates[0].pose, 0)
+    return checked

@@ -8,8 +8,7 @@ import numpy as np
 from contracts.base import BboxXyxy
 from contracts.geometry import Pose2D
 from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement, NotMeasured, not_measured
-from contracts.robot import BoxQuery, DepthReply, Sighting
-from contracts.vision import ObjectSpotted
+from contracts.robot import BoxQuery, DepthReply
 from geometry.poses import compose, inverse
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
@@ -64,18 +63,6 @@ class ObjectLocalizer:
             )
 
         return LocalizeReply(measurements=await asyncio.to_thread(measurements))
-
-    async def sighting(self, spotted: ObjectSpotted) -> Sighting:
-        """How far, and where, what was spotted is, as inference had it measured."""
-        found = spotted.detection.measurement or not_measured(NotMeasured.NOT_ANSWERED, "nobody measured it")
-        return Sighting(
-            stamp_s=spotted.stamp_s,
-            label=spotted.target.label,
-            distance_m=found.distance_m,
-            bearing_rad=found.bearing_rad,
-            map_point=found.map_point,
-            reason=found.text,
-        )
 
     def _colour(self, size_px: tuple[int, int]) -> Intrinsics:
         """Of the colour camera; raises where it is not known, or where its picture has another shape than `size_px`."""
