@@ -8,7 +8,6 @@ memory has been shown round in it. Writes out/bench/calls.json.
 
 import argparse
 import asyncio
-import json
 import sys
 import tempfile
 from collections import Counter
@@ -17,7 +16,6 @@ from pathlib import Path
 import httpx
 import numpy as np
 
-from bench.campaign import quiet
 from bench.memory_story import HandClock
 from bench.missions.bridge import Frame, SimulatedBridge
 from bench.missions.bus import SimulatedBus
@@ -28,6 +26,7 @@ from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run, run_mission
 from bench.missions.scenario import HOMES, scenario, wanted_in
 from bench.missions.seeing import Errors, detect
+from bench.results import quiet, save
 from contracts.measuring import LocalizeReply, LocalizeRequest
 from contracts.memory import LookBatch
 from contracts.vision import Detections
@@ -138,9 +137,7 @@ def main() -> int:
         seconds, frames = seconds + run.took_s, frames + len(run.stage.eyes.taken)
         place.close()
     rows = [{"caller": a, "callee": b, "route": c, "calls": n} for (a, b, c), n in sorted(calls.items())]
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    figures = {"missions": options.missions, "seconds": round(seconds), "pictures": frames, "calls": rows}
-    options.out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    save(options.out, {"missions": options.missions, "seconds": round(seconds), "pictures": frames, "calls": rows})
     sys.stdout.write(table(calls, options.missions, seconds, frames) + "\n")
     return 0
 

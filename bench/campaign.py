@@ -18,13 +18,12 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import structlog
-
 from bench.missions.clock import NothingLeftError, SpinningError, run_simulated
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run, run_mission
 from bench.missions.scenario import HOMES, Scenario, scenario, wanted_in
 from bench.missions.verdict import Verdict, judge
+from bench.results import quiet, save
 from coordinator.core.recording import read, replay
 
 MUST_BE_NONE = ("hangs", "crashes", "motion_while_stopped", "replays_that_differ", "dishonest")
@@ -117,10 +116,6 @@ def in_one_home(seeds: list[int], *, until_s: float = math.inf, **rules: Any) ->
     return rows
 
 
-def quiet() -> None:
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
-
-
 def print_row(row: dict[str, Any]) -> None:
     what = "; ".join([*row["problems"][:2], row["dishonest"]]).strip("; ")
     sys.stdout.write(f"seed {row['seed']}: {row['ending']}: {what}  [{', '.join(row['faults'])}] {row['rules']}\n"
@@ -191,8 +186,7 @@ def main() -> int:
         old = json.loads(options.out.read_text(encoding="utf-8"))["rows"]
         rows = sorted([*rows, *(row for row in old if row["seed"] not in new)], key=lambda row: row["seed"])
     figures = summary(rows)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({**figures, "rows": rows}, indent=1) + "\n", encoding="utf-8")
+    save(options.out, {**figures, "rows": rows})
     sys.stdout.write(table(figures) + "\n")
     return 1 if any(figures[name] for name in MUST_BE_NONE) else 0
 

@@ -5,8 +5,6 @@ floor plan with nothing looked at yet. Writes out/bench/coordinator.json, and co
 """
 
 import argparse
-import json
-import logging
 import sys
 import time
 from collections.abc import Callable
@@ -14,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import structlog
 
 from bench.campaign import played
 from bench.floors import floor_plan
 from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.scenario import HOMES, scenario, wanted_in
+from bench.results import pyplot, quiet, save
 from contracts.geometry import Pose2D
 from coordinator.core.rules import Rules
 from coordinator.coverage.lawnmower import lawnmower
@@ -89,11 +87,7 @@ def coverage_times_ms(sizes: tuple[tuple[int, int], ...], repeats: int) -> dict[
 
 
 def plot(steps_ms: list[float], coverage: dict[str, tuple[float, float, int]], path: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
+    plt = pyplot()
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2))
     left.hist(np.clip(steps_ms, 1e-3, 10.0), bins=np.logspace(-3, 1, 60), color="#4477aa")
     left.axvline(AIM_STEP_P99_MS, color="#cc3311", linestyle="--", label="aim for the 99th percentile")
@@ -120,7 +114,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
     parser.add_argument("--quick", action="store_true", help="two missions and the two smallest maps")
     options = parser.parse_args()
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
+    quiet()
     sizes = SIZES_M[:2] if options.quick else SIZES_M
     coverage = coverage_times_ms(sizes, options.repeats)
     steps_ms = step_times_ms(2 if options.quick else options.missions)
@@ -129,8 +123,7 @@ def main() -> int:
         "step_p99_ms": round(float(np.percentile(steps_ms, 99)), 4),
         "coverage_ms": {name: round(times[0], 2) for name, times in coverage.items()},
     }
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "coordinator.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    save(options.out / "coordinator.json", figures)
     plot(steps_ms, coverage, options.out / "coordinator.png")
     sys.stdout.write(
         f"step: p50 {figures['step_p50_ms']} ms, p99 {figures['step_p99_ms']} ms of {len(steps_ms)} steps\n"

@@ -20,6 +20,7 @@ import httpx
 
 from bench.faulting.campaign import Campaign, Observed
 from bench.faulting.catalog import FAULTS, Fault
+from bench.results import save
 from demo.stack import Ports, Stack
 from sim.home import Home, Wanted
 
@@ -119,8 +120,7 @@ def main() -> int:
             told = "  ".join(f"{key} {value}" for key, value in seen.items())
             sys.stdout.write(f"{'as designed' if well else 'NOT SO':<12} {fault.name:<24} {told}\n")
             sys.stdout.flush()
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(results, indent=2) + "\n")
+    save(arguments.out, results)
     sys.stdout.write(f"{len(chosen) - failed} of {len(chosen)} as designed; {arguments.out}\n")
     return 1 if failed else 0
 

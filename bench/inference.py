@@ -23,6 +23,7 @@ from typing import Any
 import httpx
 import numpy as np
 
+from bench.results import save
 from bench.seeing.plots import save_bars, save_memory
 from bench.seeing.running import Running, running_service
 from bench.seeing.statistics import percentiles
@@ -75,7 +76,6 @@ def main() -> None:
     if not pictures:
         raise SystemExit(f"no JPEG files in {arguments.pictures}")
     plan = Plan(20, 1.0, 3.0, 300) if arguments.quick else Plan(300, 6.0, 30.0, arguments.frames)
-    OUT.mkdir(parents=True, exist_ok=True)
     report: dict[str, Any] = {"command": " ".join(["python -m bench.inference", *sys.argv[1:]])}
     settings = Settings()
     report |= time_backends(settings, pictures, plan)
@@ -88,7 +88,7 @@ def main() -> None:
     as_fast_as_it_can = {"INFERENCE_REST_RATE_HZ": "60"}
     with running_service(pictures, camera_hz=100.0, settings=as_fast_as_it_can) as service:
         report |= measure_memory(service, plan)
-    (OUT / "inference.json").write_text(json.dumps(report, indent=1) + "\n")
+    save(OUT / "inference.json", report)
     bars = {name: (one["p50"], one["p99"]) for name, one in report["backends"].items()}
     save_bars(OUT / "backends.png", f"Detector, {settings.model_threads} thread, one 250 x 250 picture", bars, "ms")
     save_memory(OUT / "memory.png", report["rss_mb_by_frames"])

@@ -15,6 +15,7 @@ import threading
 from contextlib import aclosing, closing
 from pathlib import Path
 
+from bench.results import save
 from memory.adapters.store import SqlStore
 from memory.settings import Settings
 
@@ -88,10 +89,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
     parser.add_argument("--quick", action="store_true", help="10 kills")
     arguments = parser.parse_args()
-    arguments.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         found = campaign(10 if arguments.quick else arguments.kills, arguments.seed, Path(folder))
-    (arguments.out / "memory_kills.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    save(arguments.out / "memory_kills.json", found)
     print(json.dumps(found))  # noqa: T201
 
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from bench.memory_year import SIDE_M, STAYS, WANDERS, frames
+from bench.results import pyplot, save
 from contracts.geometry import Pose2D
 from contracts.memory import Look, LookBatch, Observation, ObservationBatch, RecallRequest, SeenBox
 from contracts.vision import Target
@@ -223,12 +224,7 @@ def batches(sightings: int, seed: int) -> Iterator[list[Observation]]:
 
 
 def plot(ours: list[dict[str, Any]], theirs: list[dict[str, Any]], path: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(2, 2, figsize=(10, 7), layout="constrained")
+    figure, axes = pyplot().subplots(2, 2, figsize=(10, 7), layout="constrained")
     shown = (("recall_p99_ms", "recall p99, ms"), ("ingest_per_s", "sightings taken in a second"),
              ("file_mb", "file, MB"), ("startup_s", "from start to first answer, s"))  # fmt: skip
     for axis, (key, title) in zip(axes.flat, shown, strict=True):
@@ -256,8 +252,7 @@ def main() -> None:
 
     def told(ours: list[dict[str, Any]], theirs: list[dict[str, Any]]) -> None:
         """After each size, so that a run cut short has told what it found."""
-        result = {**_result(ours, theirs), "wanted_sightings": sightings}
-        (arguments.out / "memory.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        save(arguments.out / "memory.json", {**_result(ours, theirs), "wanted_sightings": sightings})
         plot(ours, theirs, arguments.out / "memory.png")
         print("memory   ", ours[-1], flush=True)  # noqa: T201
         print("JSON file", theirs[-1], flush=True)  # noqa: T201

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from bench import people
+from bench.results import save
 from contracts.vision import ParsedTarget, ParseTaskRequest
 from inference.language.providers import Providers
 from inference.languages import Languages, open_languages
@@ -36,8 +37,7 @@ def main() -> None:
     if settings.ollama_url or settings.openai_url:
         sample = rows if not options.sample else random.Random(0).sample(rows, min(options.sample, len(rows)))
         report["model"] = asyncio.run(_by_model(settings, sample))
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+    save(options.out, report)
     sys.stdout.write(json.dumps(report, indent=2) + "\n")
 
 

@@ -57,6 +57,20 @@ class Processes:
             process.wait()
 
 
+def bridge_environment(folder: Path, *, port: int, redis_port: int, domain: int) -> dict[str, str]:
+    """Of robot_bridge and the ROS processes beside it; what they write stands in `folder`."""
+    return {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_LOG_DIR": str(folder / "ros"),
+        "ROBOT_BRIDGE_PORT": str(port),
+        "ROBOT_BRIDGE_REDIS_URL": f"redis://127.0.0.1:{redis_port}/0",
+        "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
+        "PYTHONUNBUFFERED": "1",
+        "OMP_NUM_THREADS": "1",
+    }
+
+
 def cpu_s(process: "subprocess.Popen[Any]") -> float:
     """Seconds of processor time it has used so far."""
     times = psutil.Process(process.pid).cpu_times()

@@ -7,7 +7,6 @@ Writes out/bench/scan.json. The simulated camera does not blur, so the slow turn
 
 import argparse
 import json
-import logging
 import math
 import sys
 from dataclasses import replace
@@ -15,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import structlog
 
 from bench.campaign import played
 from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run
 from bench.missions.scenario import Present, Remembered, Scenario, scenario, wanted_in
+from bench.results import quiet, save
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState
 from coordinator.core.rules import Rules, ScanRule
@@ -94,10 +93,9 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/bench/scan.json"))
     parser.add_argument("--quick", action="store_true", help="4 homes")
     options = parser.parse_args()
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
+    quiet()
     figures = {rule.value: measured(rule, 4 if options.quick else options.homes) for rule in ScanRule}
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    save(options.out, figures)
     for rule, row in figures.items():
         sys.stdout.write(f"{rule:14} {json.dumps(row)}\n")
     sys.stdout.write(f"a slow turn goes at {sweep_speed_rad_s(Rules()):.2f} rad/s\n")

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from bench.processes import cpu_s
+from bench.results import pyplot, save
 from bench.stopping.rig import HEAR_S_MAX, Rig, rigged
 
 
@@ -89,11 +90,7 @@ def loading(rig: Rig, *, on: bool) -> Iterator[dict[str, Any]]:
 
 
 def plot(results: dict[str, list[float]], beat: dict[str, list[float]], path: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
+    plt = pyplot()
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
     for name, values in results.items():
         ordered = np.sort(values)
@@ -151,8 +148,7 @@ def main() -> int:
         "bridge_cores": cores,
         "load": load,
     }
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    (arguments.out / "stop.json").write_text(json.dumps(report | {"context": context}, indent=2) + "\n")
+    save(arguments.out / "stop.json", report | {"context": context})
     curves = zeros | {f"kept connection, {name}": values for name, values in requests.items()}
     curves |= {f"curl alone, {name}": values for name, values in floors.items()}
     plot(curves, beat, arguments.out / "stop.png")

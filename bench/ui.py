@@ -21,7 +21,8 @@ import httpx
 import numpy as np
 from playwright.sync_api import Page, Request, sync_playwright
 
-from bench.processes import Processes, cpu_s, until
+from bench.processes import Processes, bridge_environment, cpu_s, until
+from bench.results import pyplot, save
 
 START_S_MAX = 90.0
 CHROMIUM = "/usr/bin/chromium"
@@ -70,20 +71,9 @@ class Rig:
 def rigged(folder: Path, port: int, domain: int, camera_hz: float) -> Iterator[Rig]:
     """Yields once a frame has come through the bridge and the page is served. Raises `TimeoutError`."""
     bridge_url, url = f"http://127.0.0.1:{port + 4}", f"http://127.0.0.1:{port + 80}"
-    redis_url = f"redis://127.0.0.1:{port + 5}/0"
-    environment = {
-        "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_LOG_DIR": str(folder / "ros"),
-        "ROBOT_BRIDGE_PORT": str(port + 4),
-        "ROBOT_BRIDGE_REDIS_URL": redis_url,
-        "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
-        "UI_PORT": str(port + 80),
-        "UI_REDIS_URL": redis_url,
-        "UI_ROBOT_BRIDGE_URL": bridge_url,
-        "PYTHONUNBUFFERED": "1",
-        "OMP_NUM_THREADS": "1",
-    }
+    environment = bridge_environment(folder, port=port + 4, redis_port=port + 5, domain=domain)
+    environment |= {"UI_PORT": str(port + 80), "UI_ROBOT_BRIDGE_URL": bridge_url}
+    environment["UI_REDIS_URL"] = environment["ROBOT_BRIDGE_REDIS_URL"]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     with Processes(environment) as processes, httpx.Client(trust_env=False, timeout=5.0) as http:
         processes.redis(port + 5)
@@ -160,11 +150,7 @@ def cpu_percent(rig: Rig, viewers: int, seconds: float) -> tuple[float, float]:
 
 
 def plot(latencies: list[float], cpu: dict[str, float], path: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
+    plt = pyplot()
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
     left.hist(latencies, bins=40)
     left.axvline(250.0, color="grey", linewidth=0.8)
@@ -208,8 +194,7 @@ def main() -> None:
         "outside_requests": len(outside),
         "interactive_s": round(interactive_s, 2),
     }
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    (arguments.out / "ui.json").write_text(json.dumps(report, indent=2) + "\n")
+    save(arguments.out / "ui.json", report)
     plot(latencies, cpu, arguments.out / "ui.png")
     say(json.dumps(report, indent=2))
     say(f"page weight {weight / 1e6:.2f} MB over the wire, nothing cached")

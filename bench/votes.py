@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.results import save
 from bench.seeing.plots import save_confusion
 from bench.seeing.statistics import share
 from bench.seeing.voting import Answer, Asker, Question, questions
@@ -70,8 +71,7 @@ def main() -> None:
     for name, first in (("calibration", CALIBRATION_SEED), ("held_out", HELD_OUT_SEED)):
         render_homes(folder / name, range(first, first + homes), images, arguments.jobs)
     report = asyncio.run(judge(arguments, folder))
-    OUT.mkdir(parents=True, exist_ok=True)
-    (OUT / "votes.json").write_text(json.dumps(report, indent=1) + "\n")
+    save(OUT / "votes.json", report)
     save_confusion(OUT / "votes.png", {name: one["confusion"] for name, one in report["held_out"].items()})
     tell(report)
 

@@ -4,21 +4,20 @@ Reads lines from stdin, `<topic> <mode>`: `pass`, `cut` (nothing comes), `freeze
 `spoil` (sent on, but senseless). Answers each with the same line.
 """
 
+import os
+import signal
 import sys
 import threading
 from collections.abc import Callable
 from typing import Any
 
-import rclpy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
 
-from mesh.dds import use_mesh_profile
+from bench.ros_process import run_node
 
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 NAN = float("nan")
@@ -78,29 +77,20 @@ class Strand:
         self._out.publish(message)
 
 
-def obey(strands: dict[str, Strand], ended: threading.Event) -> None:
+def obey(strands: dict[str, Strand]) -> None:
     for line in sys.stdin:
         topic, mode = line.split()
         strands[topic].mode = mode
         sys.stdout.write(line)
         sys.stdout.flush()
-    ended.set()
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
-def main() -> None:
-    use_mesh_profile()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = Node("wire", enable_rosout=False, start_parameter_services=False)
+def wire(node: Node) -> dict[str, Strand]:
     strands = {topic: Strand(node, topic, kind, spoil) for topic, (kind, spoil) in TOPICS.items()}
-    ended = threading.Event()
-    threading.Thread(target=obey, args=(strands, ended), daemon=True).start()
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    while not ended.is_set():
-        executor.spin_once(timeout_sec=0.2)
-    node.destroy_node()
-    rclpy.try_shutdown()
+    threading.Thread(target=obey, args=(strands,), daemon=True).start()
+    return strands
 
 
 if __name__ == "__main__":
-    main()
+    run_node("wire", wire)

@@ -2,27 +2,19 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+
+from bench.results import pyplot
 
 Confusion = Mapping[str, Mapping[str, list[int]]]
 """True colour -> colour asked for -> [confirmed, asked]."""
 
 
-def _pyplot() -> Any:
-    import matplotlib as library
-
-    library.use("Agg")
-    from matplotlib import pyplot
-
-    return pyplot
-
-
 def save_confusion(path: Path, tables: Mapping[str, Confusion]) -> None:
     """One panel a detector: how often a thing of one colour was confirmed as another."""
-    pyplot = _pyplot()
-    figure, axes = pyplot.subplots(1, len(tables), figsize=(7 * len(tables), 6.2), squeeze=False)
+    plt = pyplot()
+    figure, axes = plt.subplots(1, len(tables), figsize=(7 * len(tables), 6.2), squeeze=False)
     for axis, (name, table) in zip(axes[0], tables.items(), strict=True):
         colours = sorted({*table, *(asked for row in table.values() for asked in row)})
         shares = np.full((len(colours), len(colours)), np.nan)
@@ -40,13 +32,13 @@ def save_confusion(path: Path, tables: Mapping[str, Confusion]) -> None:
         axis.set_title(f"{name}: things spotted that the votes confirmed")
     figure.tight_layout()
     figure.savefig(path, dpi=110)
-    pyplot.close(figure)
+    plt.close(figure)
 
 
 def save_bars(path: Path, title: str, bars: Mapping[str, tuple[float, float]], unit: str) -> None:
     """Two bars a name: p50 and p99."""
-    pyplot = _pyplot()
-    figure, axis = pyplot.subplots(figsize=(7, 3.5))
+    plt = pyplot()
+    figure, axis = plt.subplots(figsize=(7, 3.5))
     places = np.arange(len(bars))
     for offset, which in ((-0.2, 0), (0.2, 1)):
         values = [pair[which] for pair in bars.values()]
@@ -58,13 +50,13 @@ def save_bars(path: Path, title: str, bars: Mapping[str, tuple[float, float]], u
     axis.legend()
     figure.tight_layout()
     figure.savefig(path, dpi=110)
-    pyplot.close(figure)
+    plt.close(figure)
 
 
 def save_memory(path: Path, samples: list[tuple[int, float]]) -> None:
     """Resident memory over frames seen."""
-    pyplot = _pyplot()
-    figure, axis = pyplot.subplots(figsize=(7, 3.5))
+    plt = pyplot()
+    figure, axis = plt.subplots(figsize=(7, 3.5))
     axis.plot([frames for frames, _ in samples], [rss_mb for _, rss_mb in samples])
     axis.set_ylim(bottom=0)
     axis.set_xlabel("frames looked at")
@@ -72,4 +64,4 @@ def save_memory(path: Path, samples: list[tuple[int, float]]) -> None:
     axis.set_title("Memory of the inference service")
     figure.tight_layout()
     figure.savefig(path, dpi=110)
-    pyplot.close(figure)
+    plt.close(figure)

@@ -3,22 +3,14 @@
 Writes one line for each frame: its number, and the wall-clock time in ms just before it was published.
 """
 
-import argparse
 import array
-import signal
 import sys
-import threading
 import time
 from typing import Any
 
 import numpy as np
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import CameraInfo, Image
 
-from bench.stopping.robot import SIDE_PX, StandingRobot
-from mesh.dds import use_mesh_profile
+from bench.stopping.robot import SIDE_PX, StandingRobot, run
 
 BITS = 16
 SQUARE_PX = SIDE_PX // BITS
@@ -41,37 +33,13 @@ class NumberedCamera(StandingRobot):
         self._number = 0
         super().__init__(node, camera_hz)
 
-    def _publish_image(self) -> None:
+    def _pixels(self) -> "array.array[int]":
         self._number = (self._number + 1) % 2**BITS
-        message = Image(height=SIDE_PX, width=SIDE_PX, encoding="bgr8", step=SIDE_PX * 3)
-        message.header.stamp, message.header.frame_id = self._now(), "optical"
-        message.data = array.array("B", marked(self._picture, self._number).tobytes())
-        info = CameraInfo(width=SIDE_PX, height=SIDE_PX, k=[200.0, 0.0, 125.0, 0.0, 200.0, 125.0, 0.0, 0.0, 1.0])
-        info.header = message.header
+        pixels = array.array("B", marked(self._picture, self._number).tobytes())
         sys.stdout.write(f"{self._number} {time.time() * 1000.0}\n")
         sys.stdout.flush()
-        self._image.publish(message)
-        self._info.publish(info)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--camera-hz", type=float, default=10.0)
-    arguments = parser.parse_args()
-    ended = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: ended.set())
-    use_mesh_profile()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = rclpy.create_node("numbered_camera", enable_rosout=False, start_parameter_services=False)
-    robot = NumberedCamera(node, arguments.camera_hz)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    while not ended.is_set():
-        executor.spin_once(timeout_sec=0.2)
-    del robot
-    node.destroy_node()
-    rclpy.try_shutdown()
+        return pixels
 
 
 if __name__ == "__main__":
-    main()
+    run(NumberedCamera, "numbered_camera", __doc__)

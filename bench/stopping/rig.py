@@ -13,7 +13,7 @@ from pathlib import Path
 
 import httpx
 
-from bench.processes import Processes, until
+from bench.processes import Processes, bridge_environment, until
 from contracts.robot import SensorState
 
 START_S_MAX = 90.0
@@ -116,19 +116,9 @@ class Rig:
 @contextlib.contextmanager
 def rigged(folder: Path, port: int, domain: int, camera_hz: float) -> Iterator[Rig]:
     """Yields once the bridge senses its robot and the listener hears it. Raises `TimeoutError`."""
-    environment = {
-        "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_LOG_DIR": str(folder / "ros"),
-        "ROBOT_BRIDGE_PORT": str(port),
-        "ROBOT_BRIDGE_REDIS_URL": f"redis://127.0.0.1:{port + 1}/0",
-        "ROBOT_BRIDGE_STATE_DIR": str(folder / "state"),
-        "ROBOT_BRIDGE_LOG_LEVEL": "ERROR",
-        "PYTHONUNBUFFERED": "1",
-        "OMP_NUM_THREADS": "1",
-    }
+    environment = bridge_environment(folder, port=port, redis_port=port + 1, domain=domain)
     with (
-        Processes(environment) as processes,
+        Processes(environment | {"ROBOT_BRIDGE_LOG_LEVEL": "ERROR"}) as processes,
         httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30.0, trust_env=False) as http,
     ):
         processes.redis(port + 1)

@@ -4,21 +4,16 @@ import argparse
 import array
 import math
 import os
-import signal
-import threading
 from typing import Any
 
-import rclpy
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from mesh.dds import use_mesh_profile
+from bench.ros_process import run_node
 
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -39,8 +34,7 @@ class StandingRobot:
         self._static = publisher(TFMessage, "tf_static", KEPT)
         self._static.publish(TFMessage(transforms=[_frame("base_link", "laser"), _frame("base_link", "optical")]))
         self._ranges = array.array("f", [5.0] * BEAMS)
-        noise = os.urandom(SIDE_PX * SIDE_PX * 3)  # what JPEG finds hardest
-        self._pixels = array.array("B", noise)
+        self._noise = array.array("B", os.urandom(SIDE_PX * SIDE_PX * 3))  # what JPEG finds hardest
         node.create_timer(1.0 / 7.7, self._publish_scan)
         node.create_timer(0.05, self._publish_odometry)
         if camera_hz > 0.0:
@@ -67,14 +61,17 @@ class StandingRobot:
         self._tf.publish(TFMessage(transforms=[correction]))
 
     def _publish_image(self) -> None:
-        now = self._now()
         message = Image(height=SIDE_PX, width=SIDE_PX, encoding="bgr8", step=SIDE_PX * 3)
-        message.header.stamp, message.header.frame_id = now, "optical"
-        message.data = self._pixels
-        self._image.publish(message)
+        message.header.stamp, message.header.frame_id = self._now(), "optical"
         info = CameraInfo(width=SIDE_PX, height=SIDE_PX, k=[200.0, 0.0, 125.0, 0.0, 200.0, 125.0, 0.0, 0.0, 1.0])
         info.header = message.header
+        message.data = self._pixels()
+        self._image.publish(message)
         self._info.publish(info)
+
+    def _pixels(self) -> "array.array[int]":
+        """Of the frame that is published at once."""
+        return self._noise
 
 
 def _frame(parent: str, child: str) -> TransformStamped:
@@ -84,24 +81,13 @@ def _frame(parent: str, child: str) -> TransformStamped:
     return frame
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--camera-hz", type=float, default=30.0)
+def run(kind: type[StandingRobot], name: str, about: str | None) -> None:
+    """`--camera-hz N`: none unless it is given."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--camera-hz", type=float, default=0.0)
     arguments = parser.parse_args()
-    ended = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: ended.set())
-    use_mesh_profile()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = Node("standing_robot", enable_rosout=False, start_parameter_services=False)
-    robot = StandingRobot(node, arguments.camera_hz)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    while not ended.is_set():
-        executor.spin_once(timeout_sec=0.2)
-    del robot
-    node.destroy_node()
-    rclpy.try_shutdown()
+    run_node(name, lambda node: kind(node, arguments.camera_hz))
 
 
 if __name__ == "__main__":
-    main()
+    run(StandingRobot, "standing_robot", __doc__)

@@ -12,6 +12,7 @@ import pytest
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import GoalStatus
 from coordinator.adapters.robot_bridge import RobotBridgeClient
+from coordinator.settings import Settings as CoordinatorSettings
 from geometry.grids import decode
 from mesh.errors import UnavailableError, UpstreamError
 from robot_bridge.app import create_app
@@ -43,7 +44,9 @@ async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
             return (await client.get("/ready")).status_code == 200
 
         await until_true(ready, timeout_s=60.0)
-        robot = RobotBridgeClient(url, timeout_s=30.0, heartbeat_s=0.05, reconnect_s=0.1)
+        robot = RobotBridgeClient(
+            CoordinatorSettings(robot_bridge_url=url, call_timeout_s=30.0, heartbeat_s=0.05, reconnect_s=0.1)
+        )
         session = asyncio.create_task(robot.hold_session())
         await until(lambda: robot.session_held)
         yield Rig(robot, toy, session)

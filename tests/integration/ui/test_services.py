@@ -95,7 +95,7 @@ async def test_stop_and_reset_reach_the_real_bridge_and_come_back_measured(bridg
 
 async def test_state_and_map_are_asked_of_the_real_bridge(bridge_url: str) -> None:
     async with AsyncExitStack() as stack:
-        robot = RobotBridgeClient(bridge_url, timeout_s=2.0, dock_timeout_s=5.0, stop_timeout_s=1.0, stop_tries=2)
+        robot = RobotBridgeClient(Settings(robot_bridge_url=bridge_url, call_timeout_s=2.0, dock_timeout_s=5.0))
         stack.push_async_callback(robot.aclose)
         assert (await robot.state()).pose is not None
         assert map_view.picture(await robot.map()).frame.width_px > 1
@@ -122,7 +122,9 @@ async def test_the_robots_facts_arrive_over_a_real_redis(bridge_url: str, redis_
 
 async def test_missions_are_told_refused_and_ended_by_the_real_coordinator(the_coordinator: Coordinator) -> None:
     async with AsyncExitStack() as stack:
-        missions = CoordinatorClient(the_coordinator.url, timeout_s=30.0, command_timeout_s=30.0)
+        missions = CoordinatorClient(
+            Settings(coordinator_url=the_coordinator.url, call_timeout_s=30.0, command_timeout_s=30.0)
+        )
         stack.push_async_callback(missions.aclose)
         await the_coordinator.clock.advance(0.5)
         assert (await missions.status()).state is MissionState.IDLE

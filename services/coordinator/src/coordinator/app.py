@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import AsyncGenerator, Callable, Sequence
+from contextlib import aclosing
 from typing import TypedDict
 
 from fastapi import FastAPI, Request
@@ -50,12 +51,13 @@ def create_app(
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
         async with contextlib.AsyncExitStack() as stack:
-            the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
+            closing = stack.enter_async_context
+            the_bus = bus if bus is not None else await closing(open_bus(settings.redis_url))
             the_clock = clock if clock is not None else SystemClock()
-            the_robot = robot if robot is not None else _robot(settings, stack)
-            the_inference = inference if inference is not None else _inference(settings, stack)
-            the_memory = memory if memory is not None else _memory(settings, stack)
-            tasks = await stack.enter_async_context(Tasks(on_death=on_death))
+            the_robot = robot if robot is not None else await closing(aclosing(RobotBridgeClient(settings)))
+            the_inference = inference if inference is not None else await closing(aclosing(InferenceClient(settings)))
+            the_memory = memory if memory is not None else await closing(aclosing(MemoryClient(settings)))
+            tasks = await closing(Tasks(on_death=on_death))
             the_log = log if log is not None else await _log(settings, stack, tasks, the_clock)
             queue = MissionQueue(settings.queue_max)
             looks = LookReporter(the_memory, the_clock, hfov_rad=settings.camera_hfov_rad)
@@ -115,31 +117,3 @@ async def _log(settings: Settings, stack: contextlib.AsyncExitStack, tasks: Task
     stack.push_async_callback(log.aclose)
     tasks.start("write-history", log.write_forever())
     return log
-
-
-def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> RobotBridgeClient:
-    robot = RobotBridgeClient(
-        settings.robot_bridge_url,
-        timeout_s=settings.call_timeout_s,
-        heartbeat_s=settings.heartbeat_s,
-        reconnect_s=settings.reconnect_s,
-    )
-    stack.push_async_callback(robot.aclose)
-    return robot
-
-
-def _inference(settings: Settings, stack: contextlib.AsyncExitStack) -> InferenceClient:
-    inference = InferenceClient(
-        settings.inference_url,
-        timeout_s=settings.call_timeout_s,
-        parse_timeout_s=settings.parse_timeout_s,
-        reason_timeout_s=settings.reason_timeout_s,
-    )
-    stack.push_async_callback(inference.aclose)
-    return inference
-
-
-def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryClient:
-    memory = MemoryClient(settings.memory_url, timeout_s=settings.recall_timeout_s)
-    stack.push_async_callback(memory.aclose)
-    return memory

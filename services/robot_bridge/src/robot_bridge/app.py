@@ -8,10 +8,9 @@ from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
 from mesh.app import make_app
-from mesh.bus import Bus
-from mesh.clock import Clock
-from mesh.plumbing import open_plumbing
-from mesh.tasks import end_this_process
+from mesh.bus import Bus, open_bus
+from mesh.clock import Clock, SystemClock
+from mesh.tasks import Tasks, end_this_process
 from robot_bridge.bridge import Bridge, open_bridge
 from robot_bridge.ports import Robot
 from robot_bridge.routes import routers
@@ -34,10 +33,12 @@ def create_app(
 
     @contextlib.asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncGenerator[State]:
-        async with open_plumbing(settings.redis_url, bus=bus, on_death=on_death) as mesh:
-            the_robot = robot if robot is not None else _ros_robot(settings, mesh.clock, on_death)
-            async with open_bridge(settings, the_robot, mesh.bus, mesh.clock, mesh.tasks) as bridge:
-                yield {"bridge": bridge}
+        async with contextlib.AsyncExitStack() as stack:
+            the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
+            tasks = await stack.enter_async_context(Tasks(on_death=on_death))
+            clock = SystemClock()
+            the_robot = robot if robot is not None else _ros_robot(settings, clock, on_death)
+            yield {"bridge": await stack.enter_async_context(open_bridge(settings, the_robot, the_bus, clock, tasks))}
 
     app = make_app(
         "robot_bridge",

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import AsyncGenerator, Callable, Sequence
+from contextlib import aclosing
 from typing import TypedDict
 
 from fastapi import FastAPI, Request
@@ -46,17 +47,22 @@ def create_app(
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
         async with contextlib.AsyncExitStack() as stack:
+            closing = stack.enter_async_context
             desk = Desk(
                 settings=settings,
-                bus=bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url)),
-                robot=robot if robot is not None else _robot(settings, stack),
-                inference=inference if inference is not None else _inference(settings, stack),
-                missions=missions if missions is not None else _missions(settings, stack),
-                memory=memory if memory is not None else _memory(settings, stack),
+                bus=bus if bus is not None else await closing(open_bus(settings.redis_url)),
+                robot=robot if robot is not None else await closing(aclosing(RobotBridgeClient(settings))),
+                inference=inference
+                if inference is not None
+                else await closing(
+                    aclosing(ServiceClient("inference", settings.inference_url, timeout_s=settings.call_timeout_s))
+                ),
+                missions=missions if missions is not None else await closing(aclosing(CoordinatorClient(settings))),
+                memory=memory if memory is not None else await closing(aclosing(MemoryClient(settings))),
                 clock=clock if clock is not None else SystemClock(),
             )
             stack.push_async_callback(desk.frames.close)
-            desk.start(await stack.enter_async_context(Tasks(on_death=on_death)))
+            desk.start(await closing(Tasks(on_death=on_death)))
             yield {"desk": desk}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
@@ -77,37 +83,3 @@ def create_app(
     page.mount(app, language=settings.language)
     app.add_middleware(BelowPrefix, prefix=settings.prefix)
     return app
-
-
-def _robot(settings: Settings, stack: contextlib.AsyncExitStack) -> RobotBridgeClient:
-    robot = RobotBridgeClient(
-        settings.robot_bridge_url,
-        timeout_s=settings.call_timeout_s,
-        dock_timeout_s=settings.dock_timeout_s,
-        stop_timeout_s=settings.stop_timeout_s,
-        stop_tries=settings.stop_tries,
-    )
-    stack.push_async_callback(robot.aclose)
-    return robot
-
-
-def _inference(settings: Settings, stack: contextlib.AsyncExitStack) -> ServiceClient:
-    inference = ServiceClient("inference", settings.inference_url, timeout_s=settings.call_timeout_s)
-    stack.push_async_callback(inference.aclose)
-    return inference
-
-
-def _missions(settings: Settings, stack: contextlib.AsyncExitStack) -> CoordinatorClient:
-    missions = CoordinatorClient(
-        settings.coordinator_url, timeout_s=settings.call_timeout_s, command_timeout_s=settings.command_timeout_s
-    )
-    stack.push_async_callback(missions.aclose)
-    return missions
-
-
-def _memory(settings: Settings, stack: contextlib.AsyncExitStack) -> MemoryClient:
-    memory = MemoryClient(
-        settings.memory_url, timeout_s=settings.call_timeout_s, transfer_timeout_s=settings.transfer_timeout_s
-    )
-    stack.push_async_callback(memory.aclose)
-    return memory

@@ -11,7 +11,6 @@ from websockets.exceptions import WebSocketException
 from contracts.base import Message
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, RotateRequest
-from contracts.problem import Dependency
 from contracts.robot import (
     CandidatePose,
     EmergencyStop,
@@ -26,6 +25,7 @@ from contracts.robot import (
     VelocityReply,
     VelocityRequest,
 )
+from coordinator.settings import Settings
 from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 
@@ -45,19 +45,16 @@ class SessionGreeting(Message):
     session_id: str
 
 
-class RobotBridgeClient:
+class RobotBridgeClient(ServiceClient):
     """The port `Robot`, for real."""
 
-    def __init__(self, base_url: str, *, timeout_s: float, heartbeat_s: float, reconnect_s: float) -> None:
-        self._client = ServiceClient("robot_bridge", base_url, timeout_s=timeout_s)
-        self._session_url = base_url.replace("http", "ws", 1).rstrip("/") + f"/session?source={SOURCE}"
-        self._heartbeat_s = heartbeat_s
-        self._reconnect_s = reconnect_s
+    def __init__(self, settings: Settings) -> None:
+        super().__init__("robot_bridge", settings.robot_bridge_url, timeout_s=settings.call_timeout_s)
+        self._session_url = f"{settings.robot_bridge_url.replace('http', 'ws', 1).rstrip('/')}/session?source={SOURCE}"
+        self._heartbeat_s = settings.heartbeat_s
+        self._reconnect_s = settings.reconnect_s
         self._session_id: str | None = None
         self._dropped = asyncio.Event()
-
-    async def aclose(self) -> None:
-        await self._client.aclose()
 
     @property
     def session_held(self) -> bool:
@@ -101,12 +98,12 @@ class RobotBridgeClient:
         return self._session_id
 
     async def map(self) -> Map:
-        return await self._client.get("/map", Map)
+        return await self.get("/map", Map)
 
     async def path(self, goal: Pose2D) -> PathReply:
         """A pose outside the map is not reachable; that is an answer, not a failure."""
         try:
-            return await self._client.post("/navigation/path", PathRequest(goal=goal), PathReply)
+            return await self.post("/navigation/path", PathRequest(goal=goal), PathReply)
         except UpstreamError as error:
             if error.upstream_status == UNPROCESSABLE:
                 return PathReply(reachable=False, error_code=204, error_name=error.detail[:200])
@@ -116,13 +113,13 @@ class RobotBridgeClient:
         request = GoalRequest(
             candidates=(CandidatePose(pose=pose),), epoch=epoch, timeout_s=timeout_s, session_id=self._session()
         )
-        return await self._client.post("/navigation/goals", request, Goal, timeout_s=15.0)
+        return await self.post("/navigation/goals", request, Goal, timeout_s=15.0)
 
     async def goal(self, goal_id: str) -> Goal:
-        return await self._client.get(f"/navigation/goals/{goal_id}", Goal)
+        return await self.get(f"/navigation/goals/{goal_id}", Goal)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
-        return await self._client.delete(f"/navigation/goals/{goal_id}", Goal)
+        return await self.delete(f"/navigation/goals/{goal_id}", Goal)
 
     async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply:
         request = RotateRequest(
@@ -132,7 +129,7 @@ class RobotBridgeClient:
             epoch=epoch,
             session_id=self._session(),
         )
-        return await self._client.post("/rotate", request, RotateReply, timeout_s=timeout_s + MARGIN_S)
+        return await self.post("/rotate", request, RotateReply, timeout_s=timeout_s + MARGIN_S)
 
     async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> DriveReply:
         request = DriveRequest(
@@ -142,7 +139,7 @@ class RobotBridgeClient:
             epoch=epoch,
             session_id=self._session(),
         )
-        return await self._client.post("/drive", request, DriveReply, timeout_s=timeout_s + MARGIN_S)
+        return await self.post("/drive", request, DriveReply, timeout_s=timeout_s + MARGIN_S)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
         request = VelocityRequest(
@@ -153,33 +150,30 @@ class RobotBridgeClient:
             epoch=epoch,
             session_id=self._session(),
         )
-        return await self._client.post("/velocity", request, VelocityReply, timeout_s=1.0)
+        return await self.post("/velocity", request, VelocityReply, timeout_s=1.0)
 
     async def end_motion(self) -> None:
-        await self._client.call("DELETE", "/motion")
+        await self.call("DELETE", "/motion")
 
     async def halt(self) -> EmergencyStop:
-        return await self._client.post("/halt", None, EmergencyStop, timeout_s=STOP_S)
+        return await self.post("/halt", None, EmergencyStop, timeout_s=STOP_S)
 
     async def emergency_stop(self, reason: str) -> EmergencyStop:
         request = EmergencyStopRequest(reason=reason, by=SOURCE)
-        return (await self._client.post("/emergency-stop", request, EmergencyStopReply, timeout_s=STOP_S)).state
+        return (await self.post("/emergency-stop", request, EmergencyStopReply, timeout_s=STOP_S)).state
 
     async def undock(self, *, timeout_s: float) -> BaseReply:
         path = f"/undock?session_id={self._session()}"
-        return await self._client.post(path, None, BaseReply, timeout_s=timeout_s)
+        return await self.post(path, None, BaseReply, timeout_s=timeout_s)
 
     async def dock(self, *, timeout_s: float) -> BaseReply:
         path = f"/dock?session_id={self._session()}"
-        return await self._client.post(path, None, BaseReply, timeout_s=timeout_s)
+        return await self.post(path, None, BaseReply, timeout_s=timeout_s)
 
     async def celebrate(self) -> None:
         """Asking again too soon is refused there, and no failure here."""
         try:
-            await self._client.call("POST", "/celebrate")
+            await self.call("POST", "/celebrate")
         except UpstreamError as error:
             if error.upstream_status != CONFLICT:
                 raise
-
-    async def dependency(self) -> Dependency:
-        return await self._client.dependency()

@@ -18,27 +18,24 @@ _STAMP_S = TypeAdapter[float](Annotated[StampS, Field(allow_inf_nan=False)])
 NO_CONTENT = 204
 
 
-class BridgeCamera:
+class BridgeCamera(ServiceClient):
     """GET /camera/frame answers a JPEG with its stamp and pose in headers, or 204 when nothing newer came in time."""
 
     def __init__(self, base_url: str, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        self._client = ServiceClient(SERVICE, base_url, transport=transport)
+        super().__init__(SERVICE, base_url, transport=transport)
 
     async def newest(self, *, after_s: float | None, wait_s: float) -> Frame | None:
         query = {"wait_s": wait_s} if after_s is None else {"after": after_s, "wait_s": wait_s}
-        response = await self._client.call("GET", "/camera/frame", params=query, timeout_s=wait_s + 2.0)
+        response = await self.call("GET", "/camera/frame", params=query, timeout_s=wait_s + 2.0)
         if response.status_code == NO_CONTENT:
             return None
         return frame_of(response.headers, response.content)
 
     async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
-        reply = await self._client.post("/localize", request, LocalizeReply)
+        reply = await self.post("/localize", request, LocalizeReply)
         if len(reply.measurements) != len(request.boxes_xyxy):
             raise UpstreamError(SERVICE, 200, "not one measurement a box")
         return reply.measurements
-
-    async def aclose(self) -> None:
-        await self._client.aclose()
 
 
 def frame_of(headers: Mapping[str, str], jpeg: bytes) -> Frame:

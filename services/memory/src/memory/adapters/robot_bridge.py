@@ -20,13 +20,13 @@ AWAY_S = 2.0
 MAP_AGE_S_MAX = 5.0
 
 
-class RobotBridge:
+class RobotBridge(ServiceClient):
     """A `memory.ports.Senses`."""
 
     def __init__(
         self, base_url: str, clock: Clock, *, timeout_s: float, transport: httpx.AsyncBaseTransport | None = None
     ) -> None:
-        self._client = ServiceClient("robot_bridge", base_url, timeout_s=timeout_s, transport=transport)
+        super().__init__("robot_bridge", base_url, timeout_s=timeout_s, transport=transport)
         self._clock = clock
         self._away_until_s = 0.0
         self._map: Map | None = None
@@ -34,15 +34,12 @@ class RobotBridge:
         self._ground: OccupancyGrid | None = None
         self._home: KnownMap | None = None
 
-    async def aclose(self) -> None:
-        await self._client.aclose()
-
     async def localize(self, request: LocalizeRequest) -> Sequence[Measurement] | None:
         """None, and nothing is asked for a while, where the bridge is away; a refusal concerns this picture alone."""
-        if self._away():
+        if self._left_alone():
             return None
         try:
-            reply = await self._client.post("/localize", request, LocalizeReply)
+            reply = await self.post("/localize", request, LocalizeReply)
         except UpstreamError:
             return None
         except MeshError:
@@ -60,11 +57,11 @@ class RobotBridge:
 
     async def _refresh(self) -> None:
         now_s = self._clock.now_s()
-        if self._away() or (self._map_s is not None and now_s - self._map_s <= MAP_AGE_S_MAX):
+        if self._left_alone() or (self._map_s is not None and now_s - self._map_s <= MAP_AGE_S_MAX):
             return
         self._map_s = now_s
         try:
-            found = await self._client.get("/map", Map)
+            found = await self.get("/map", Map)
             if found != self._map:
                 self._ground = decode(found)
                 self._home = found.home if found.home is not None else _nameless(self._ground, now_s)
@@ -72,7 +69,7 @@ class RobotBridge:
         except (MeshError, MapError) as error:
             log.warning("no map", error=str(error))
 
-    def _away(self) -> bool:
+    def _left_alone(self) -> bool:
         return self._clock.now_s() < self._away_until_s
 
 

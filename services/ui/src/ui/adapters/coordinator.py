@@ -6,25 +6,22 @@ from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
-from contracts.problem import Dependency
 from mesh.errors import UpstreamError
 from mesh.http import ServiceClient
+from ui.settings import Settings
 
 STARTED: TypeAdapter[Mission | Heard] = TypeAdapter(Mission | Heard)
 
 
-class CoordinatorClient:
+class CoordinatorClient(ServiceClient):
     """The port `Missions`, for real."""
 
-    def __init__(self, base_url: str, *, timeout_s: float, command_timeout_s: float) -> None:
-        self._client = ServiceClient("coordinator", base_url, timeout_s=timeout_s)
-        self._command_timeout_s = command_timeout_s
-
-    async def aclose(self) -> None:
-        await self._client.aclose()
+    def __init__(self, settings: Settings) -> None:
+        super().__init__("coordinator", settings.coordinator_url, timeout_s=settings.call_timeout_s)
+        self._command_timeout_s = settings.command_timeout_s
 
     async def start(self, command: str, *, key: str) -> Mission | Heard:
-        answer = await self._client.call(
+        answer = await self.call(
             "POST",
             "/missions",
             body=StartMission(command=command),
@@ -37,28 +34,25 @@ class CoordinatorClient:
             raise UpstreamError("coordinator", answer.status_code, "its answer is not the contract's") from error
 
     async def ask(self, question: str) -> Answer:
-        return await self._client.post("/ask", Question(question=question), Answer, timeout_s=self._command_timeout_s)
+        return await self.post("/ask", Question(question=question), Answer, timeout_s=self._command_timeout_s)
 
     async def pause(self, mission_id: str) -> Mission:
-        return await self._client.post(f"/missions/{mission_id}/pause", None, Mission)
+        return await self.post(f"/missions/{mission_id}/pause", None, Mission)
 
     async def resume(self, mission_id: str) -> Mission:
-        return await self._client.post(f"/missions/{mission_id}/resume", None, Mission)
+        return await self.post(f"/missions/{mission_id}/resume", None, Mission)
 
     async def cancel(self, mission_id: str) -> Mission:
-        return await self._client.post(f"/missions/{mission_id}/cancel", None, Mission)
+        return await self.post(f"/missions/{mission_id}/cancel", None, Mission)
 
     async def status(self) -> MissionStatus:
-        return await self._client.get("/state", MissionStatus, timeout_s=1.0)
+        return await self.get("/state", MissionStatus, timeout_s=1.0)
 
     async def newest(self, limit: int) -> Sequence[Mission]:
-        return await self._client.get_list("/missions", Mission, limit=limit)
+        return await self.get_list("/missions", Mission, limit=limit)
 
     async def events(self, mission_id: str) -> Sequence[MissionEvent]:
-        return await self._client.get_list(f"/missions/{mission_id}/events", MissionEvent, limit=2000)
+        return await self.get_list(f"/missions/{mission_id}/events", MissionEvent, limit=2000)
 
     async def picture(self, mission_id: str, number: int) -> bytes:
-        return (await self._client.call("GET", f"/missions/{mission_id}/pictures/{number}")).content
-
-    async def dependency(self) -> Dependency:
-        return await self._client.dependency()
+        return (await self.call("GET", f"/missions/{mission_id}/pictures/{number}")).content

@@ -12,7 +12,6 @@ from websockets.exceptions import WebSocketException
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
 from contracts.motion import BaseReply, EndedMotion, RotateReply, RotateRequest
-from contracts.problem import Dependency
 from contracts.robot import (
     EmergencyStop,
     EmergencyStopReply,
@@ -29,6 +28,7 @@ from contracts.robot import (
 from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 from ui.overlay import CameraFrame
+from ui.settings import Settings
 
 MARGIN_S: Final = 2.0
 NO_CONTENT: Final = 204
@@ -53,20 +53,19 @@ class VelocitySocket:
             raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
 
 
-class RobotBridgeClient:
+class RobotBridgeClient(ServiceClient):
     """The port `Robot`, for real."""
 
-    def __init__(
-        self, base_url: str, *, timeout_s: float, dock_timeout_s: float, stop_timeout_s: float, stop_tries: int
-    ) -> None:
-        self._client = ServiceClient("robot_bridge", base_url, timeout_s=timeout_s)
-        self._stopper = ServiceClient("robot_bridge", base_url, timeout_s=stop_timeout_s)
+    def __init__(self, settings: Settings) -> None:
+        base_url = settings.robot_bridge_url
+        super().__init__("robot_bridge", base_url, timeout_s=settings.call_timeout_s)
+        self._stopper = ServiceClient("robot_bridge", base_url, timeout_s=settings.stop_timeout_s)
         self._wheels_url = f"ws{base_url.removeprefix('http')}/velocity"
-        self._dock_timeout_s = dock_timeout_s
-        self._stop_tries = stop_tries
+        self._dock_timeout_s = settings.dock_timeout_s
+        self._stop_tries = settings.stop_tries
 
     async def aclose(self) -> None:
-        await self._client.aclose()
+        await super().aclose()
         await self._stopper.aclose()
 
     async def emergency_stop(self, request: EmergencyStopRequest) -> EmergencyStopReply:
@@ -79,7 +78,7 @@ class RobotBridgeClient:
         return await self._stopper.post("/emergency-stop", request, EmergencyStopReply)
 
     async def stop_state(self) -> EmergencyStop:
-        return await self._client.get("/emergency-stop", EmergencyStop, timeout_s=1.0)
+        return await self.get("/emergency-stop", EmergencyStop, timeout_s=1.0)
 
     async def stop_answers(self) -> EmergencyStop:
         response = await self._stopper.call("GET", "/emergency-stop", timeout_s=STOP_ANSWERS_S)
@@ -89,17 +88,17 @@ class RobotBridgeClient:
             raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
 
     async def reset(self, request: EmergencyStopRequest) -> EmergencyStopReply:
-        return await self._client.post("/emergency-stop/reset", request, EmergencyStopReply)
+        return await self.post("/emergency-stop/reset", request, EmergencyStopReply)
 
     async def state(self) -> RobotState:
-        return await self._client.get("/state", RobotState, timeout_s=1.0)
+        return await self.get("/state", RobotState, timeout_s=1.0)
 
     async def map(self) -> Map:
-        return await self._client.get("/map", Map)
+        return await self.get("/map", Map)
 
     async def frame(self, *, after_s: float | None, wait_s: float) -> CameraFrame | None:
         query = {"wait_s": wait_s} | ({"after": after_s} if after_s is not None else {})
-        response = await self._client.call("GET", "/camera/frame", params=query, timeout_s=wait_s + MARGIN_S)
+        response = await self.call("GET", "/camera/frame", params=query, timeout_s=wait_s + MARGIN_S)
         if response.status_code == NO_CONTENT:
             return None
         headers = response.headers
@@ -114,35 +113,35 @@ class RobotBridgeClient:
         return frame
 
     async def scan(self) -> LaserScan:
-        response = await self._client.call("GET", "/scan", timeout_s=1.0)  # asked for again soon: no retries
+        response = await self.call("GET", "/scan", timeout_s=1.0)  # asked for again soon: no retries
         try:
             return LaserScan.model_validate_json(response.content)
         except ValidationError as error:
             raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
 
     async def go(self, request: GoalRequest) -> Goal:
-        return await self._client.post("/navigation/goals", request, Goal, timeout_s=15.0)
+        return await self.post("/navigation/goals", request, Goal, timeout_s=15.0)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
-        return await self._client.delete(f"/navigation/goals/{goal_id}", Goal)
+        return await self.delete(f"/navigation/goals/{goal_id}", Goal)
 
     async def path(self, request: PathRequest) -> PathReply:
-        return await self._client.post("/navigation/path", request, PathReply)
+        return await self.post("/navigation/path", request, PathReply)
 
     async def rotate(self, request: RotateRequest) -> RotateReply:
-        return await self._client.post("/rotate", request, RotateReply, timeout_s=request.timeout_s + MARGIN_S)
+        return await self.post("/rotate", request, RotateReply, timeout_s=request.timeout_s + MARGIN_S)
 
     async def end_motion(self) -> EndedMotion:
-        return await self._client.delete("/motion", EndedMotion)
+        return await self.delete("/motion", EndedMotion)
 
     async def dock(self) -> BaseReply:
-        return await self._client.post("/dock", None, BaseReply, timeout_s=self._dock_timeout_s)
+        return await self.post("/dock", None, BaseReply, timeout_s=self._dock_timeout_s)
 
     async def undock(self) -> BaseReply:
-        return await self._client.post("/undock", None, BaseReply, timeout_s=self._dock_timeout_s)
+        return await self.post("/undock", None, BaseReply, timeout_s=self._dock_timeout_s)
 
     async def celebrate(self) -> BaseReply:
-        return await self._client.post("/celebrate", None, BaseReply)
+        return await self.post("/celebrate", None, BaseReply)
 
     @contextlib.asynccontextmanager
     async def wheels(self) -> AsyncGenerator[VelocitySocket]:
@@ -154,9 +153,6 @@ class RobotBridgeClient:
             yield VelocitySocket(socket)
         finally:
             await socket.close()
-
-    async def dependency(self) -> Dependency:
-        return await self._client.dependency()
 
 
 def _pose(text: str) -> Pose2D:
