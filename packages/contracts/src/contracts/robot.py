@@ -196,6 +196,10 @@ class CandidatePose(Message):
     rank: int = Field(default=0, ge=0, le=1000)
 
 
+GOAL_ANSWER_S = 20.0
+"""Whoever sends a goal waits so long for word that Nav2 has taken it, or why not."""
+
+
 class GoalRequest(Message):
     """Drive to the best of the candidates, or to the nearest pose round the first that Nav2 finds a path to."""
 

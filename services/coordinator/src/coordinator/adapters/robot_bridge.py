@@ -12,6 +12,7 @@ from contracts.base import Message
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, RotateRequest
 from contracts.robot import (
+    GOAL_ANSWER_S,
     CandidatePose,
     EmergencyStop,
     EmergencyStopReply,
@@ -113,7 +114,7 @@ class RobotBridgeClient(ServiceClient):
         request = GoalRequest(
             candidates=(CandidatePose(pose=pose),), epoch=epoch, timeout_s=timeout_s, session_id=self._session()
         )
-        return await self.post("/navigation/goals", request, Goal, timeout_s=15.0)
+        return await self.post("/navigation/goals", request, Goal, timeout_s=GOAL_ANSWER_S)
 
     async def goal(self, goal_id: str) -> Goal:
         return await self.get(f"/navigation/goals/{goal_id}", Goal)

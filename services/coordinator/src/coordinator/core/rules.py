@@ -47,7 +47,7 @@ class Rules(BaseModel):
     # deadlines
     mission_timeout_s: float = Field(default=900.0, gt=0.0, description="of a whole mission")
     pause_timeout_s: float = Field(default=600.0, gt=0.0, description="a mission paused for longer is aborted")
-    undock_timeout_s: float = Field(default=45.0, gt=0.0, description="to leave the dock")
+    undock_timeout_s: float = Field(default=95.0, gt=0.0, description="to leave the dock")
     wake_s_max: float = Field(default=60.0, ge=0.0, description="for the first picture after the dock: a power saver")
     goal_timeout_s: float = Field(default=120.0, gt=0.0, description="of one drive by Nav2")
     path_timeout_s: float = Field(default=30.0, gt=0.0, description="for the paths to all places that may be next")

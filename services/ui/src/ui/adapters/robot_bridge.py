@@ -13,6 +13,7 @@ from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
 from contracts.motion import BaseReply, EndedMotion, RotateReply, RotateRequest
 from contracts.robot import (
+    GOAL_ANSWER_S,
     EmergencyStop,
     EmergencyStopReply,
     EmergencyStopRequest,
@@ -120,7 +121,7 @@ class RobotBridgeClient(ServiceClient):
             raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
 
     async def go(self, request: GoalRequest) -> Goal:
-        return await self.post("/navigation/goals", request, Goal, timeout_s=15.0)
+        return await self.post("/navigation/goals", request, Goal, timeout_s=GOAL_ANSWER_S)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
         return await self.delete(f"/navigation/goals/{goal_id}", Goal)
