@@ -36,8 +36,8 @@ def first_scan(run: Run) -> tuple[float, str] | None:
     for event in run.events:
         if event.state is MissionState.SCANNING and began is None:
             began = event.stamp_s
-        elif began is not None and event.data.get("before") == MissionState.SCANNING.value:
-            return event.stamp_s - began, str(event.data["after"])
+        elif began is not None and event.data.before is MissionState.SCANNING:
+            return event.stamp_s - began, event.state.value
     return None
 
 

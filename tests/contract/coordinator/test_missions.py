@@ -63,7 +63,7 @@ async def test_a_house_without_it_is_searched_and_the_share_is_told(open_mesh: O
         assert mission.outcome is Outcome.NOT_FOUND
         assert "% of the free space" in mission.reason
         last = (await mesh.timeline(mission.id))[-1]
-        assert last.data["looked_share"] > 0.9
+        assert (last.data.looked_share or 0.0) > 0.9
         assert mesh.inference.validations == 0
 
 
@@ -88,7 +88,7 @@ async def test_error_104_is_answered_by_another_try_from_where_it_stands(open_me
         mesh.robot.aborts = [(GoalStatus.ABORTED, 104)]
         mission = await mesh.until_over((await mesh.post_mission()).id)
         assert mission.outcome is Outcome.FOUND
-        errors = [e.data.get("error_code") for e in await mesh.timeline(mission.id) if e.kind == "navigation"]
+        errors = [e.data.error_code for e in await mesh.timeline(mission.id) if e.kind == "navigation"]
         assert 104 in errors
 
 

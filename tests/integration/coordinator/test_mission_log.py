@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from contracts.mission import EventKind, Mission, MissionEvent, MissionState, Outcome
-from contracts.vision import Target
+from contracts.mission import EventFacts, EventKind, Mission, MissionEvent, MissionState, Outcome
+from contracts.vision import Target, Verdict, Vote
 from coordinator.adapters import sqlite_log as sqlite_log_module
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.ports import KnownRequest, MissionLog
@@ -139,7 +139,7 @@ async def test_after_a_restart_what_ran_or_waited_is_interrupted_and_what_was_ov
         assert found["ran"].report is not None
         assert "while it was SCANNING" in found["ran"].report.cause
         last = (await log.events("ran", after=1, limit=10))[-1]
-        assert (last.id, last.data["outcome"]) == (2, "interrupted")
+        assert (last.id, last.data.outcome) == (2, Outcome.INTERRUPTED)
         assert log.next_event_id == 4
         assert await asyncio.wait_for(take(log, -1, 4), 30.0) == [0, 1, 2, 3]
 
@@ -212,6 +212,31 @@ async def test_a_mission_of_before_in_which_the_target_has_no_colour_gets_it_whe
         read = await log.get("a")
     assert read is not None
     assert read.target == target
+
+
+BEFORE = {
+    "before": "DEPTH_CHECK", "after": "DONE", "outcome": "found", "distance_m": 0.812, "map_xy": [1.5, 2.0], "note": "",
+    "votes": [{"voter": "clip", "verdict": "yes", "score": 0.3, "threshold": 0.24, "reason": ""}], "picture": 2,
+    "rejected": [{"map_xy": None, "narrow": True, "text": "a cup", "votes": []}], "samples": 3,
+}  # fmt: skip
+"""What a line of the timeline held beside its words before these facts had a type."""
+
+
+async def test_a_line_written_before_its_facts_had_a_type_keeps_what_is_known_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "missions.db"
+    async with sqlite_log(path) as log:
+        log.append(event(0))
+        await log.flushed()
+    with contextlib.closing(sqlite3.connect(path)) as before:
+        line = json.dumps(event(0).model_dump(mode="json", exclude={"data"}) | {"data": BEFORE})
+        before.execute("UPDATE events SET line = ?", (line,))
+        before.commit()
+    async with sqlite_log(path) as log:
+        (read,) = await log.events("a", after=-1, limit=10)
+    vote = Vote(voter="clip", verdict=Verdict.YES, score=0.3, threshold=0.24)
+    assert read.data == EventFacts(
+        before=MissionState.DEPTH_CHECK, outcome=Outcome.FOUND, distance_m=0.812, votes=(vote,), picture=2
+    )
 
 
 async def test_a_corrupt_file_is_set_aside_and_a_new_history_begins(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ async def test_after_a_restart_nothing_resumes_and_everything_is_still_told(tmp_
         assert (await life.client.get("/state")).json()["state"] == "IDLE"
         missed: list[MissionEvent] = []
         async with connect(f"{life.url.replace('http', 'ws')}/events?after={seen.id}", proxy=None) as ws:
-            while sum(event.data.get("outcome") == "interrupted" for event in missed) < 2:
+            while sum(event.data.outcome is Outcome.INTERRUPTED for event in missed) < 2:
                 missed.append(MissionEvent.model_validate_json(await asyncio.wait_for(ws.recv(), 30.0)))
         assert [event.id for event in missed] == list(range(seen.id + 1, seen.id + 1 + len(missed)))
         written = (await life.client.get(f"/missions/{first.id}/recording")).text.splitlines()

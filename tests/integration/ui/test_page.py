@@ -5,6 +5,7 @@ import asyncio
 import pytest
 from playwright.async_api import Browser, Page, expect
 
+from contracts.mission import EventFacts
 from contracts.topics import MISSION_EVENTS
 from support.browser import DESKTOP, PHONE
 from support.ui_world import event, votes
@@ -124,7 +125,7 @@ async def test_pictures_flow_and_a_lost_eye_is_named(page: Page, site: Site) -> 
 
 async def test_the_timeline_shows_the_newest_first_with_votes_as_numbers(page: Page, site: Site) -> None:
     await site.world.bus.publish(MISSION_EVENTS, event(1, "begun", mission_id=site.mission_id))
-    data = {"votes": [vote.model_dump(mode="json") for vote in votes()]}
+    data = EventFacts(votes=votes())
     await site.world.bus.publish(
         MISSION_EVENTS, event(2, "2 of 3 say yes", kind="votes", data=data, mission_id=site.mission_id)
     )

@@ -239,10 +239,10 @@ def check_path(before: MissionState, actions: tuple[do.Action, ...], after: Miss
     """Each change of state is said; together they lead from one to the other along the table."""
     here = before
     for say in actions:
-        if isinstance(say, do.Say) and "before" in say.data:
-            assert say.data["before"] == here.value
-            here = MissionState(say.data["after"])
-            assert here in ALLOWED[MissionState(say.data["before"])]
+        if isinstance(say, do.Say) and say.data.before is not None:
+            assert say.data.before is here
+            here = say.state
+            assert here in ALLOWED[say.data.before]
             assert say.text
     assert here is after
 

@@ -2,20 +2,17 @@
 
 import pytest
 
-from contracts.mission import MissionState, Outcome
+from contracts.mission import EventFacts, MissionState, Outcome
 from support.ui_world import event, mission, votes
-from ui.timeline_lines import Show, ending_chips, line, picture_of, shown, vote_chips
+from ui.timeline_lines import Show, ending_chips, line, shown, vote_chips
 
 
 def test_a_line_of_the_timeline_has_its_time_and_votes() -> None:
-    data = {"votes": [vote.model_dump(mode="json") for vote in votes()]}
+    data = EventFacts(votes=votes(), picture=3)
     shown = line(event(65, "2 of 3 say yes", kind="votes", data=data), started_s=event(0, "").stamp_s)
     assert shown.time == "1:05"
     assert [chip.label for chip in shown.votes] == ["Detector", "CLIP", "VLM"]
-
-
-def test_votes_that_cannot_be_read_are_left_out() -> None:
-    assert line(event(1, "odd", data={"votes": "three"}), 0.0).votes == ()
+    assert shown.crop == 3
 
 
 def test_votes_are_words_with_numbers() -> None:
@@ -46,13 +43,6 @@ def test_a_change_of_state_is_about_what_is_done_in_it(state: MissionState, wher
 
 def test_a_stop_is_trouble_whatever_its_kind() -> None:
     assert shown(event(1, "stopped", state=MissionState.EMERGENCY_STOP), Show.TROUBLE)
-
-
-@pytest.mark.parametrize(
-    ("data", "number"), [({"picture": 3}, 3), ({"picture": "x"}, None), ({"picture": -1}, None), ({}, None)]
-)
-def test_a_crop_is_shown_where_there_is_one(data: dict[str, object], number: int | None) -> None:
-    assert picture_of(data) == number
 
 
 @pytest.mark.parametrize("outcome", list(Outcome))

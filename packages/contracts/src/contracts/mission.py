@@ -1,12 +1,13 @@
 """Missions: the ten states of requirement A12, the endings, and the timeline."""
 
 from enum import StrEnum
-from typing import Any
 
 from pydantic import Field
 
 from contracts.base import Confidence, Label, Message, StampS
+from contracts.colours import Colour
 from contracts.geometry import Pose2D
+from contracts.motion import MotionEnd
 from contracts.reading import Mood
 from contracts.vision import Target, Vote
 
@@ -250,7 +251,7 @@ class EventKind(StrEnum):
     START = "start"
     """It begins."""
     STATE = "state"
-    """The state changes; `data` has before and after."""
+    """The state changes; `data` has the one before."""
     NAVIGATION = "navigation"
     """A goal: where to, and how it ended."""
     MOTION = "motion"
@@ -279,6 +280,28 @@ class EventKind(StrEnum):
     """It ended otherwise."""
 
 
+class EventFacts(Message, extra="ignore"):
+    """What a line of the timeline tells a program. A stored line of an older version may hold more: it is left out."""
+
+    before: MissionState | None = Field(default=None, description="where the state changed")
+    outcome: Outcome | None = Field(default=None, description="where the mission ended")
+    looked_share: float | None = Field(default=None, description="of the free space, where it ended without a find")
+    goal: Pose2D | None = Field(default=None, description="where it drives to")
+    error_code: int | None = Field(default=None, description="Nav2's")
+    end: MotionEnd | None = Field(default=None, description="how a turn or a drive ended")
+    moved_m: float | None = None
+    colour: Colour | None = Field(default=None, description="of the sighting")
+    confidence: Confidence | None = Field(default=None, description="of the sighting")
+    distance_m: float | None = Field(default=None, description="as measured")
+    confirmed: bool | None = Field(default=None, description="what the votes say")
+    votes: tuple[Vote, ...] = ()
+    picture: int | None = Field(default=None, ge=0, description="number of the crop that was judged")
+    service: str = Field(default="", description="whose call failed")
+
+
+NO_FACTS = EventFacts()
+
+
 class MissionEvent(Message):
     """One line of the timeline."""
 
@@ -288,7 +311,7 @@ class MissionEvent(Message):
     state: MissionState
     kind: EventKind
     text: str = Field(max_length=1000, description="what was done and why, for a person")
-    data: dict[str, Any] = Field(default_factory=dict)
+    data: EventFacts = NO_FACTS
 
 
 class CoveragePlan(Message):

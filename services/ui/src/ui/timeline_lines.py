@@ -1,11 +1,9 @@
 """The timeline's lines: what is said of an event, by whom and with which numbers. Pure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Final
-
-from pydantic import TypeAdapter, ValidationError
+from typing import Final
 
 from contracts.mission import Mission, MissionEvent, MissionState, Outcome
 from contracts.vision import Verdict, Vote
@@ -18,7 +16,6 @@ VERDICTS: Final = {
     Verdict.ABSTAIN: (N_("–"), Tone.QUIET),
 }
 VOTERS: Final = {"detector": N_("Detector"), "clip": N_("CLIP"), "vlm": N_("VLM")}
-VOTES: Final = TypeAdapter(tuple[Vote, ...])
 KIND_TONES: Final = {"found": Tone.GOOD, "votes": Tone.BUSY, "failure": Tone.WARN, "end": Tone.WARN}
 
 
@@ -70,7 +67,7 @@ class Line:
 
 def line(event: MissionEvent, started_s: float) -> Line:
     tone = KIND_TONES.get(event.kind, Tone.QUIET)
-    if event.data.get("outcome") == Outcome.FOUND.value:
+    if event.data.outcome is Outcome.FOUND:
         tone = Tone.GOOD
     if event.state is MissionState.EMERGENCY_STOP:
         tone = Tone.BAD
@@ -79,23 +76,17 @@ def line(event: MissionEvent, started_s: float) -> Line:
         phase=_(PHASES[event.state][0]),
         text=event.text,
         tone=tone,
-        votes=_votes_in(event.data),
-        crop=picture_of(event.data),
+        votes=vote_chips(event.data.votes),
+        crop=event.data.picture,
     )
 
 
 def shown(event: MissionEvent, show: Show) -> bool:
-    if show is Show.ALL or (show is Show.SEEING and "votes" in event.data):
+    if show is Show.ALL or (show is Show.SEEING and event.data.votes != ()):
         return True
     if event.state is MissionState.EMERGENCY_STOP:
         return show is Show.TROUBLE
     return ABOUT_KIND.get(event.kind, ABOUT_STATE.get(event.state)) is show
-
-
-def picture_of(data: Mapping[str, Any]) -> int | None:
-    """The number of the crop that was voted on, where the coordinator kept one."""
-    number = data.get("picture")
-    return number if isinstance(number, int) and number >= 0 else None
 
 
 def vote_chip(vote: Vote) -> Chip:
@@ -123,10 +114,3 @@ def ending_chips(mission: Mission) -> tuple[Chip, ...]:
     if mission.measured_distance_m is not None:
         facts.append(Chip(_("Distance"), f"{mission.measured_distance_m:.2f} m"))
     return tuple(facts)
-
-
-def _votes_in(data: Mapping[str, Any]) -> tuple[Chip, ...]:
-    try:
-        return vote_chips(VOTES.validate_python(data.get("votes", ())))
-    except ValidationError:
-        return ()

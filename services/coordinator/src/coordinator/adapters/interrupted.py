@@ -1,6 +1,6 @@
 """What becomes of a mission whose coordinator ended: reported as interrupted, never taken up again by itself."""
 
-from contracts.mission import EndCause, EventKind, Mission, MissionEvent, MissionState, Outcome, Report
+from contracts.mission import EndCause, EventFacts, EventKind, Mission, MissionEvent, MissionState, Outcome, Report
 
 
 def interrupted(mission: Mission, now_s: float) -> Mission:
@@ -27,5 +27,5 @@ def line_of(mission: Mission, event_id: int, now_s: float) -> MissionEvent:
         state=MissionState.IDLE,
         kind=EventKind.END,
         text=mission.reason,
-        data={"outcome": Outcome.INTERRUPTED.value},
+        data=EventFacts(outcome=Outcome.INTERRUPTED),
     )

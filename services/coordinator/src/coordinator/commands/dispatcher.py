@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import structlog
 
 from contracts.memory import RecalledView, RecallRequest
-from contracts.mission import EndCause, EventKind, LastSeen, MissionState, Outcome, Report
+from contracts.mission import EndCause, EventFacts, EventKind, LastSeen, MissionState, Outcome, Report
 from coordinator.core import events as ev
 from coordinator.core.mission import Order, SearchPose
 from coordinator.execution.battery_policy import DockingTimer, PowerRules, reason_to_dock, why_too_low
@@ -181,7 +181,7 @@ class Dispatcher:
                 "report": Report(text=text, ended_by=by, cause=why[:500]),
             }
         )
-        self._runner.tell(record, EventKind.END, text, outcome=outcome.value)
+        self._runner.tell(record, EventKind.END, text, EventFacts(outcome=outcome))
 
 
 def _place(recalled: RecalledView) -> SearchPose:

@@ -1,10 +1,9 @@
 """What a mission can ask the shell for. Every call is answered by one event with the same number."""
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.mission import EventKind, MissionState
+from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState
 from contracts.robot import BoxQuery
 from contracts.vision import Detections, Target
 
@@ -124,7 +123,7 @@ class Say:
     state: MissionState
     kind: EventKind
     text: str
-    data: dict[str, Any] = field(default_factory=dict[str, Any])
+    data: EventFacts = NO_FACTS
 
 
 Action = (

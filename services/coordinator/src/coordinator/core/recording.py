@@ -131,7 +131,7 @@ def _named(value: Any) -> dict[str, Any]:
 
 def _decided(action: Action) -> dict[str, Any]:
     named = _named(action)
-    return named if not isinstance(action, Say) else named | {"text": ""}
+    return named if not isinstance(action, Say) else named | {"text": "", "data": None}
 
 
 def _unnamed(plain: dict[str, Any]) -> Any:

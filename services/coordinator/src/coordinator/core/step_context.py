@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from contracts.geometry import Pose2D
-from contracts.mission import EventKind, MissionState
+from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.robot import BoxQuery
 from coordinator.core import actions as do
 from coordinator.core.activities import (
@@ -75,7 +75,7 @@ class StepContext:
 
     def log_event(self, kind: EventKind, text: str, **data: Any) -> None:
         self.update(progress=text)
-        self.request(do.Say(self.mission.state, kind, text, data))
+        self.request(do.Say(self.mission.state, kind, text, EventFacts.model_validate(data)))
 
     def set_activity(self, activity: Activity) -> None:
         self.update(activity=activity)
@@ -88,7 +88,7 @@ class StepContext:
             raise ForbiddenTransitionError(f"{self.mission.state} -> {state}: {reason}")
         before = self.mission.state
         self.update(state=state, entered_s=self.now_s, activity=Starting())
-        self.log_event(kind, reason, before=before.value, after=state.value, **data)
+        self.log_event(kind, reason, before=before, **data)
 
     def call(self) -> int:
         self.update(calls=self.mission.calls + 1)

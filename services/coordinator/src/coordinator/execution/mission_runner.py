@@ -8,7 +8,7 @@ import structlog
 
 from contracts import mission as wire
 from contracts.causes import Refusal
-from contracts.mission import EventKind, MissionState, MissionStatus
+from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState, MissionStatus
 from contracts.motion import BaseReply, Hazard
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
@@ -284,7 +284,7 @@ class MissionRunner:
         except (MeshError, MapError) as error:
             log.warning("no map yet", error=str(error))
 
-    def tell(self, mission: wire.Mission, kind: EventKind, text: str, **data: Any) -> None:
+    def tell(self, mission: wire.Mission, kind: EventKind, text: str, data: EventFacts = NO_FACTS) -> None:
         """A line of the timeline of a mission that does not run: queued, or over before it began."""
         self._log.upsert(mission)
         self._publisher.say(mission.id, do.Say(self.mission.state, kind, text, data))
