@@ -5,8 +5,8 @@ import contextlib
 
 import pytest
 
+from mesh.latest_value import LatestValue
 from robot_bridge.sensing.camera import Camera
-from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.sensor_readings import ColourImage
 from robot_bridge.sensing.stamps import Clocks
 from support.toy_robot import ToyRobot
@@ -21,8 +21,7 @@ def frame(stamp_s: float) -> ColourImage:
 
 
 async def test_eight_viewers_and_as_many_pollers_share_one_encoding_of_each_frame() -> None:
-    frames: Mailbox[ColourImage] = Mailbox()
-    frames.bind(asyncio.get_running_loop())
+    frames: LatestValue[ColourImage] = LatestValue()
     camera = Camera(frames, jpeg_quality=85)
     seen: list[list[bytes]] = [[] for _ in range(VIEWERS)]
 
@@ -48,8 +47,7 @@ async def test_eight_viewers_and_as_many_pollers_share_one_encoding_of_each_fram
 
 
 async def test_a_viewer_who_comes_late_or_is_slow_sees_the_newest_frame_and_none_twice() -> None:
-    frames: Mailbox[ColourImage] = Mailbox()
-    frames.bind(asyncio.get_running_loop())
+    frames: LatestValue[ColourImage] = LatestValue()
     camera = Camera(frames, jpeg_quality=85)
     async with contextlib.aclosing(camera.stream()) as stream:
         for stamp_s in (1.0, 2.0, 3.0):
@@ -63,8 +61,7 @@ async def test_a_viewer_who_comes_late_or_is_slow_sees_the_newest_frame_and_none
 
 async def test_the_stream_goes_on_whatever_the_stamps_do() -> None:
     """What came later is newer."""
-    frames: Mailbox[ColourImage] = Mailbox()
-    frames.bind(asyncio.get_running_loop())
+    frames: LatestValue[ColourImage] = LatestValue()
     camera = Camera(frames, jpeg_quality=85)
     async with contextlib.aclosing(camera.stream()) as stream:
         for number, stamp_s in enumerate((100.0, 99.9, 5.0, 5.0, 1e9)):
@@ -79,8 +76,7 @@ async def test_the_stream_goes_on_whatever_the_stamps_do() -> None:
 async def test_each_picture_is_newer_than_the_last_whatever_clock_stamped_it(off_s: float | None) -> None:
     """As `GET /camera/frame?after=` and the page's puller ask: after the last one's stamp."""
     clocks = Clocks()
-    frames: Mailbox[ColourImage] = Mailbox()
-    frames.bind(asyncio.get_running_loop())
+    frames: LatestValue[ColourImage] = LatestValue()
     camera = Camera(frames, jpeg_quality=85)
     last_s: float | None = None
     for number in range(6):

@@ -73,7 +73,6 @@ class DockingMachine(RuleBasedStateMachine):
         self.loop, self.loop_s = asyncio.new_event_loop(), 0.0
         cast("Any", self.loop).time = lambda: self.loop_s
         self.clock, self.senses, self.sessions = FakeClock(), SensorReadings(), Sessions(timeout_s=1e6)
-        self.senses.bind(self.loop)
         self.session_id = self.sessions.open(0.0)
         self.world = World(self.senses)
         self.wheels = VelocityMux(

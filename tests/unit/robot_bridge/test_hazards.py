@@ -1,11 +1,11 @@
 """A hazard that was there for a moment counts for a while."""
 
 from contracts.motion import Hazard
-from robot_bridge.sensing.sensor_readings import HazardMailbox
+from robot_bridge.sensing.sensor_readings import LatestHazards
 
 
 def test_a_bump_shorter_than_a_tick_is_not_missed() -> None:
-    hazards = HazardMailbox()
+    hazards = LatestHazards()
     hazards.put(frozenset({Hazard.BUMP}), 10.0)
     hazards.put(frozenset(), 10.01)
     assert hazards.value == frozenset()
@@ -16,7 +16,7 @@ def test_a_bump_shorter_than_a_tick_is_not_missed() -> None:
 
 def test_a_hazard_told_once_lasts_until_another_message_says_otherwise() -> None:
     """The base tells of a change only: a wheel that hangs in the air is told of once."""
-    hazards = HazardMailbox()
+    hazards = LatestHazards()
     hazards.put(frozenset({Hazard.WHEEL_DROP}), 10.0)
     assert hazards.active(3600.0, 1.0) == {Hazard.WHEEL_DROP}
     hazards.put(frozenset(), 3600.0)
@@ -25,7 +25,7 @@ def test_a_hazard_told_once_lasts_until_another_message_says_otherwise() -> None
 
 
 def test_each_hazard_has_its_own_time() -> None:
-    hazards = HazardMailbox()
+    hazards = LatestHazards()
     hazards.put(frozenset({Hazard.BUMP}), 10.0)
     hazards.put(frozenset({Hazard.CLIFF}), 10.6)
     assert hazards.active(10.8, 1.0) == {Hazard.BUMP, Hazard.CLIFF}

@@ -9,9 +9,9 @@ from bench.map_likeness import changed
 from contracts.geometry import Pose2D
 from contracts.robot import KnownMap
 from mesh.errors import ConflictError, NotFoundError
+from mesh.latest_value import LatestValue
 from robot_bridge.navigation.dock_pose import DockPose
 from robot_bridge.navigation.map_book import MapBook
-from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.sensor_readings import DockView, Grid
 from robot_bridge.sensing.snapshot import Snapshot
 from support.fake_clock import FakeClock
@@ -28,7 +28,7 @@ def grid_of(seed: int) -> Grid:
 
 
 def book_in(folder: Path) -> MapBook:
-    return MapBook(folder, Mailbox(), FakeClock())
+    return MapBook(folder, LatestValue(), FakeClock())
 
 
 async def named(book: MapBook, *grids: Grid) -> list[str]:
@@ -94,8 +94,7 @@ async def test_what_a_person_says_of_two_homes_is_refused_where_their_walls_do_n
 
 
 async def test_each_map_that_comes_is_named_without_being_asked(tmp_path: Path) -> None:
-    mailbox: Mailbox[Grid] = Mailbox()
-    mailbox.bind(asyncio.get_running_loop())
+    mailbox: LatestValue[Grid] = LatestValue()
     book = MapBook(tmp_path, mailbox, FakeClock())
     mailbox.put(grid_of(1), 0.0)
     watching = asyncio.create_task(book.watch())

@@ -9,12 +9,12 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.robot import CandidatePose, Goal, GoalStatus
 from mesh.errors import ConflictError, NotFoundError, TooManyError
+from mesh.latest_value import LatestValue
 from robot_bridge.motion.sessions import SESSIONS_MAX, Sessions
 from robot_bridge.navigation.goal_states import ALLOWED, error_name, is_over, with_status
 from robot_bridge.navigation.goal_store import GOALS_KEPT, ActiveGoal, GoalStore
 from robot_bridge.navigation.path_check import GoalRegion
 from robot_bridge.routes.actions import SUCCESS
-from robot_bridge.sensing.mailbox import Mailbox
 
 GOAL = Goal(id="g", pose=Pose2D(x=0.0, y=0.0, yaw=0.0), status=GoalStatus.PENDING, stamp_s=1.0)
 
@@ -69,8 +69,7 @@ def test_the_celebration_is_as_the_requirement_says() -> None:
 
 
 async def test_a_mailbox_wakes_who_waits_from_another_thread_and_keeps_only_the_newest() -> None:
-    box: Mailbox[int] = Mailbox()
-    box.bind(asyncio.get_running_loop())
+    box: LatestValue[int] = LatestValue()
     waiting = asyncio.create_task(box.wait_for(lambda reading: reading.value >= 3, 5.0))
     await asyncio.sleep(0)
 
@@ -87,8 +86,7 @@ async def test_a_mailbox_wakes_who_waits_from_another_thread_and_keeps_only_the_
 
 
 async def test_nothing_wanted_in_time_is_none() -> None:
-    box: Mailbox[int] = Mailbox()
-    box.bind(asyncio.get_running_loop())
+    box: LatestValue[int] = LatestValue()
     assert await box.wait_for(lambda _: True, 0.01) is None
     box.put(1, 1.0)
     assert await box.wait_for(lambda reading: reading.value > 1, 0.01) is None

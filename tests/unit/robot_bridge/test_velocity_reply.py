@@ -5,16 +5,15 @@ from types import SimpleNamespace
 
 from contracts.geometry import Twist2D
 from contracts.robot import VelocityRequest
+from mesh.latest_value import LatestValue
 from robot_bridge.motion.arbiter import NO_COMMAND, ArbitratedCommand, Request
 from robot_bridge.routes.velocity import velocity
-from robot_bridge.sensing.mailbox import Mailbox
 
 ASKED = Twist2D(linear_x=0.2)
 
 
 async def test_it_tells_of_a_tick_that_knew_of_the_lease_not_of_one_just_before_it() -> None:
-    commanded: Mailbox[ArbitratedCommand] = Mailbox()
-    commanded.bind(asyncio.get_running_loop())
+    commanded: LatestValue[ArbitratedCommand] = LatestValue()
     clock = SimpleNamespace(s=10.0, now_s=lambda: clock.s)
 
     def request(_: Request) -> None:

@@ -22,6 +22,7 @@ from contracts.vision import (
 from inference.service import Inference
 from inference.validation.validation import require_box
 from mesh.errors import TooManyError
+from mesh.latest_value import Reading
 
 router = APIRouter()
 
@@ -125,10 +126,10 @@ async def annotated(
     wait_s: Annotated[float, Query(ge=0.0, le=20.0)] = 2.0,
 ) -> Response:
     """Long-poll: the newest frame with boxes, once it is another than the one taken at `after`."""
-    found = await inference.perception.annotated.other_than(after, wait_s=max(wait_s, 0.001))
+    found = await inference.perception.annotated.wait_for(lambda one: one.received_s != after, wait_s)
     if found is None:
         return Response(status_code=204)
-    return Response(found[1], media_type="image/jpeg", headers={"X-Stamp-S": f"{found[0]:.6f}"})
+    return Response(found.value, media_type="image/jpeg", headers={"X-Stamp-S": f"{found.received_s:.6f}"})
 
 
 @router.get("/annotated/stream", tags=["vision"], include_in_schema=False)
@@ -141,13 +142,17 @@ async def annotated_stream(inference: InferenceDep) -> StreamingResponse:
 
     async def parts() -> AsyncGenerator[bytes]:
         stamp_s: float | None = None
+
+        def another(one: Reading[bytes]) -> bool:
+            return one.received_s != stamp_s
+
         perception.viewers += 1
         try:
             while True:
-                found = await perception.annotated.other_than(stamp_s, wait_s=STREAM_WAIT_S)
+                found = await perception.annotated.wait_for(another, STREAM_WAIT_S)
                 if found is None:
                     continue
-                stamp_s, jpeg = found
+                stamp_s, jpeg = found.received_s, found.value
                 head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
                 yield head.encode() + jpeg + b"\r\n"
         finally:

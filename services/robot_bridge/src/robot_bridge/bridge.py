@@ -210,7 +210,6 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
     stop = latch.load(now_s=clock.now_s())
     sessions = Sessions(timeout_s=settings.session_timeout_s)
     senses = robot.senses
-    senses.bind(asyncio.get_running_loop())
     wheels = VelocityMux(
         senses=senses,
         sessions=sessions,

@@ -15,12 +15,12 @@ from contracts.vision import Detection, Detections, ObjectSpotted, Target
 from inference.boxes import best_target, scaled
 from inference.perception.annotate import annotate, to_jpeg
 from inference.perception.models import Models
-from inference.perception.newest import Newest
 from inference.ports import Camera, Frame, RgbImage
 from inference.settings import Settings
 from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError, UpstreamError
+from mesh.latest_value import LatestValue
 
 log = structlog.get_logger()
 
@@ -50,7 +50,7 @@ class Perception:
     bus: Bus
     clock: Clock
     wanted: MissionTarget = field(default_factory=MissionTarget)
-    annotated: Newest[bytes] = field(default_factory=Newest[bytes])
+    annotated: LatestValue[bytes] = field(default_factory=LatestValue[bytes])
     viewers: int = 0
     """Of the annotated stream, now."""
     trouble: str = "no frame yet"
@@ -115,7 +115,7 @@ class Perception:
         self.trouble = ""
         FRAMES.inc()
         drawn = await asyncio.to_thread(self._drawn, image, found, target)
-        await self.annotated.put(frame.stamp_s, drawn)
+        self.annotated.put(drawn, frame.stamp_s)
 
     async def _measured(
         self, found: tuple[Detection, ...], stamp_s: float, size_px: tuple[int, int]

@@ -18,6 +18,7 @@ from contracts.motion import EndedMotion, MotionEnd, RotateReply
 from contracts.robot import EmergencyStop, Priority
 from mesh.clock import Clock
 from mesh.errors import ConflictError
+from mesh.latest_value import LatestValue
 from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, Arbiter, ArbitratedCommand, Limits, Request
 from robot_bridge.motion.motion_executor import ActiveMotion, MotionExecutor
 from robot_bridge.motion.motions import Ending
@@ -26,7 +27,6 @@ from robot_bridge.motion.words import refusal_in_words
 from robot_bridge.safety import emergency_stop
 from robot_bridge.safety.collision_monitor import SafetyLimits, apply_safety
 from robot_bridge.safety.safety_input import fresh_odometry, safety_input
-from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.sensor_readings import SensorReadings
 
 NAVIGATION_SOURCE = "cmd_vel_nav"
@@ -54,7 +54,7 @@ class VelocityMux:
         hazard_hold_s: float,
         navigation_may_reverse: bool = True,
     ) -> None:
-        self.commanded: Mailbox[ArbitratedCommand] = Mailbox()
+        self.commanded: LatestValue[ArbitratedCommand] = LatestValue()
         self.arbiter = Arbiter(limits)
         self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
         self._senses = senses
@@ -81,7 +81,6 @@ class VelocityMux:
     ) -> None:
         """Before the first tick. `on_session_ended` is called in `loop`."""
         self._send = send
-        self.commanded.bind(loop)
 
         def ended(session_id: str) -> None:
             loop.call_soon_threadsafe(on_session_ended, session_id)

@@ -15,7 +15,7 @@ from geometry.grids import MapError, OccupancyGrid, decode, encode
 from geometry.places import content_id, same_place, sketch_of
 from mesh.clock import Clock
 from mesh.errors import ConflictError, NotFoundError
-from robot_bridge.sensing.mailbox import Mailbox
+from mesh.latest_value import LatestValue
 from robot_bridge.sensing.sensor_readings import Grid
 
 log = structlog.get_logger()
@@ -53,7 +53,7 @@ class Book(Message):
 class MapBook:
     """Names the robot's map: it is the known one that it agrees with, the last one looked at first; else a new one."""
 
-    def __init__(self, state_dir: Path, mailbox: Mailbox[Grid], clock: Clock) -> None:
+    def __init__(self, state_dir: Path, mailbox: LatestValue[Grid], clock: Clock) -> None:
         self._file = state_dir / FILE
         self._mailbox = mailbox
         self._clock = clock

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 
-from robot_bridge.sensing.mailbox import Mailbox, Reading
+from mesh.latest_value import LatestValue, Reading
 from robot_bridge.sensing.sensor_readings import ColourImage
 
 BOUNDARY = "frame"
@@ -23,7 +23,7 @@ class Picture:
 class Camera:
     """Encodes lazily and off the event loop; one picture is kept, and one encoding is shared by all who wait for it."""
 
-    def __init__(self, frames: Mailbox[ColourImage], *, jpeg_quality: int) -> None:
+    def __init__(self, frames: LatestValue[ColourImage], *, jpeg_quality: int) -> None:
         self._frames = frames
         self._quality = jpeg_quality
         self._of: ColourImage | None = None

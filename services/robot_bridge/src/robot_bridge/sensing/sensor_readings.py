@@ -1,7 +1,6 @@
 """What the robot perceives, as plain frozen values: no ROS types beyond the adapter."""
 
-import asyncio
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +9,9 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import Hazard
 from contracts.robot import BaseStopState, Battery
 from geometry.grids import OccupancyGrid
+from mesh.latest_value import LatestValue
 from robot_bridge.sensing.blindness import NO_ARCS, Arcs
 from robot_bridge.sensing.endpoints import Mismatch
-from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.reception import Reception
 from robot_bridge.sensing.stamps import Clocks
 from robot_bridge.sensing.transform_buffer import PoseBuffer, TransformBuffer
@@ -122,7 +121,7 @@ class DockView:
     dock_visible: bool = False
 
 
-class HazardMailbox(Mailbox[frozenset[Hazard]]):
+class LatestHazards(LatestValue[frozenset[Hazard]]):
     """The newest vector is the state until another comes; a bump shorter than a tick must not be missed."""
 
     def __init__(self) -> None:
@@ -168,31 +167,31 @@ class DepthHistory:
 class SensorReadings:
     """Every sensor's newest value. Written by the robot's thread, read by anyone."""
 
-    scan: Mailbox[Scan] = field(default_factory=Mailbox[Scan])
-    odometry: Mailbox[Odometry] = field(default_factory=Mailbox[Odometry])
-    rgb: Mailbox[ColourImage] = field(default_factory=Mailbox[ColourImage])
-    depth: Mailbox[DepthImage] = field(default_factory=Mailbox[DepthImage])
-    rgb_intrinsics: Mailbox[Intrinsics] = field(default_factory=Mailbox[Intrinsics])
-    depth_intrinsics: Mailbox[Intrinsics] = field(default_factory=Mailbox[Intrinsics])
-    map: Mailbox[Grid] = field(default_factory=Mailbox[Grid])
-    battery: Mailbox[Battery] = field(default_factory=Mailbox[Battery])
-    charging_told: Mailbox[bool] = field(default_factory=Mailbox[bool])
+    scan: LatestValue[Scan] = field(default_factory=LatestValue[Scan])
+    odometry: LatestValue[Odometry] = field(default_factory=LatestValue[Odometry])
+    rgb: LatestValue[ColourImage] = field(default_factory=LatestValue[ColourImage])
+    depth: LatestValue[DepthImage] = field(default_factory=LatestValue[DepthImage])
+    rgb_intrinsics: LatestValue[Intrinsics] = field(default_factory=LatestValue[Intrinsics])
+    depth_intrinsics: LatestValue[Intrinsics] = field(default_factory=LatestValue[Intrinsics])
+    map: LatestValue[Grid] = field(default_factory=LatestValue[Grid])
+    battery: LatestValue[Battery] = field(default_factory=LatestValue[Battery])
+    charging_told: LatestValue[bool] = field(default_factory=LatestValue[bool])
     """Whether the battery says if it is charged; one that does not is charged on the dock."""
-    dock: Mailbox[DockView] = field(default_factory=Mailbox[DockView])
-    hazards: HazardMailbox = field(default_factory=HazardMailbox)
-    base_stop: Mailbox[BaseStopState] = field(default_factory=Mailbox[BaseStopState])
+    dock: LatestValue[DockView] = field(default_factory=LatestValue[DockView])
+    hazards: LatestHazards = field(default_factory=LatestHazards)
+    base_stop: LatestValue[BaseStopState] = field(default_factory=LatestValue[BaseStopState])
     """Told about once a second, and whenever the wheels say something."""
-    hazards_offered: Mailbox[bool] = field(default_factory=Mailbox[bool])
+    hazards_offered: LatestValue[bool] = field(default_factory=LatestValue[bool])
     """Whether somebody would tell of a hazard if there were one. Told about once a second."""
-    other_drivers: Mailbox[tuple[str, ...]] = field(default_factory=Mailbox[tuple[str, ...]])
+    other_drivers: LatestValue[tuple[str, ...]] = field(default_factory=LatestValue[tuple[str, ...]])
     """Nodes that publish cmd_vel beside this bridge. Told about once a second."""
-    foreign_velocity: Mailbox[tuple[float, float]] = field(default_factory=Mailbox[tuple[float, float]])
+    foreign_velocity: LatestValue[tuple[float, float]] = field(default_factory=LatestValue[tuple[float, float]])
     """m/s and rad/s that somebody else has sent the base; never a standstill."""
-    localiser_listens: Mailbox[bool] = field(default_factory=Mailbox[bool])
+    localiser_listens: LatestValue[bool] = field(default_factory=LatestValue[bool])
     """Whether somebody takes initial poses. Told about once a second."""
-    mismatches: Mailbox[tuple[Mismatch, ...]] = field(default_factory=Mailbox[tuple[Mismatch, ...]])
+    mismatches: LatestValue[tuple[Mismatch, ...]] = field(default_factory=LatestValue[tuple[Mismatch, ...]])
     """Who else is on the bridge's topics in another type."""
-    nav2_missing: Mailbox[str] = field(default_factory=Mailbox[str])
+    nav2_missing: LatestValue[str] = field(default_factory=LatestValue[str])
     """What keeps Nav2 from taking goals; '' when nothing does. Told about once a second."""
     depth_history: DepthHistory = field(default_factory=DepthHistory)
     reception: Reception = field(default_factory=Reception)
@@ -206,9 +205,3 @@ class SensorReadings:
         if missing is None or age_s is None or age_s > NAV2_SILENCE_S_MAX:
             return "nothing has been heard of it"
         return missing
-
-    def bind(self, loop: asyncio.AbstractEventLoop) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if isinstance(value, Mailbox):
-                value.bind(loop)

@@ -7,7 +7,7 @@ from typing import Any
 from contracts.geometry import Pose2D
 from contracts.motion import Hazard
 from contracts.robot import Battery, SensorState, SensorStatus
-from robot_bridge.sensing.mailbox import Mailbox, Reading
+from mesh.latest_value import LatestValue, Reading
 from robot_bridge.sensing.reception import Reception
 from robot_bridge.sensing.sensor_readings import (
     ColourImage,
@@ -120,7 +120,7 @@ def judge(reception: Reception, name: str, age_s: float | None, age_s_max: float
 
 
 def camera_info(
-    pictures: Mailbox[ColourImage] | Mailbox[DepthImage], infos: Mailbox[Intrinsics], status: SensorStatus
+    pictures: LatestValue[ColourImage] | LatestValue[DepthImage], infos: LatestValue[Intrinsics], status: SensorStatus
 ) -> SensorStatus:
     """A camera_info of another cut than the pictures makes no sense with them."""
     picture, info = pictures.value, infos.value

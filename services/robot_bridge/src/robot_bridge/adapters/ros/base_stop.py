@@ -8,8 +8,8 @@ from irobot_create_msgs.srv import EStop
 from rclpy.node import Node
 
 from mesh.clock import Clock
+from mesh.latest_value import LatestValue
 from robot_bridge.safety.base_stop import BaseStop, BaseStopState
-from robot_bridge.sensing.mailbox import Mailbox
 
 log = structlog.get_logger()
 
@@ -20,7 +20,7 @@ class BaseStopService:
     What the service answers is not looked at: behind create3_republisher it is always `success: false`.
     """
 
-    def __init__(self, node: Node, service: str, clock: Clock, told: Mailbox[BaseStopState]) -> None:
+    def __init__(self, node: Node, service: str, clock: Clock, told: LatestValue[BaseStopState]) -> None:
         self._client = node.create_client(EStop, service)
         self._clock = clock
         self._told = told

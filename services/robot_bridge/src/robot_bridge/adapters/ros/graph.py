@@ -6,8 +6,8 @@ import structlog
 from rclpy.node import Node
 
 from mesh.clock import Clock
+from mesh.latest_value import LatestValue
 from robot_bridge.sensing.endpoints import Endpoint, Mismatch, in_words, mismatches
-from robot_bridge.sensing.mailbox import Mailbox
 
 log = structlog.get_logger()
 
@@ -16,7 +16,7 @@ class TypeWatch:
     """Looks at every topic that the node subscribes to, the feedback of `actions` among them, or publishes."""
 
     def __init__(
-        self, node: Node, actions: tuple[str, ...], found: Mailbox[tuple[Mismatch, ...]], clock: Clock
+        self, node: Node, actions: tuple[str, ...], found: LatestValue[tuple[Mismatch, ...]], clock: Clock
     ) -> None:
         self._node = node
         self._feedback = [node.resolve_topic_name(f"{action}/_action/feedback") for action in actions]

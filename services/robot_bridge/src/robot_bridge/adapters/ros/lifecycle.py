@@ -10,7 +10,7 @@ from rclpy.action.client import ActionClient
 from rclpy.node import Node
 
 from mesh.clock import Clock
-from robot_bridge.sensing.mailbox import Mailbox
+from mesh.latest_value import LatestValue
 from robot_bridge.settings import RosSettings
 
 log = structlog.get_logger()
@@ -22,7 +22,14 @@ class Nav2Watch:
     """Says 'active' once every node answers so, and goals left by an earlier process have been cancelled."""
 
     def __init__(
-        self, node: Node, ros: RosSettings, missing: Mailbox[str], clock: Clock, navigate: ActionClient, *, cancel: Any
+        self,
+        node: Node,
+        ros: RosSettings,
+        missing: LatestValue[str],
+        clock: Clock,
+        navigate: ActionClient,
+        *,
+        cancel: Any,
     ) -> None:
         self._missing = missing
         self._clock = clock

@@ -20,10 +20,10 @@ from sensor_msgs.msg import BatteryState, CameraInfo, CompressedImage, Image, La
 from tf2_msgs.msg import TFMessage
 
 from mesh.clock import Clock
+from mesh.latest_value import LatestValue
 from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.subscriptions import BestAvailable, image_type, qos_profile
 from robot_bridge.limits import laser_rules
-from robot_bridge.sensing.mailbox import Mailbox
 from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.sensing.stamps import TF, Moment
 from robot_bridge.sensing.transforms import planar
@@ -103,7 +103,9 @@ class Sensing:
 
         self._subscribe(kind, channel, heard)
 
-    def _keep(self, sensor: str, kind: type[Any], channel: Channel, into: Mailbox[V], read: Callable[[Any], V]) -> None:
+    def _keep(
+        self, sensor: str, kind: type[Any], channel: Channel, into: LatestValue[V], read: Callable[[Any], V]
+    ) -> None:
         def take(message: Any) -> str:
             into.put(read(message), self._clock.now_s())
             return ""

@@ -1,4 +1,4 @@
-"""Values that cross from the robot's thread to asyncio: the newest wins, nothing queues."""
+"""The newest value of a stream, for whoever waits for another; nothing queues."""
 
 import asyncio
 from collections.abc import Callable
@@ -10,7 +10,8 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Reading(Generic[T]):
-    """A value and when it came, on the bridge's own clock (the robot's clock may be another)."""
+    """A value and when it came, by the clock of whoever put it; wait for *another* `received_s`, not a later one:
+    a robot's clock may start again."""
 
     value: T
     received_s: float
@@ -19,17 +20,13 @@ class Reading(Generic[T]):
         return max(0.0, now_s - self.received_s)
 
 
-class Mailbox(Generic[T]):
-    """Holds the newest reading. Written by one thread, read by any; only asyncio may wait on it."""
+class LatestValue(Generic[T]):
+    """Written by one thread, read by any; the tasks of one loop may wait on it."""
 
     def __init__(self) -> None:
         self._newest: Reading[T] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._waiters: set[asyncio.Future[None]] = set()
-
-    def bind(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Names the loop whose tasks may wait here."""
-        self._loop = loop
 
     @property
     def newest(self) -> Reading[T] | None:
@@ -52,7 +49,7 @@ class Mailbox(Generic[T]):
 
     async def wait_for(self, wanted: Callable[[Reading[T]], bool], timeout_s: float) -> Reading[T] | None:
         """The first reading that is `wanted`, the present one included; none when `timeout_s` passes."""
-        loop = asyncio.get_running_loop()
+        loop = self._loop = asyncio.get_running_loop()
         deadline_s = loop.time() + timeout_s
         while True:
             waiter: asyncio.Future[None] = loop.create_future()
