@@ -15,12 +15,14 @@ from contracts.measuring import LocalizeRequest, Measurement, NotMeasured, not_m
 from contracts.robot import KnownMap
 from contracts.vision import Detection, Detections
 from geometry.grids import OccupancyGrid
-from robot_bridge.sensing.depth import noise_m
+from robot_bridge.settings import Settings
 from sim.home import Home
 from sim.home.model import Thing
 from sim.world import World
 from sim.world.occupancy import reachable
 from sim.world.robot import RGB_CAMERA
+
+NOISE = Settings().depth_noise
 
 SEEN_M_MAX = 2.6
 DEPTH_M_MAX = 3.0
@@ -85,13 +87,13 @@ class Eyes:
 
     async def localize(self, request: LocalizeRequest) -> tuple[Measurement, ...]:
         near = [self._depth_m(box) for box in request.boxes_xyxy]
-        return tuple(Measurement(depth_m=one, sigma_m=noise_m(one) if one is not None else None) for one in near)
+        return tuple(Measurement(depth_m=one, sigma_m=NOISE.sigma_m(one) if one is not None else None) for one in near)
 
     def _measured(self, box: BboxXyxy) -> Measurement:
         ahead_m = self._ahead(_centre(box))
         if ahead_m > DEPTH_M_MAX:
             return not_measured(NotMeasured.NO_DEPTH, "too far")
-        sigma_m = noise_m(ahead_m)
+        sigma_m = NOISE.sigma_m(ahead_m)
         point = self._eye(self.pose) + self._ray(_centre(box)) * (ahead_m + self._rng.normal(0.0, sigma_m))
         place = Point3D(x=float(point[0]), y=float(point[1]), z=float(point[2]))
         return Measurement(distance_m=ahead_m, depth_m=ahead_m, sigma_m=sigma_m, map_point=place)

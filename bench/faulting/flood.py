@@ -24,6 +24,7 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "GET /ready": None,
         "GET /metrics": None,
         "GET /state": None,
+        "GET /description": None,
         "GET /scan": None,
         "GET /map": None,
         "GET /map.png": None,

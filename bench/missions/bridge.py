@@ -35,9 +35,11 @@ from contracts.vision import Detection
 from geometry.boxes import iou
 from geometry.poses import compose
 from mesh.errors import UpstreamError
-from robot_bridge.sensing.depth import noise_m
+from robot_bridge.settings import Settings
 from sim.nav.codes import NavigationError
 from sim.world.robot import CAMERA_X_M, RGB_CAMERA
+
+NOISE = Settings().depth_noise
 
 M = TypeVar("M", bound=Moving)
 TICK_S = 0.05
@@ -366,7 +368,7 @@ class SimulatedBridge:
         seen = shown_in(frame, box)
         distance = seen.distance_m if seen is not None else self.place.depth_at(frame.true_pose, u, v)
         if math.isfinite(distance):
-            distance += float(self.rng.normal(0.0, min(0.5, noise_m(distance))))
+            distance += float(self.rng.normal(0.0, min(0.5, NOISE.sigma_m(distance))))
         if self._faults.depth_lie and self.rng.random() < self._faults.depth_lie:
             distance *= float(self.rng.choice([0.5, 0.65, 1.5, 2.0]))
         if not DEPTH_MIN_M <= distance <= DEPTH_MAX_M:
@@ -376,7 +378,7 @@ class SimulatedBridge:
         return Measurement(
             distance_m=distance,
             depth_m=distance * math.cos(bearing),
-            sigma_m=noise_m(distance),
+            sigma_m=NOISE.sigma_m(distance),
             bearing_rad=math.atan2(y, x),
             base_point=Point3D(x=x, y=y, z=0.2),
             map_point=Point3D(x=there.x, y=there.y, z=0.2),

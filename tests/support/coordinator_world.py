@@ -50,8 +50,8 @@ from contracts.vision import (
 from geometry.grids import OccupancyGrid, encode
 from geometry.poses import compose
 from mesh.errors import UnavailableError, UpstreamError
-from robot_bridge.sensing.depth import noise_m
 from support.bus import MemoryBus
+from support.described import NOISE
 from support.fake_clock import FakeClock
 
 HFOV_RAD = math.radians(54)
@@ -183,7 +183,7 @@ class World:
         reach = away_m + CAMERA_M
         return Measurement(
             distance_m=away_m,
-            sigma_m=noise_m(away_m),
+            sigma_m=NOISE.sigma_m(away_m),
             bearing_rad=bearing_rad,
             base_point=Point3D(x=reach * math.cos(bearing_rad), y=reach * math.sin(bearing_rad), z=0.1),
             map_point=Point3D(x=thing.x, y=thing.y, z=0.1),

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from robot_bridge.sensing.depth import core, depths_in_box, localise, measure, near_mode, noise_m, scaled_box
+from robot_bridge.sensing.depth import core, depths_in_box, localise, measure, near_mode, scaled_box
 from robot_bridge.sensing.sensor_readings import Intrinsics
 from robot_bridge.sensing.transforms import matrix
+from support.described import NOISE
 
 COLOUR = Intrinsics("colour", 250, 250, 100.0, 100.0, 125.0, 125.0)
 DEPTH = Intrinsics("depth", 640, 400, 200.0, 200.0, 320.0, 200.0)
@@ -18,30 +19,30 @@ RANDOM = np.random.default_rng(7)
 
 
 def noisy(distance_m: float, count: int) -> np.ndarray:
-    return RANDOM.normal(distance_m, noise_m(distance_m), count)
+    return RANDOM.normal(distance_m, NOISE.sigma_m(distance_m), count)
 
 
 def test_a_thing_in_front_of_a_wall_is_measured_though_the_wall_fills_most_of_the_box() -> None:
-    measured = near_mode(np.concatenate([noisy(1.0, 300), noisy(2.5, 700)]))
+    measured = near_mode(np.concatenate([noisy(1.0, 300), noisy(2.5, 700)]), NOISE)
     assert measured.distance_m == pytest.approx(1.0, abs=0.02)
     assert measured.spread_m == pytest.approx(0.012, abs=0.01)
 
 
 def test_a_few_stray_pixels_in_front_are_not_the_thing() -> None:
-    measured = near_mode(np.concatenate([noisy(0.4, 20), noisy(1.2, 980)]))
+    measured = near_mode(np.concatenate([noisy(0.4, 20), noisy(1.2, 980)]), NOISE)
     assert measured.distance_m == pytest.approx(1.2, abs=0.02)
 
 
 def test_too_few_pixels_measure_nothing_and_say_so() -> None:
-    measured = near_mode(noisy(1.0, 5))
+    measured = near_mode(noisy(1.0, 5), NOISE)
     assert (measured.distance_m, measured.reason) == (None, "too few depth pixels in the box")
 
 
 @example(2.5, 230)  # a group whose nearest samples alone are enough to be one
 @given(st.floats(0.3, 2.8), st.integers(200, 20_000))
 def test_a_plain_surface_is_measured_within_its_noise(distance_m: float, count: int) -> None:
-    measured = near_mode(np.random.default_rng(count).normal(distance_m, noise_m(distance_m), count))
-    assert measured.distance_m == pytest.approx(distance_m, abs=0.02 + noise_m(distance_m))
+    measured = near_mode(np.random.default_rng(count).normal(distance_m, NOISE.sigma_m(distance_m), count), NOISE)
+    assert measured.distance_m == pytest.approx(distance_m, abs=0.02 + NOISE.sigma_m(distance_m))
 
 
 def test_the_depth_pixels_of_a_colour_box_are_found_by_both_cameras_geometry() -> None:
@@ -72,14 +73,14 @@ def test_holes_are_no_distance() -> None:
 def test_the_share_of_holes_is_told_beside_the_distance() -> None:
     depth = np.full((400, 640), 1.0, np.float32)
     depth[:, ::4] = 0.0
-    measured = measure(depths_in_box(depth, (110, 110, 140, 140), COLOUR, DEPTH, None))
+    measured = measure(depths_in_box(depth, (110, 110, 140, 140), COLOUR, DEPTH, None), NOISE)
     assert measured.distance_m == pytest.approx(1.0)
     assert measured.holes == pytest.approx(0.25, abs=0.02)
 
 
 def test_a_box_no_depth_pixel_shows_has_neither_depth_nor_holes() -> None:
     narrow = Intrinsics("depth", 640, 400, 2000.0, 2000.0, 320.0, 200.0)
-    found = measure(depths_in_box(np.ones((400, 640), np.float32), (0, 0, 20, 20), COLOUR, narrow, None))
+    found = measure(depths_in_box(np.ones((400, 640), np.float32), (0, 0, 20, 20), COLOUR, narrow, None), NOISE)
     assert (found.distance_m, found.holes, found.samples) == (None, None, 0)
 
 

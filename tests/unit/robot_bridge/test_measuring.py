@@ -12,6 +12,7 @@ from contracts.robot import BoxQuery
 from robot_bridge.sensing.object_localizer import ObjectLocalizer
 from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
 from robot_bridge.sensing.transforms import matrix
+from support.described import NOISE
 from support.fake_clock import FakeClock
 
 OPTICAL = matrix((0.06, 0.0, 0.24), (-0.5, 0.5, -0.5, 0.5))
@@ -37,7 +38,7 @@ def senses_turning_at(rad_s: float, *, depth_frame: str = "optical") -> SensorRe
 
 
 def measuring(senses: SensorReadings) -> ObjectLocalizer:
-    return ObjectLocalizer(senses, FakeClock(10.2), 0.5, 1.5)
+    return ObjectLocalizer(senses, FakeClock(10.2), 0.5, 1.5, NOISE)
 
 
 def box(u_px: float, stamp_s: float | None) -> BoxQuery:

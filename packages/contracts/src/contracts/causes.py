@@ -91,6 +91,8 @@ class Refusal(StrEnum):
     """It docks or undocks already."""
     NO_REVERSE = "no_reverse"
     """Backwards, which the request does not allow."""
+    TOO_FAST = "too_fast"
+    """Faster than the base can."""
     CLIENT_LEFT = "client_left"
     """The connection it was asked for on has closed."""
     NO_DOCK_STATUS = "no_dock_status"

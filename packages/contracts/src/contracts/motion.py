@@ -107,7 +107,7 @@ class BaseEnd(StrEnum):
 
 class RotateRequest(Message):
     angle_rad: float = Field(ge=-12.6, le=12.6, description="relative, counter-clockwise positive")
-    speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9)
+    speed_rad_s: float = Field(default=1.0, gt=0.0, le=4.0, description="the bridge refuses more than the base can")
     timeout_s: float = Field(default=20.0, gt=0.0, le=60.0)
     epoch: int = Field(ge=0)
     session_id: str | None = None
@@ -115,7 +115,7 @@ class RotateRequest(Message):
 
 class DriveRequest(Message):
     distance_m: float = Field(ge=-2.0, le=2.0, description="along base_link x; negative needs allow_reverse")
-    speed_m_s: float = Field(default=0.15, gt=0.0, le=0.306)
+    speed_m_s: float = Field(default=0.15, gt=0.0, le=2.0, description="the bridge refuses more than the base can")
     timeout_s: float = Field(default=20.0, gt=0.0, le=60.0)
     allow_reverse: bool = False
     epoch: int = Field(ge=0)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from contracts.base import Message
+from contracts.description import RobotDescription
 from contracts.mission import MissionEvent, MissionStatus, MissionTarget
 from contracts.obstacles import Obstacles
 from contracts.robot import EmergencyStop, Goal, RobotState
@@ -30,6 +31,7 @@ class Topic(Generic[M]):
 
 
 ROBOT_STATE = Topic("robot.state", RobotState, "robot_bridge", kept=True)
+ROBOT_DESCRIPTION = Topic("robot.description", RobotDescription, "robot_bridge", kept=True)
 ROBOT_OBSTACLES = Topic("robot.obstacles", Obstacles, "robot_bridge")
 ROBOT_NAVIGATION = Topic("robot.navigation", Goal, "robot_bridge")
 ROBOT_EMERGENCY_STOP = Topic("robot.emergency_stop", EmergencyStop, "robot_bridge", kept=True)
@@ -41,6 +43,7 @@ MISSION_EVENTS = Topic("mission.events", MissionEvent, "coordinator")
 
 ALL_TOPICS: tuple[Topic[Any], ...] = (
     ROBOT_STATE,
+    ROBOT_DESCRIPTION,
     ROBOT_OBSTACLES,
     ROBOT_NAVIGATION,
     ROBOT_EMERGENCY_STOP,

@@ -10,12 +10,14 @@ from typing import TypeVar, assert_never
 import structlog
 
 from contracts.causes import GoalCause
+from contracts.description import RobotDescription
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import BaseStopState, Goal, RobotState, SensorState, SensorStatus
-from contracts.topics import ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE
+from contracts.topics import ROBOT_DESCRIPTION, ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
+from mesh.errors import UnavailableError
 from mesh.tasks import Tasks
 from robot_bridge.emergency_stop_service import EmergencyStopService
 from robot_bridge.limits import arbiter_limits, motion_gains, obstacle_limits, safety_limits
@@ -32,6 +34,7 @@ from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 from robot_bridge.safety.obstacles import obstacles
 from robot_bridge.sensing import base_health, endpoints
 from robot_bridge.sensing.camera import Camera
+from robot_bridge.sensing.object_localizer import ObjectLocalizer
 from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
 from robot_bridge.sensing.stamps import TF, apart
 from robot_bridge.settings import Settings
@@ -66,6 +69,7 @@ class Bridge:
     docking: Docking
     maps: MapBook
     recordings: Recordings
+    measuring: ObjectLocalizer
     celebrated_s: float | None = None
 
     def end_session(self, session_id: str) -> None:
@@ -129,6 +133,17 @@ class Bridge:
             }
         )
 
+    def description(self) -> RobotDescription:
+        """The settings' body, with the camera as it tells itself. Raises `UnavailableError` before it does."""
+        settings = self.settings
+        return RobotDescription(
+            footprint_radius_m=settings.footprint_radius_m,
+            speed_m_s_max=settings.speed_m_s_max,
+            turn_rad_s_max=settings.turn_rad_s_max,
+            camera=self.measuring.camera(),
+            depth_noise=settings.depth_noise,
+        )
+
     def snapshot(self) -> Snapshot:
         """Every sensor, now."""
         return take_snapshot(self.robot.senses, self.settings.ages, self.clock.now_s())
@@ -168,6 +183,13 @@ class Bridge:
         while True:
             await self.bus.publish(ROBOT_STATE, self.state())
             await self.clock.sleep(0.1)
+
+    async def publish_description(self) -> None:
+        """Only once it is whole: what another service knows is never less than before."""
+        while True:
+            with contextlib.suppress(UnavailableError):
+                await self.bus.publish(ROBOT_DESCRIPTION, self.description())
+            await self.clock.sleep(1.0)
 
     async def publish_obstacles(self) -> None:
         last_s = 0.0
@@ -258,6 +280,9 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tuning=Tuning(motion_gains(settings)),
         docking=docking,
         maps=maps,
+        measuring=ObjectLocalizer(
+            senses, clock, settings.depth_match_s_max, settings.image_age_s_max, settings.depth_noise
+        ),
         recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
     wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=bridge.session_ended)
@@ -265,6 +290,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
     try:
         stopping.restore()
         tasks.start("publish-state", bridge.publish_state())
+        tasks.start("publish-description", bridge.publish_description())
         tasks.start("publish-obstacles", bridge.publish_obstacles())
         tasks.start("watch-base-stop", stopping.watch_base())
         tasks.start("publish-stop", stopping.publish(bus))

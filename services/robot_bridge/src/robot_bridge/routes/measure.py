@@ -5,7 +5,6 @@ from fastapi import APIRouter
 from contracts.measuring import LocalizeReply, LocalizeRequest
 from contracts.robot import BoxQuery, DepthReply
 from robot_bridge.routes.deps import BridgeDep
-from robot_bridge.sensing.object_localizer import ObjectLocalizer
 
 router = APIRouter(tags=["measuring"])
 
@@ -13,15 +12,10 @@ router = APIRouter(tags=["measuring"])
 @router.post("/depth")
 async def depth(query: BoxQuery, bridge: BridgeDep) -> DepthReply:
     """Distance along the optical axis to what the box shows; none, with a reason, where it cannot be measured."""
-    return await _measuring(bridge).depth(query)
+    return await bridge.measuring.depth(query)
 
 
 @router.post("/localize")
 async def localize(request: LocalizeRequest, bridge: BridgeDep) -> LocalizeReply:
     """Where the things in the boxes of a picture are: bearing, distance, the point in base_link and map, or why not."""
-    return await _measuring(bridge).localize(request)
-
-
-def _measuring(bridge: BridgeDep) -> ObjectLocalizer:
-    settings = bridge.settings
-    return ObjectLocalizer(bridge.robot.senses, bridge.clock, settings.depth_match_s_max, settings.image_age_s_max)
+    return await bridge.measuring.localize(request)

@@ -5,7 +5,7 @@ from starlette.requests import Request as HttpRequest
 
 from contracts.causes import Refusal
 from contracts.motion import DriveReply, DriveRequest, EndedMotion, MotionEnd, MotionGains, RotateReply, RotateRequest
-from mesh.errors import ConflictError
+from mesh.errors import ConflictError, UnprocessableError
 from robot_bridge.motion.motions import DriveOnHeading, Spin
 from robot_bridge.navigation.goal_executor import refuse_while_navigating
 from robot_bridge.routes.deps import BridgeDep, while_connected
@@ -17,6 +17,7 @@ router = APIRouter(tags=["motion"])
 async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -> RotateReply:
     """Turns by an angle on odometry; answers when it is done or given up. Ends with the connection."""
     refuse_while_navigating(bridge.goals, "turning")
+    _refuse_faster(request.speed_rad_s, bridge.settings.turn_rad_s_max, "rad/s")
     motion = Spin(request.angle_rad, speed_rad_s=request.speed_rad_s, timeout_s=request.timeout_s, tuning=bridge.tuning)
     moving = bridge.move(motion, name="rotate", epoch=request.epoch, session_id=request.session_id)
     return await while_connected(http, moving)
@@ -26,6 +27,7 @@ async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -
 async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> DriveReply:
     """Drives a distance on odometry; answers when it is done or given up (an obstacle or a lost connection ends it)."""
     refuse_while_navigating(bridge.goals, "driving")
+    _refuse_faster(request.speed_m_s, bridge.settings.speed_m_s_max, "m/s")
     if request.distance_m < 0.0 and not request.allow_reverse:
         raise ConflictError("driving backwards needs allow_reverse", code=Refusal.NO_REVERSE)
     motion = DriveOnHeading(
@@ -60,3 +62,9 @@ async def tune(request: MotionGains, bridge: BridgeDep) -> MotionGains:
     """Acts at once, on the motion under way too; forgotten when the process ends (the settings hold what lasts)."""
     bridge.tuning.gains = request
     return bridge.tuning.gains
+
+
+def _refuse_faster(wanted: float, most: float, unit: str) -> None:
+    if wanted > most:
+        text = f"{wanted:g} {unit} is more than this robot's {most:g} {unit}"
+        raise UnprocessableError(text, code=Refusal.TOO_FAST)

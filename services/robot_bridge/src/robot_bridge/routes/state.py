@@ -7,6 +7,7 @@ import numpy as np
 from fastapi import APIRouter, Query
 from fastapi.responses import Response
 
+from contracts.description import RobotDescription
 from contracts.laser import LaserScan
 from contracts.robot import KnownMap, Map, RobotState, SameHomeRequest
 from geometry.grids import encode
@@ -20,6 +21,12 @@ router = APIRouter(tags=["state"])
 @router.get("/state")
 async def state(bridge: BridgeDep) -> RobotState:
     return bridge.state()
+
+
+@router.get("/description")
+async def description(bridge: BridgeDep) -> RobotDescription:
+    """Its body: footprint, top speeds, camera. 503 until the camera's camera_info and transform have come."""
+    return bridge.description()
 
 
 @router.get("/scan")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from contracts.description import DepthNoise
 from contracts.geometry import Point3D
 from robot_bridge.sensing.sensor_readings import Intrinsics
 
@@ -42,11 +43,6 @@ class InBox:
 
     depths_m: NDArray[np.float64]
     holes: float | None
-
-
-def noise_m(distance_m: float) -> float:
-    """Standard deviation of the stereo depth: 1.2 cm at 1.0 m, 28.6 cm at 2.5 m (requirement A9)."""
-    return 0.012 * distance_m**3.461
 
 
 def scaled_box(box: Box, from_px: tuple[int, int], to_px: tuple[int, int]) -> Box:
@@ -111,13 +107,13 @@ def _projected(
     return ahead & inside, z
 
 
-def measure(found: InBox) -> Measured:
+def measure(found: InBox, noise: DepthNoise) -> Measured:
     """The near mode of what is in the box, and how much of the box says nothing."""
-    measured = near_mode(found.depths_m)
+    measured = near_mode(found.depths_m, noise)
     return replace(measured, holes=found.holes)
 
 
-def near_mode(depths_m: NDArray[np.float64]) -> Measured:
+def near_mode(depths_m: NDArray[np.float64], noise: DepthNoise) -> Measured:
     """The nearest group of depths that is large enough to be a thing: its median, spread and size."""
     if depths_m.size < SAMPLES_MIN:
         return Measured(None, None, int(depths_m.size), "too few depth pixels in the box")
@@ -126,7 +122,7 @@ def near_mode(depths_m: NDArray[np.float64]) -> Measured:
     start = 0
     while start < ordered.size:
         near = float(ordered[start])
-        width = max(0.06, 4.0 * noise_m(near))
+        width = max(0.06, 4.0 * noise.sigma_m(near))
         end = int(np.searchsorted(ordered, near + width, side="right"))
         if end - start >= enough:
             break
@@ -136,7 +132,7 @@ def near_mode(depths_m: NDArray[np.float64]) -> Measured:
     around = ordered[start:end]
     median = float(np.median(around))
     for _ in range(SHIFTS_MAX):
-        around = ordered[np.abs(ordered - median) <= max(0.06, 2.5 * noise_m(median))]
+        around = ordered[np.abs(ordered - median) <= max(0.06, 2.5 * noise.sigma_m(median))]
         before, median = median, float(np.median(around))
         if median == before:
             break

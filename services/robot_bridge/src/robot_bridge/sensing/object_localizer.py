@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from contracts.base import BboxXyxy
-from contracts.geometry import Pose2D
+from contracts.description import CameraModel, DepthNoise
+from contracts.geometry import Point3D, Pose2D
 from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement, NotMeasured, not_measured
 from contracts.robot import BoxQuery, DepthReply
 from geometry.poses import compose, inverse
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
-from robot_bridge.sensing.depth import Box, Measured, core, depths_in_box, localise, measure, noise_m, scaled_box
+from robot_bridge.sensing.depth import Box, Measured, core, depths_in_box, localise, measure, scaled_box
 from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
 from robot_bridge.sensing.transforms import Matrix, in_map, upright
 
@@ -25,6 +26,7 @@ class ObjectLocalizer:
     clock: Clock
     match_s_max: float
     image_age_s_max: float
+    noise: DepthNoise
 
     async def depth(self, query: BoxQuery) -> DepthReply:
         size_px = (query.image_width_px, query.image_height_px)
@@ -50,9 +52,7 @@ class ObjectLocalizer:
         size_px = (request.image_width_px, request.image_height_px)
         colour = self._colour(size_px)
         view = self._depth_view(request.stamp_s, colour)
-        mount = self.senses.frames.in_base(colour.frame_id)
-        if mount is None:
-            raise UnavailableError("tf", f"no transform leads from base_link to {colour.frame_id}")
+        mount = self._mount(colour)
         stamp_s = request.stamp_s if request.stamp_s is not None or isinstance(view, str) else view.image.stamp_s
         robot = self.senses.poses.at(stamp_s) if stamp_s is not None else self.senses.poses.newest()
 
@@ -64,12 +64,31 @@ class ObjectLocalizer:
 
         return LocalizeReply(measurements=await asyncio.to_thread(measurements))
 
+    def camera(self) -> CameraModel:
+        """The colour camera on the robot. Raises `UnavailableError` where it is not known whole."""
+        info = self.senses.rgb_intrinsics.value
+        if info is None:
+            raise UnavailableError("rgb_info", self._why_no_info())
+        x, y, z = (float(one) for one in self._mount(info)[:3, 3])
+        return CameraModel(
+            width_px=info.width_px, height_px=info.height_px, fx=info.fx, fy=info.fy, cx=info.cx, cy=info.cy,
+            position_in_base=Point3D(x=x, y=y, z=z),
+        )  # fmt: skip
+
+    def _mount(self, camera: Intrinsics) -> Matrix:
+        mount = self.senses.frames.in_base(camera.frame_id)
+        if mount is None:
+            raise UnavailableError("tf", f"no transform leads from base_link to {camera.frame_id}")
+        return mount
+
+    def _why_no_info(self) -> str:
+        return self.senses.reception.why_none("rgb_info", "no camera_info has been received")
+
     def _colour(self, size_px: tuple[int, int]) -> Intrinsics:
         """Of the colour camera; raises where it is not known, or where its picture has another shape than `size_px`."""
         colour = self.senses.rgb_intrinsics.value
         if colour is None:
-            why = self.senses.reception.why_none("rgb_info", "no camera_info has been received")
-            raise UnavailableError("rgb_info", why)
+            raise UnavailableError("rgb_info", self._why_no_info())
         if why := colour.why_not_of(*size_px):
             picture = self.senses.rgb.value
             if picture is not None and not colour.why_not_of(*picture.size_px):
@@ -97,7 +116,7 @@ class ObjectLocalizer:
         height_px, width_px = image.depth_m.shape
         camera = camera.scaled_to(width_px, height_px)
         moved = self._registration(camera.frame_id, image.stamp_s, colour.frame_id, stamp_s)
-        return DepthView(image, colour, camera, moved)
+        return DepthView(image, colour, camera, moved, self.noise)
 
     def _registration(
         self, depth_frame: str, depth_s: float, colour_frame: str, colour_s: float | None
@@ -130,9 +149,10 @@ class DepthView:
     colour: Intrinsics
     camera: Intrinsics
     moved: Matrix | None
+    noise: DepthNoise
 
     def measured(self, box: Box) -> Measured:
-        return measure(depths_in_box(self.image.depth_m, core(box), self.colour, self.camera, self.moved))
+        return measure(depths_in_box(self.image.depth_m, core(box), self.colour, self.camera, self.moved), self.noise)
 
 
 def _refused(box: BboxXyxy, size_px: tuple[int, int]) -> Measurement | None:
@@ -162,7 +182,7 @@ def _measurement(
     return Measurement(
         distance_m=place.distance_m,
         depth_m=depth_m,
-        sigma_m=noise_m(depth_m) if depth_m is not None else None,
+        sigma_m=view.noise.sigma_m(depth_m) if depth_m is not None and not isinstance(view, str) else None,
         bearing_rad=place.bearing_rad,
         base_point=place.base_point,
         map_point=in_map(robot, place.base_point) if robot is not None and place.base_point is not None else None,
