@@ -20,6 +20,7 @@ from mcap.reader import make_reader
 from contracts.causes import GoalCause, SafetyCause
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import BaseEnd, DriveReply, MotionEnd, RotateReply
+from contracts.obstacles import Obstacles
 from contracts.recording import Recording, RecordingState
 from contracts.robot import (
     BaseStopState,
@@ -34,7 +35,6 @@ from contracts.robot import (
 from contracts.topics import (
     ROBOT_EMERGENCY_STOP,
     ROBOT_NAVIGATION,
-    ROBOT_OBSTACLES,
     ROBOT_STATE,
 )
 from robot_bridge.app import create_app
@@ -104,6 +104,17 @@ class Rig:
     async def state(self) -> RobotState:
         return RobotState.model_validate_json((await self.client.get("/state")).content)
 
+    async def obstacles(self) -> Obstacles:
+        return Obstacles.model_validate_json((await self.client.get("/obstacles")).content)
+
+    async def stands_before_a_wall(self) -> None:
+        self.toy.wall_ahead_m = 0.25
+
+        async def seen() -> bool:
+            return (await self.obstacles()).emergency
+
+        await until_true(seen)
+
     async def goal(self, pose: dict[str, float] = INSIDE, **more: Any) -> httpx.Response:
         return await self.post("/navigation/goals", {"candidates": [{"pose": pose}], "epoch": 0} | more)
 
@@ -168,9 +179,11 @@ class BridgeBehaviour:
         assert state.sensors["odom"].age_s > 0.4
 
     async def test_facts_are_published_and_the_kept_ones_are_there_for_late_listeners(self, rig: Rig) -> None:
-        await until(lambda: len(rig.bus.of(ROBOT_STATE)) > 2 and len(rig.bus.of(ROBOT_OBSTACLES)) > 0)
+        await until(lambda: len(rig.bus.of(ROBOT_STATE)) > 2)
         assert await rig.bus.last(ROBOT_EMERGENCY_STOP) == EmergencyStop(latched=False, epoch=0)
-        seen = rig.bus.of(ROBOT_OBSTACLES)[-1]
+
+    async def test_what_stands_round_the_robot_is_told_to_whoever_asks(self, rig: Rig) -> None:
+        seen = await rig.obstacles()
         assert math.isclose(seen.sectors_m["front"], rig.toy.wall_ahead_m - 0.189, abs_tol=0.06)
         assert (len(seen.ring), seen.ring[0].label) == (12, "CLEAR")
         assert seen.affordances.forward == 1.0
@@ -182,8 +195,7 @@ class BridgeBehaviour:
         await until(lambda: rig.toy.at_rest)
 
     async def test_nothing_drives_into_a_wall(self, rig: Rig) -> None:
-        rig.toy.wall_ahead_m = 0.25
-        await until(lambda: rig.bus.of(ROBOT_OBSTACLES)[-1].emergency)
+        await rig.stands_before_a_wall()
         reply = await rig.held(SafetyCause.OBSTACLE)
         assert reply.accepted
         assert reply.sent.linear_x == 0.0
@@ -266,8 +278,7 @@ class BridgeBehaviour:
         assert math.isclose(rig.toy.x - before_m, 0.2, abs_tol=COASTED_M)
 
     async def test_a_drive_against_a_wall_ends_and_says_so(self, rig: Rig) -> None:
-        rig.toy.wall_ahead_m = 0.25
-        await until(lambda: rig.bus.of(ROBOT_OBSTACLES)[-1].emergency)
+        await rig.stands_before_a_wall()
 
         async def told_of_the_wall() -> bool:
             """Every time it is tried; on a busy machine the scan's age may be the reason now and then."""
@@ -535,7 +546,7 @@ class BridgeBehaviour:
 
         async def heard() -> bool:
             topics = Recording.model_validate_json((await rig.client.get(url)).content).topics
-            return {"robot.state", "robot.obstacles", "robot.emergency_stop"} <= topics.keys()
+            return {"robot.state", "robot.emergency_stop"} <= topics.keys()
 
         await until_true(heard, timeout_s=LONG_S)
         stopped = Recording.model_validate_json((await rig.post(f"{url}/stop")).content)
@@ -547,7 +558,7 @@ class BridgeBehaviour:
         state = next(message for _, channel, message in messages if channel.topic == "robot.state")
         assert "scan" in RobotState.model_validate_json(state.data).sensors
         schemas = {schema.name for schema, _, _ in messages if schema is not None and schema.encoding == "jsonschema"}
-        assert {"RobotState", "Obstacles", "EmergencyStop"} <= schemas
+        assert {"RobotState", "EmergencyStop"} <= schemas
         assert started.id in {each["id"] for each in (await rig.client.get("/recordings")).json()}
         assert (await rig.client.delete(url)).status_code == 204
         assert (await rig.client.get(url)).status_code == 404

@@ -6,7 +6,6 @@ from typing import Any, Generic, TypeVar
 from contracts.base import Message
 from contracts.description import RobotDescription
 from contracts.mission import MissionEvent, MissionStatus, MissionTarget
-from contracts.obstacles import Obstacles
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.vision import Detections, ObjectSpotted
 
@@ -32,7 +31,6 @@ class Topic(Generic[M]):
 
 ROBOT_STATE = Topic("robot.state", RobotState, "robot_bridge", kept=True)
 ROBOT_DESCRIPTION = Topic("robot.description", RobotDescription, "robot_bridge", kept=True)
-ROBOT_OBSTACLES = Topic("robot.obstacles", Obstacles, "robot_bridge")
 ROBOT_NAVIGATION = Topic("robot.navigation", Goal, "robot_bridge")
 ROBOT_EMERGENCY_STOP = Topic("robot.emergency_stop", EmergencyStop, "robot_bridge", kept=True)
 VISION_DETECTIONS = Topic("vision.detections", Detections, "inference")
@@ -44,7 +42,6 @@ MISSION_EVENTS = Topic("mission.events", MissionEvent, "coordinator")
 ALL_TOPICS: tuple[Topic[Any], ...] = (
     ROBOT_STATE,
     ROBOT_DESCRIPTION,
-    ROBOT_OBSTACLES,
     ROBOT_NAVIGATION,
     ROBOT_EMERGENCY_STOP,
     VISION_DETECTIONS,

@@ -12,9 +12,10 @@ import structlog
 from contracts.causes import GoalCause
 from contracts.description import RobotDescription
 from contracts.motion import BaseEnd, MotionEnd
+from contracts.obstacles import Obstacles
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import BaseStopState, Goal, RobotState, SensorState, SensorStatus
-from contracts.topics import ROBOT_DESCRIPTION, ROBOT_NAVIGATION, ROBOT_OBSTACLES, ROBOT_STATE
+from contracts.topics import ROBOT_DESCRIPTION, ROBOT_NAVIGATION, ROBOT_STATE
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import UnavailableError
@@ -35,6 +36,7 @@ from robot_bridge.safety.obstacles import obstacles
 from robot_bridge.sensing import base_health, endpoints
 from robot_bridge.sensing.camera import Camera
 from robot_bridge.sensing.object_localizer import ObjectLocalizer
+from robot_bridge.sensing.sensor_readings import Scan
 from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
 from robot_bridge.sensing.stamps import TF, apart
 from robot_bridge.settings import Settings
@@ -148,6 +150,17 @@ class Bridge:
         """Every sensor, now."""
         return take_snapshot(self.robot.senses, self.settings.ages, self.clock.now_s())
 
+    def obstacles(self) -> Obstacles:
+        """What stands round the robot. Raises `UnavailableError` while the laser is silent."""
+        scan = self.scan()
+        return obstacles(scan, safety_limits(self.settings), scan.stamp_s, obstacle_limits(self.settings))
+
+    def scan(self) -> Scan:
+        """The newest; raises `UnavailableError` while the laser is silent."""
+        if (scan := self.snapshot().scan) is None:
+            raise UnavailableError("scan", self.robot.senses.reception.why_none("scan", "the laser is silent"))
+        return scan
+
     def dependencies(self) -> Sequence[Dependency]:
         """Is data flowing? One line each."""
         now_s = self.clock.now_s()
@@ -190,17 +203,6 @@ class Bridge:
             with contextlib.suppress(UnavailableError):
                 await self.bus.publish(ROBOT_DESCRIPTION, self.description())
             await self.clock.sleep(1.0)
-
-    async def publish_obstacles(self) -> None:
-        last_s = 0.0
-        while True:
-            after_s = last_s
-            reading = await self.robot.senses.scan.wait_for(lambda scan: scan.received_s > after_s, 5.0)  # noqa: B023
-            if reading is not None:
-                last_s = reading.received_s
-                now_s = self.clock.now_s()
-                message = obstacles(reading.value, safety_limits(self.settings), now_s, obstacle_limits(self.settings))
-                await self.bus.publish(ROBOT_OBSTACLES, message)
 
 
 class NavigationEvents:
@@ -291,7 +293,6 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         stopping.restore()
         tasks.start("publish-state", bridge.publish_state())
         tasks.start("publish-description", bridge.publish_description())
-        tasks.start("publish-obstacles", bridge.publish_obstacles())
         tasks.start("watch-base-stop", stopping.watch_base())
         tasks.start("publish-stop", stopping.publish(bus))
         tasks.start("keep-stop", stopping.persist_forever())

@@ -9,9 +9,9 @@ from fastapi.responses import Response
 
 from contracts.description import RobotDescription
 from contracts.laser import LaserScan
+from contracts.obstacles import Obstacles
 from contracts.robot import KnownMap, Map, RobotState, SameHomeRequest
 from geometry.grids import encode
-from mesh.errors import UnavailableError
 from robot_bridge.navigation import maps
 from robot_bridge.routes.deps import BridgeDep
 
@@ -32,17 +32,20 @@ async def description(bridge: BridgeDep) -> RobotDescription:
 @router.get("/scan")
 async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000)] = 360) -> LaserScan:
     """The newest laser scan, for drawing. 503 while the laser is silent."""
-    senses = bridge.robot.senses
-    newest, age_s = senses.scan.value, senses.scan.age_s(bridge.clock.now_s())
-    if newest is None or age_s is None or age_s > bridge.settings.scan_age_s_max:
-        raise UnavailableError("scan", senses.reception.why_none("scan", "the laser is silent"))
+    newest = bridge.scan()
     points = newest.points_m[np.isfinite(newest.points_m).all(axis=1)]
     points = points[:: max(1, -(-len(points) // points_max))]
     return LaserScan(
         stamp_s=newest.stamp_s,
-        pose=senses.poses.at(newest.stamp_s),
+        pose=bridge.robot.senses.poses.at(newest.stamp_s),
         points_m=tuple((round(float(x), 3), round(float(y), 3)) for x, y in points),
     )
+
+
+@router.get("/obstacles")
+async def obstacles(bridge: BridgeDep) -> Obstacles:
+    """What stands round the robot by the newest scan (requirement C4). 503 while the laser is silent."""
+    return bridge.obstacles()
 
 
 @router.get("/map")
