@@ -23,8 +23,8 @@ from bench.missions.scenario import Present, Remembered, Scenario, scenario, wan
 from bench.results import quiet, save
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState
+from coordinator.core.plain.scanning import sweep_speed_rad_s
 from coordinator.core.rules import Rules, ScanRule
-from coordinator.core.scan import sweep_speed_rad_s
 from sim.world.types import ThingTruth
 
 WITHIN_M = 1.8

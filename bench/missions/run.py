@@ -19,7 +19,6 @@ from contracts.vision import ParsedTarget
 from coordinator.adapters.interrupted import interrupted
 from coordinator.app import create_app
 from coordinator.commands.mission_service import MissionService
-from coordinator.core.states import RESTING
 from coordinator.settings import Settings
 from mesh.errors import MeshError
 from support.memory_log import MemoryLog
@@ -80,7 +79,7 @@ class Stage:
         if self.missions is None:
             return False
         mission = self.missions.runner.mission
-        return mission.running and not mission.paused and mission.state not in RESTING
+        return mission.running and not mission.paused and not mission.state.resting
 
     def asked(self, what: str) -> None:
         if not self.may_move:

@@ -10,7 +10,7 @@ from contracts.robot import GoalStatus
 from contracts.vision import Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
-from coordinator.core.centering import centering_speed_rad_s
+from coordinator.core.plain.centering import centering_speed_rad_s
 from coordinator.core.rules import Rules
 from support.mission_script import Script, box
 

@@ -39,8 +39,8 @@ from coordinator.core.activities import (
 )
 from coordinator.core.mission import Mission, SearchPose
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule
-from coordinator.core.states import ALLOWED, RESTING
 from coordinator.core.step import step
+from coordinator.core.transitions import ALLOWED
 
 metres = st.floats(-5.0, 5.0)
 poses = st.builds(Pose2D, x=metres, y=metres, yaw=st.floats(-3.0, 3.0))
@@ -268,9 +268,9 @@ def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
         before, actions = player.play(player.event(what))
         check_path(before.state, actions, player.mission.state)
         moving = [a for a in actions if isinstance(a, MOTION)]
-        may_not = player.mission.state in RESTING or player.mission.paused or player.mission.robot.stopped
+        may_not = player.mission.state.resting or player.mission.paused or player.mission.robot.stopped
         assert not (moving and may_not)
-        assert player.mission.state in RESTING or player.mission.running
+        assert player.mission.state.resting or player.mission.running
         check_ending(player.mission)
         check_find(before, player)
     again = start

@@ -1,11 +1,14 @@
 """The table of requirement A12, as data."""
 
+import itertools
 import re
 
 import pytest
 
 from contracts.mission import MissionState
-from coordinator.core.states import ALLOWED, RESTING, SENTENCES, TRANSITIONS, diagram
+from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule
+from coordinator.core.states.table import states
+from coordinator.core.transitions import ALLOWED, SENTENCES, TRANSITIONS, diagram
 from coordinator.write_states import page
 from support.source import ROOT
 
@@ -24,6 +27,11 @@ DRAWN = [
 
 def test_the_table_names_every_state() -> None:
     assert set(ALLOWED) == set(MissionState)
+
+
+def test_by_every_rule_each_state_is_answered_for() -> None:
+    rules = itertools.product(ApproachRule, CenteringRule, CoverageRule, ScanRule)
+    assert all(set(states(*chosen)) == set(MissionState) for chosen in rules)
 
 
 def test_every_state_has_a_sentence() -> None:
@@ -45,7 +53,16 @@ def test_a_stop_leads_to_idle_and_nowhere_else() -> None:
 
 
 def test_resting_states_are_those_without_work() -> None:
-    assert {S.IDLE, S.DONE, S.EMERGENCY_STOP} == RESTING
+    assert {state for state in MissionState if state.resting} == {S.IDLE, S.DONE, S.EMERGENCY_STOP}
+
+
+def test_a_find_is_not_settled_until_it_was_celebrated() -> None:
+    assert {state for state in MissionState if state.settled} == {S.IDLE, S.EMERGENCY_STOP}
+
+
+def test_it_looks_often_while_it_searches_or_nears_and_seldom_while_it_drives_or_rests() -> None:
+    seldom = {S.IDLE, S.MEMORY_NAV, S.MOVING_TO_SCAN, S.DONE, S.EMERGENCY_STOP}
+    assert {state for state in MissionState if not state.fast_detection} == seldom
 
 
 def test_the_page_in_the_docs_is_the_table() -> None:

@@ -34,6 +34,21 @@ class MissionState(StrEnum):
     EMERGENCY_STOP = "EMERGENCY_STOP"
     """Stopped until RESUME."""
 
+    @property
+    def resting(self) -> bool:
+        """Nothing may ask for motion."""
+        return self is MissionState.DONE or self.settled
+
+    @property
+    def settled(self) -> bool:
+        """Nothing happens by itself any more."""
+        return self in {MissionState.IDLE, MissionState.EMERGENCY_STOP}
+
+    @property
+    def fast_detection(self) -> bool:
+        """The detector looks as often as it can: the robot searches, or nears its target."""
+        return not self.resting and self not in {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN}
+
 
 class MissionKind(StrEnum):
     FIND = "find"

@@ -1,18 +1,18 @@
-"""Writes the page of the mission states: `python -m coordinator.write_states docs/mission-states.md`."""
+"""Writes the page of the mission states: `python -m coordinator.write_states docs/mission-transitions.md`."""
 
 import argparse
 from pathlib import Path
 
-from coordinator.core import reactions, states
+from coordinator.core import reactions, transitions
 
 
 def page() -> str:
-    return states.page() + reactions.section()
+    return transitions.page() + reactions.section()
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Writes the table of mission states and its diagram.")
-    parser.add_argument("path", type=Path, help="the page, e.g. docs/mission-states.md")
+    parser.add_argument("path", type=Path, help="the page, e.g. docs/mission-transitions.md")
     parser.parse_args().path.write_text(page(), encoding="utf-8")
 
 

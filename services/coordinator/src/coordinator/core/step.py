@@ -1,24 +1,11 @@
 """`step(mission, event, now_s) -> (mission, actions)`: all that the coordinator decides, as one pure function."""
 
-from collections.abc import Callable
-from types import ModuleType
 from typing import assert_never
 
 from contracts.mission import EndCause, EventKind, MissionKind, MissionState
 from coordinator.core import actions as do
-from coordinator.core import (
-    approach,
-    approach_straight,
-    centering,
-    depth_check,
-    docking,
-    operator_commands,
-    robot_updates,
-    scan,
-    search,
-    step_drive,
-)
 from coordinator.core import events as ev
+from coordinator.core import operator_commands, robot_updates
 from coordinator.core.activities import (
     AwaitingFrame,
     CheckingPlace,
@@ -41,7 +28,8 @@ from coordinator.core.activities import (
 from coordinator.core.mission import Mission
 from coordinator.core.outcomes import abort, give_up
 from coordinator.core.plausibility import checked_arrival, is_of_now
-from coordinator.core.rules import ApproachRule
+from coordinator.core.search import awake
+from coordinator.core.states.table import state_of
 from coordinator.core.step_context import StepContext
 
 BEGINS_MAX = 40
@@ -58,7 +46,7 @@ def step(mission: Mission, event: ev.Event, now_s: float) -> tuple[Mission, tupl
     for _ in range(BEGINS_MAX):
         if not isinstance(context.mission.activity, Starting):
             break
-        _begin(context)
+        state_of(context.mission).begin(context)
     return context.mission, tuple(context.actions)
 
 
@@ -80,10 +68,10 @@ def _apply(context: StepContext, event: ev.Event) -> None:
         case ev.Tick():
             _tick(context)
         case ev.LeaseAnswered():
-            _handle(context, event)
+            state_of(context.mission).handle(context, event)
         case ev.DetectionsSeen(detections=seen):
             if is_of_now(context.mission, seen.stamp_s, context.now_s):
-                _handle(context, event)
+                state_of(context.mission).handle(context, event)
         case _:
             if _awaited(context, event.call):
                 _answered(context, event)
@@ -95,70 +83,17 @@ def _answered(context: StepContext, event: ev.Answer) -> None:
             _call_failed(context, service, detail, stopped=event.stopped)
         case ev.GoalEnded():
             context.update(failures=0)
-            _handle(context, checked_arrival(context.mission, event))
+            state_of(context.mission).handle(context, checked_arrival(context.mission, event))
         case ev.MotionEnded(end=end) if not end.completed:
-            _handle(context, event)
+            state_of(context.mission).handle(context, event)
         case _:
             context.update(failures=0)
-            _handle(context, event)
+            state_of(context.mission).handle(context, event)
 
 
 def _awaited(context: StepContext, call: int) -> bool:
     """Answers to calls that were given up are too late."""
     return context.mission.running and call != 0 and context.mission.activity.call == call
-
-
-# states
-
-
-def _approach_module(context: StepContext) -> ModuleType:
-    return approach if context.rules.approach_rule is ApproachRule.LOCALIZED else approach_straight
-
-
-def _begin(context: StepContext) -> None:
-    match context.mission.state:
-        case MissionState.MEMORY_NAV if context.mission.kind is MissionKind.DOCK:
-            docking.begin(context)
-        case MissionState.MEMORY_NAV:
-            search.begin_memory_nav(context)
-        case MissionState.MOVING_TO_SCAN:
-            search.begin_moving(context)
-        case MissionState.SCANNING:
-            scan.begin(context)
-        case MissionState.CENTERING:
-            centering.begin(context)
-        case MissionState.DEPTH_CHECK:
-            depth_check.begin(context)
-        case MissionState.APPROACHING:
-            _approach_module(context).begin(context)
-        case MissionState.DRIVING_1M:
-            step_drive.begin(context)
-        case MissionState.IDLE | MissionState.DONE | MissionState.EMERGENCY_STOP:
-            context.set_activity(Idle())
-        case _:
-            assert_never(context.mission.state)
-
-
-def _handle(context: StepContext, event: ev.Event) -> None:
-    match context.mission.state:
-        case MissionState.MEMORY_NAV if context.mission.kind is MissionKind.DOCK:
-            docking.handle(context, event)
-        case MissionState.MEMORY_NAV | MissionState.MOVING_TO_SCAN:
-            search.handle(context, event)
-        case MissionState.SCANNING:
-            scan.handle(context, event)
-        case MissionState.CENTERING:
-            centering.handle(context, event)
-        case MissionState.DEPTH_CHECK:
-            depth_check.handle(context, event)
-        case MissionState.APPROACHING:
-            _approach_module(context).handle(context, event)
-        case MissionState.DRIVING_1M:
-            step_drive.handle(context, event)
-        case MissionState.IDLE | MissionState.DONE | MissionState.EMERGENCY_STOP:
-            pass
-        case _:
-            assert_never(context.mission.state)
 
 
 # time
@@ -197,10 +132,8 @@ def _tick(context: StepContext) -> None:
         )
     elif now >= mission.activity.until_s:
         _overdue(context)
-    elif mission.state is MissionState.APPROACHING and now >= context.approach.until_s:
-        approach.on_overtime(context)
     else:
-        _handle(context, ev.Tick())
+        state_of(context.mission).handle(context, ev.Tick())
 
 
 def _out_of_time(context: StepContext) -> None:
@@ -221,12 +154,9 @@ def _overdue(context: StepContext) -> None:
                 EventKind.FAILURE,
                 f"no camera picture {context.rules.wake_s_max:.0f} s after undocking: continuing without it",
             )
-            search.awake(context)
-        case AwaitingFrame():
-            _look_timeouts()[context.mission.state](context)
-        case Steering():
-            module = step_drive if context.mission.state is MissionState.DRIVING_1M else approach_straight
-            module.on_steering_end(context)
+            awake(context)
+        case AwaitingFrame() | Steering():
+            state_of(context.mission).on_timeout(context)
         case Rotating() | Driving() | Navigating() | Undocking() | Docking() | ChoosingPath():
             context.stop_motion()
             _call_failed(context, "robot_bridge", "no answer in time")
@@ -242,32 +172,13 @@ def _overdue(context: StepContext) -> None:
             assert_never(context.mission.activity)
 
 
-def _look_timeouts() -> dict[MissionState, Callable[[StepContext], None]]:
-    return {
-        MissionState.SCANNING: scan.on_look_timeout,
-        MissionState.CENTERING: centering.on_look_timeout,
-        MissionState.DEPTH_CHECK: depth_check.on_look_timeout,
-        MissionState.APPROACHING: approach.on_look_timeout,
-    }
-
-
 def _call_failed(context: StepContext, service: str, detail: str, *, stopped: bool = False) -> None:
     """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
-    mission = context.mission
-    if isinstance(mission.activity, Validating) and depth_check.given_up_judging(context, detail):
+    state, failures = state_of(context.mission), context.mission.failures + 1
+    judging = isinstance(context.mission.activity, Validating)  # its own number of tries comes first
+    if judging and state.on_call_failed(context, detail):
         return
-    if mission.failures + 1 >= mission.rules.failures_max:
-        abort(context, EndCause.SERVICE, f"{service} failed {mission.failures + 1} times in a row: {detail}")
-        return
-    if mission.kind is MissionKind.DOCK and docking.on_failure(context, detail):
-        return
-    if mission.state is MissionState.APPROACHING and isinstance(mission.activity, Measuring | Steering):
-        context.update(failures=mission.failures + 1)
-        _approach_module(context).on_failure(context)
-        return
-    searching = mission.kind is MissionKind.FIND
-    driving = mission.state in {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN}
-    if searching and driving and search.skip_after_failure(context):
-        context.update(failures=mission.failures + 1)
-        return
-    context.retry_later(service, detail, stopped=stopped)
+    if failures >= context.rules.failures_max:
+        abort(context, EndCause.SERVICE, f"{service} failed {failures} times in a row: {detail}")
+    elif judging or not state.on_call_failed(context, detail):
+        context.retry_later(service, detail, stopped=stopped)

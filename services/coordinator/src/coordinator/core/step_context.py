@@ -21,7 +21,7 @@ from coordinator.core.activities import (
 )  # fmt: skip
 from coordinator.core.mission import Approach, Candidate, Mission, Search
 from coordinator.core.rules import Rules
-from coordinator.core.states import ALLOWED
+from coordinator.core.transitions import ALLOWED
 
 
 class ForbiddenTransitionError(AssertionError):
@@ -97,12 +97,15 @@ class StepContext:
     def stop_motion(self) -> None:
         self.request(do.StopMotion())
 
+    def count_failure(self) -> None:
+        self.update(failures=self.mission.failures + 1)
+
     def retry_later(self, service: str, detail: str, *, stopped: bool = False) -> None:
         """One more call failed in a row: the state is taken up again after a pause (the count ends it, see step).
 
         `stopped`: an emergency stop cut it off. It is not said to be tried again: word of the stop is about to end it.
         """
-        self.update(failures=self.mission.failures + 1)
+        self.count_failure()
         how = "cut off by the emergency stop" if stopped else f"{detail}; trying again"
         self.log_event(EventKind.FAILURE, f"{service}: {how}", service=service, failures=self.mission.failures)
         grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
@@ -123,12 +126,6 @@ class StepContext:
         call, limit_s = self.call(), self.rules.turn_timeout_s
         self.request(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
         self.set_activity(Rotating(call, self._until(limit_s)))
-
-    def sweep(self, angle_rad: float, speed_rad_s: float) -> None:
-        """A slow turn, looking all the while."""
-        call, limit_s = self.call(), min(60.0, abs(angle_rad) / speed_rad_s * 1.3 + 5.0)
-        self.request(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
-        self.set_activity(Rotating(call, self._until(limit_s), looking_s=self.robot_now_s))
 
     def drive(self, distance_m: float) -> None:
         call, speed = self.call(), self.rules.approach_speed_m_s

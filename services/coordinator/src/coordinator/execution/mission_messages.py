@@ -2,14 +2,9 @@
 
 from contracts import mission as wire
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState, MissionStatus, MissionTarget
+from contracts.mission import MissionStatus, MissionTarget
 from coordinator.core.activities import Waiting, Waking
 from coordinator.core.mission import Mission
-
-FAST = frozenset({
-    MissionState.SCANNING, MissionState.CENTERING, MissionState.DEPTH_CHECK, MissionState.APPROACHING,
-    MissionState.DRIVING_1M,
-})  # fmt: skip
 
 
 def mission_record(mission: Mission) -> wire.Mission | None:
@@ -75,4 +70,4 @@ def waiting_for(mission: Mission, now_s: float) -> str:
 def mission_target(mission: Mission) -> MissionTarget:
     if not mission.running:
         return MissionTarget()
-    return MissionTarget(target=mission.target, mission_id=mission.id, fast=mission.state in FAST)
+    return MissionTarget(target=mission.target, mission_id=mission.id, fast=mission.state.fast_detection)

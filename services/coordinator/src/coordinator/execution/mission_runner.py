@@ -8,7 +8,7 @@ import structlog
 
 from contracts import mission as wire
 from contracts.causes import Refusal
-from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState, MissionStatus
+from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionStatus
 from contracts.motion import BaseReply, Hazard
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
@@ -38,8 +38,6 @@ from mesh.errors import MeshError, UnavailableError, UpstreamError
 from mesh.tasks import Tasks
 
 log = structlog.get_logger()
-
-RECORDED_UNTIL = frozenset({MissionState.IDLE, MissionState.EMERGENCY_STOP})
 
 
 class MissionRunner:
@@ -109,7 +107,7 @@ class MissionRunner:
         if self._recorded and (actions or self.mission != before):
             taken = recording.Step(now_s, event, actions, self.mission.state)
             self._log.record(self._recorded, recording.step_line(taken))
-            if not self.mission.running and self.mission.state in RECORDED_UNTIL:
+            if not self.mission.running and self.mission.state.settled:
                 self._recorded = ""
         for action in actions:
             self._act(action)

@@ -9,15 +9,16 @@ from contracts.mission import EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core.activities import AwaitingFrame, ChoosingPath, Driving, Measuring, Navigating, Rotating, Stage
 from coordinator.core.approach_poses import approach_candidates, surface_distance_m, target_in_base, too_near_for_a_goal
-from coordinator.core.centering import set_aside
-from coordinator.core.depth_check import take_measurement
-from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen
+from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen, Tick
 from coordinator.core.mission import Approach
 from coordinator.core.obstruction import furniture_before, hindrance
 from coordinator.core.outcomes import found
 from coordinator.core.plausibility import plausible
 from coordinator.core.reactions import Reaction, react
+from coordinator.core.search import set_aside
 from coordinator.core.sightings import follow, tracked
+from coordinator.core.states.depth_check import take_measurement
+from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
 
 TURN_SPEED_RAD_S = 0.8
@@ -28,51 +29,68 @@ SETTLED_RAD = 0.12
 APPROACH_TIMEOUT_S = 240.0
 
 
-def begin(context: StepContext) -> None:
-    there = target_in_base(context)
-    if there is None:
-        context.transition_to(MissionState.CENTERING, "its position is unknown: looking again")
-        return
-    context.update(approach=Approach(until_s=context.now_s + APPROACH_TIMEOUT_S))
-    groups, costs = approach_candidates(context, context.rules.ring_radii_m)
-    if there.distance_m <= context.rules.ring_skip_m or not groups:
-        _face(context)
-    else:
-        context.choose_path(groups, costs)
-
-
-def handle(context: StepContext, event: Event) -> None:
-    stage = context.approach.stage
-    match context.mission.activity, event:
-        case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
-            if too_near_for_a_goal(context, poses[index]):
-                _face(context)
-                return
-            context.log_event(EventKind.NAVIGATION, "driving to a place in front of it", goal=poses[index].model_dump())
-            context.navigate(poses[index])
-        case ChoosingPath(), PathChosen(error=error):
-            context.log_event(
-                EventKind.NAVIGATION, f"no place around it can be reached ({error}): driving straight ahead"
-            )
+class Approaching(State):
+    def begin(self, context: StepContext) -> None:
+        there = target_in_base(context)
+        if there is None:
+            context.transition_to(MissionState.CENTERING, "its position is unknown: looking again")
+            return
+        context.update(approach=Approach(until_s=context.now_s + APPROACH_TIMEOUT_S))
+        groups, costs = approach_candidates(context, context.rules.ring_radii_m)
+        if there.distance_m <= context.rules.ring_skip_m or not groups:
             _face(context)
-        case Navigating(), GoalEnded():
-            _goal_ended(context, event)
-        case Rotating(), MotionEnded() as ended:
-            if _goes_on(context, ended):
-                _turned(context, stage)
-        case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
-            sighting = tracked(context.mission, context.candidate, seen)
-            if sighting is not None:
-                follow(context, sighting)
-                furniture = furniture_before(seen, sighting.box.bbox_xyxy)
-                context.update_approach(furniture=furniture or context.approach.furniture)
-                context.localize(sighting.box)
-        case Measuring(), Localized(reply=reply):
-            _measured(context, stage, plausible(reply, context.rules))
-        case Driving(), MotionEnded():
-            _driven(context, event)
-        case _:
-            pass
+        else:
+            context.choose_path(groups, costs)
+
+    def handle(self, context: StepContext, event: Event) -> None:
+        stage = context.approach.stage
+        match context.mission.activity, event:
+            case _, Tick() if context.now_s >= context.approach.until_s:
+                _on_overtime(context)
+            case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
+                if too_near_for_a_goal(context, poses[index]):
+                    _face(context)
+                    return
+                context.log_event(
+                    EventKind.NAVIGATION, "driving to a place in front of it", goal=poses[index].model_dump()
+                )
+                context.navigate(poses[index])
+            case ChoosingPath(), PathChosen(error=error):
+                context.log_event(
+                    EventKind.NAVIGATION, f"no place around it can be reached ({error}): driving straight ahead"
+                )
+                _face(context)
+            case Navigating(), GoalEnded():
+                _goal_ended(context, event)
+            case Rotating(), MotionEnded() as ended:
+                if _goes_on(context, ended):
+                    _turned(context, stage)
+            case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
+                sighting = tracked(context.mission, context.candidate, seen)
+                if sighting is not None:
+                    follow(context, sighting)
+                    furniture = furniture_before(seen, sighting.box.bbox_xyxy)
+                    context.update_approach(furniture=furniture or context.approach.furniture)
+                    context.localize(sighting.box)
+            case Measuring(), Localized(reply=reply):
+                _measured(context, stage, plausible(reply, context.rules))
+            case Driving(), MotionEnded():
+                _driven(context, event)
+            case _:
+                pass
+
+    def on_timeout(self, context: StepContext) -> None:
+        """It is out of the picture from here, as expected of something high: the place measured before counts."""
+        _go_on(context, context.approach.stage)
+
+    def on_call_failed(self, context: StepContext, detail: str) -> bool:
+        """A measurement failed. What is known is enough to go on."""
+        del detail
+        if not isinstance(context.mission.activity, Measuring):
+            return False
+        context.count_failure()
+        _go_on(context, context.approach.stage)
+        return True
 
 
 def _driven(context: StepContext, ended: MotionEnded) -> None:
@@ -93,12 +111,7 @@ def _goes_on(context: StepContext, ended: MotionEnded) -> bool:
     return reaction in {Reaction.GO_ON, Reaction.AS_NEAR_AS_IT_GETS}
 
 
-def on_look_timeout(context: StepContext) -> None:
-    """It is out of the picture from here, as expected of something high: the place measured before counts."""
-    _go_on(context, context.approach.stage)
-
-
-def on_overtime(context: StepContext) -> None:
+def _on_overtime(context: StepContext) -> None:
     context.stop_motion()
     if _seen_from_afar_only(context):
         _look_afresh(context)
@@ -108,11 +121,6 @@ def on_overtime(context: StepContext) -> None:
         found(context, distance_m, "as near as could be reached in time")
     else:
         set_aside(context, "not reached in time")
-
-
-def on_failure(context: StepContext) -> None:
-    """A measurement failed; what is known is enough to go on."""
-    _go_on(context, context.approach.stage)
 
 
 def _goal_ended(context: StepContext, event: GoalEnded) -> None:

@@ -9,13 +9,14 @@ from contracts.motion import MotionEnd
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import Steering
-from coordinator.core.centering import set_aside
-from coordinator.core.depth_check import take_measurement
 from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, Localized, MotionEnded, Tick
 from coordinator.core.outcomes import found
 from coordinator.core.plausibility import plausible
 from coordinator.core.reactions import Reaction, react
+from coordinator.core.search import set_aside
 from coordinator.core.sightings import follow, tracked
+from coordinator.core.states.depth_check import take_measurement
+from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
 
 BLOCKED_S = 3.0
@@ -23,36 +24,39 @@ STILL_M_S = 0.02
 OVERTIME_S = 10.0
 
 
-def begin(context: StepContext) -> None:
-    distance = context.candidate.distance_m or context.rules.near_m
-    until_s = context.now_s + distance / context.rules.approach_speed_m_s + OVERTIME_S
-    context.set_activity(Steering(until_s=until_s, next_depth_s=context.now_s, moving_s=context.now_s))
+class StraightApproach(State):
+    def begin(self, context: StepContext) -> None:
+        distance = context.candidate.distance_m or context.rules.near_m
+        until_s = context.now_s + distance / context.rules.approach_speed_m_s + OVERTIME_S
+        context.set_activity(Steering(until_s=until_s, next_depth_s=context.now_s, moving_s=context.now_s))
 
+    def handle(self, context: StepContext, event: Event) -> None:
+        match context.mission.activity, event:
+            case Steering() as steering, Tick():
+                _tick(context, steering)
+            case Steering(), DetectionsSeen(detections=seen):
+                follow_straight(context, seen)
+            case Steering() as steering, Localized(reply=reply):
+                context.set_activity(replace(steering, call=0))
+                _measured(context, plausible(reply, context.rules))
+            case Steering() as steering, LeaseAnswered(held=held):
+                context.set_activity(replace(steering, held=held))
+            case _:
+                pass
 
-def handle(context: StepContext, event: Event) -> None:
-    match context.mission.activity, event:
-        case Steering() as steering, Tick():
-            _tick(context, steering)
-        case Steering(), DetectionsSeen(detections=seen):
-            _seen(context, seen)
-        case Steering() as steering, Localized(reply=reply):
-            context.set_activity(replace(steering, call=0))
-            _measured(context, plausible(reply, context.rules))
-        case Steering() as steering, LeaseAnswered(held=held):
-            context.set_activity(replace(steering, held=held))
-        case _:
-            pass
+    def on_timeout(self, context: StepContext) -> None:
+        context.stop_motion()
+        context.transition_to(MissionState.CENTERING, "not there in time: turning to it again")
 
-
-def on_steering_end(context: StepContext) -> None:
-    context.stop_motion()
-    context.transition_to(MissionState.CENTERING, "not there in time: turning to it again")
-
-
-def on_failure(context: StepContext) -> None:
-    """One depth check failed; the next comes by itself."""
-    if isinstance(context.mission.activity, Steering):
-        context.set_activity(replace(context.mission.activity, call=0))
+    def on_call_failed(self, context: StepContext, detail: str) -> bool:
+        """One depth check failed. The next comes by itself."""
+        del detail
+        steering = context.mission.activity
+        if not isinstance(steering, Steering):
+            return False
+        context.count_failure()
+        context.set_activity(replace(steering, call=0))
+        return True
 
 
 def _tick(context: StepContext, steering: Steering) -> None:
@@ -83,7 +87,8 @@ def _stands_still(context: StepContext, end: MotionEnd) -> None:
         set_aside(context, end.sentence)
 
 
-def _seen(context: StepContext, seen: Detections) -> None:
+def follow_straight(context: StepContext, seen: Detections) -> None:
+    """Keeps to it, until it drifts from the middle of the picture."""
     sighting = tracked(context.mission, context.candidate, seen)
     if sighting is None:
         return

@@ -88,9 +88,6 @@ is resumed."""
 
 ALLOWED: dict[MissionState, frozenset[MissionState]] = {s: frozenset(to) for s, to in TRANSITIONS.items()}
 
-RESTING: frozenset[MissionState] = frozenset({_S.IDLE, _S.DONE, _S.EMERGENCY_STOP})
-"""States in which nothing may ask for motion."""
-
 
 def diagram() -> str:
     """The table as a Mermaid state diagram; the stop, which reaches every state, is drawn once."""
@@ -109,7 +106,7 @@ def page() -> str:
     states = "\n".join(f"| {state.value} | {sentence} |" for state, sentence in SENTENCES.items())
     return (
         "# The states of a mission\n\n"
-        "Written by `python -m coordinator.write_states docs/mission-states.md` from `core/states.py` and "
+        "Written by `python -m coordinator.write_states docs/mission-states.md` from `core/transitions.py` and "
         "`core/reactions.py`; a test compares them.\n\n"
         f"| state | meaning |\n|---|---|\n{states}\n\n"
         f"```mermaid\n{diagram()}\n```\n\n"

@@ -1,0 +1,1 @@
+"""The plain rules of the requirements, beside the better ones: the same states, chosen by `Rules` in `states.table`."""

@@ -1,0 +1,225 @@
+"""DEPTH_CHECK: standing still, measuring how far, and asking the three votes (requirements A9 to A11)."""
+
+from contracts.measuring import Measurement
+from contracts.mission import EventKind, MissionState
+from contracts.vision import Validation, Verdict, Vote
+from coordinator.core import actions as do
+from coordinator.core.activities import AwaitingFrame, Measuring, Validating
+from coordinator.core.depth_consensus import agreed
+from coordinator.core.events import DetectionsSeen, Event, Localized
+from coordinator.core.events import Validated as ValidatedEvent
+from coordinator.core.geometry import base_to_frame
+from coordinator.core.outcomes import found, votes_data
+from coordinator.core.plausibility import is_confirmed, plausible
+from coordinator.core.rules import Rules
+from coordinator.core.search import back_to_search
+from coordinator.core.sightings import follow, is_refused, lose, reject, tracked
+from coordinator.core.states.state import State
+from coordinator.core.step_context import StepContext
+
+BOX_FRESH_S = 1.5
+NEXT_BOX_S = 2.0
+NEAR_BOX_SHARE = 0.25
+
+
+class DepthCheck(State):
+    takes_unasked = False
+    """Whether what lies within reach counts as found without a vote."""
+    looks_closer = True
+    """Whether a narrow no is looked at from closer once."""
+
+    def once_beyond_m(self, rules: Rules) -> float:
+        """What is farther than this is measured only once: it is too far to judge."""
+        return rules.far_m
+
+    def begin(self, context: StepContext) -> None:
+        if context.now_s - context.candidate.seen_s > BOX_FRESH_S:
+            context.transition_to(MissionState.CENTERING, "the last detection is too old: looking again")
+            return
+        context.update_candidate(samples=())
+        context.localize(context.candidate.sighting.box)
+
+    def handle(self, context: StepContext, event: Event) -> None:
+        match context.mission.activity, event:
+            case Measuring(), Localized(reply=reply):
+                context.update_candidate(samples=(*context.candidate.samples, plausible(reply, context.rules)))
+                self._measured(context)
+            case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s > after_s:
+                sighting = tracked(context.mission, context.candidate, seen)
+                if sighting is not None:
+                    follow(context, sighting)
+                    context.localize(sighting.box)
+            case Validating(), ValidatedEvent(validation=validation):
+                self._validated(context, validation)
+            case _:
+                pass
+
+    def on_timeout(self, context: StepContext) -> None:
+        self._decide(context)
+
+    def on_call_failed(self, context: StepContext, detail: str) -> bool:
+        """A candidate that nobody could judge in several tries stays in doubt, and the search goes on."""
+        if not isinstance(context.mission.activity, Validating):
+            return False
+        context.update_candidate(unjudged=context.candidate.unjudged + 1)
+        if context.candidate.unjudged < context.rules.judge_tries:
+            return False
+        reject(context, f"a {_label(context)} that could not be judged ({detail})", narrow=True)
+        back_to_search(context, f"inference could not judge it in {context.rules.judge_tries} tries")
+        return True
+
+    def _measured(self, context: StepContext) -> None:
+        """Several times, and again while too few agree; what is too far to judge only once."""
+        rules, samples = context.rules, context.candidate.samples
+        first_m = samples[0].distance_m
+        if len(samples) == 1 and first_m is not None and first_m > self.once_beyond_m(rules):
+            self._decide(context)
+            return
+        _, support = agreed(samples)
+        enough = len(samples) >= rules.depth_samples and (support >= rules.depth_agree or first_m is None)
+        if enough or len(samples) >= rules.depth_samples_max:
+            self._decide(context)
+        else:
+            context.set_activity(
+                AwaitingFrame(after_s=context.candidate.sighting.stamp_s, until_s=context.now_s + NEXT_BOX_S)
+            )
+
+    def _decide(self, context: StepContext) -> None:
+        """A10, with one addition: what lies within reach is validated too, where that has not been done."""
+        rules = context.rules
+        reply, support = agreed(context.candidate.samples)
+        if reply is None:
+            _unmeasured(context)
+            return
+        take_measurement(context, reply)
+        distance = reply.distance_m or 0.0
+        told = {"distance_m": round(distance, 3), "samples": len(context.candidate.samples), "agreed": support}
+        context.log_event(EventKind.DEPTH, f"{distance:.2f} m away", **told, map_xy=context.candidate.map_xy)
+        if not context.candidate.confirmed and is_refused(context.mission, context.candidate.map_xy, reply.distance_m):
+            lose(context)
+            context.update_search(headings=context.search.headings[1:])  # else the next look would find it here again
+            back_to_search(context, "this one was already rejected")
+        elif self.takes_unasked and distance <= rules.reach_m:
+            found(context, distance, "within reach")
+        elif distance > rules.far_m:
+            context.transition_to(MissionState.DRIVING_1M, f"{distance:.1f} m is too far away to judge: moving closer")
+        else:
+            _ask(context)
+
+    def _validated(self, context: StepContext, validation: Validation) -> None:
+        rules, candidate = context.rules, context.candidate
+        confirmed = is_confirmed(validation, rules)
+        context.update_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=context.now_s)
+        _keep_picture(context, validation.id)
+        tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
+        word = "confirmed" if confirmed else "refused"
+        context.log_event(EventKind.VOTES, f"{word}: {tally}", confirmed=confirmed, votes=votes_data(validation.votes),
+                  picture=context.candidate.picture)  # fmt: skip
+        distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
+        if confirmed:
+            if distance <= rules.reach_m:
+                found(context, candidate.distance_m, "within reach")
+            elif distance <= rules.near_m:
+                context.transition_to(MissionState.APPROACHING, f"{word} ({tally}): driving up to it")
+            else:
+                context.transition_to(MissionState.DRIVING_1M, f"{word} ({tally}): moving closer first")
+            return
+        narrow = (
+            is_narrow(validation.votes, rules.narrow_margin) or _looked_right(context) or by_too_few(validation.votes)
+        )
+        closer = (
+            (narrow or unseen(validation.votes)) and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
+        )
+        if closer and self.looks_closer:
+            context.update_candidate(closer_looks=candidate.closer_looks + 1)
+            context.transition_to(
+                MissionState.DRIVING_1M, f"{'narrowly ' if narrow else ''}{word} ({tally}): taking a closer look"
+            )
+            return
+        if unseen(validation.votes) and candidate.unseen_again < rules.unseen_again_max:
+            context.update_candidate(unseen_again=candidate.unseen_again + 1)
+            context.transition_to(
+                MissionState.CENTERING, f"{word} ({tally}); the picture did not show it: looking again"
+            )
+            return
+        text = f"a {_label(context)} {distance:.1f} m off ({tally})"
+        reject(context, text, narrow=narrow)
+        back_to_search(context, f"{word} ({tally})")
+
+
+def take_measurement(context: StepContext, reply: Measurement) -> None:
+    """Keeps the place of the newest measurement that is not much worse than the best so far."""
+    reply = plausible(reply, context.rules)
+    if reply.distance_m is None:
+        return
+    sigma, odometry = reply.sigma_m or 0.0, context.mission.robot.odometry
+    context.update_candidate(distance_m=reply.distance_m, measured_s=context.now_s)
+    if context.candidate.map_xy is not None and sigma > 1.5 * context.candidate.sigma_m + 0.03:
+        return
+    if reply.map_point is not None:
+        context.update_candidate(map_xy=(reply.map_point.x, reply.map_point.y), sigma_m=sigma)
+    if reply.base_point is not None and odometry is not None:
+        context.update_candidate(odom_xy=base_to_frame(reply.base_point, odometry))
+
+
+def _unmeasured(context: StepContext) -> None:
+    """No depth inside the box: a big box is near enough to judge, a small one is beyond the camera's range."""
+    box = context.candidate.sighting.box
+    x0, y0, x1, y1 = box.bbox_xyxy
+    share = (x1 - x0) * (y1 - y0) / (box.image_width_px * box.image_height_px)
+    why = context.candidate.samples[-1].text if context.candidate.samples else ""
+    context.log_event(EventKind.DEPTH, f"no distance could be measured ({why or 'no depth in the box'})")
+    if share >= NEAR_BOX_SHARE:
+        _ask(context)
+    else:
+        context.transition_to(MissionState.DRIVING_1M, "too far away to measure: moving closer")
+
+
+def _ask(context: StepContext) -> None:
+    mission, call, limit_s = context.mission, context.call(), context.rules.validate_timeout_s
+    assert mission.target is not None, "a running mission has a target"
+    context.request(do.Validate(call, mission.target, context.candidate.sighting.box, limit_s))
+    context.set_activity(Validating(call, context.now_s + limit_s + context.rules.call_margin_s))
+    context.update(progress=f"checking whether this is the {mission.target.description}")
+
+
+def _keep_picture(context: StepContext, validation_id: str) -> None:
+    """Of what was judged, for each time it was; not where inference kept none."""
+    if not validation_id:
+        return
+    number = context.mission.pictures
+    context.update(pictures=number + 1)
+    context.update_candidate(picture=number)
+    context.request(do.KeepPicture(number, validation_id))
+
+
+def _looked_right(context: StepContext) -> bool:
+    """A sure detector saw the colour asked for: in poor light both models that were shown the crop can be wrong."""
+    sighting, colour = context.candidate.sighting, context.mission.colour
+    return colour is not None and sighting.colour == colour and sighting.confidence >= context.rules.sure_confidence_min
+
+
+def by_too_few(votes: tuple[Vote, ...]) -> bool:
+    """True when nobody said no, but too few could say anything."""
+    return not any(vote.verdict is Verdict.NO for vote in votes) and any(v.verdict is Verdict.YES for v in votes)
+
+
+def unseen(votes: tuple[Vote, ...]) -> bool:
+    """True when in the picture that was judged the detector saw nothing of the kind: the others judged a bad look."""
+    return any(vote.voter == "detector" and vote.verdict is Verdict.NO for vote in votes)
+
+
+def is_narrow(votes: tuple[Vote, ...], margin: float) -> bool:
+    """True when a no was close to its threshold."""
+    return any(
+        v.verdict is Verdict.NO
+        and v.score is not None
+        and v.threshold is not None
+        and v.voter != "detector"
+        and v.score >= v.threshold - margin
+        for v in votes
+    )
+
+
+def _label(context: StepContext) -> str:
+    return context.mission.target.label if context.mission.target is not None else "thing"

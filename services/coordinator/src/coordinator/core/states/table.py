@@ -1,0 +1,52 @@
+"""Which state does what, by the rules of the mission: chosen here, once."""
+
+from functools import cache
+
+from contracts.mission import MissionKind, MissionState
+from coordinator.core.mission import Mission
+from coordinator.core.plain.approaching import StraightApproach
+from coordinator.core.plain.centering import proportional_turn
+from coordinator.core.plain.depth_check import PlainDepthCheck
+from coordinator.core.plain.driving_1m import StraightStep
+from coordinator.core.plain.moving_to_scan import PlannedOnce
+from coordinator.core.plain.scanning import SlowTurn
+from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule
+from coordinator.core.states.approaching import Approaching
+from coordinator.core.states.centering import Centering, bearing_turn
+from coordinator.core.states.depth_check import DepthCheck
+from coordinator.core.states.docking import GoingToDock
+from coordinator.core.states.driving_1m import Driving1m
+from coordinator.core.states.resting import Resting
+from coordinator.core.states.scanning import Scanning
+from coordinator.core.states.state import State
+from coordinator.core.states.travelling import MemoryNav, MovingToScan
+
+RESTING, DOCKING = Resting(), GoingToDock()
+
+
+def state_of(mission: Mission) -> State:
+    if mission.kind is MissionKind.DOCK and mission.state is MissionState.MEMORY_NAV:
+        return DOCKING
+    rules = mission.rules
+    table = states(rules.approach_rule, rules.centering_rule, rules.coverage_rule, rules.scan_rule)
+    return table[mission.state]
+
+
+@cache
+def states(
+    approach: ApproachRule, centering: CenteringRule, coverage: CoverageRule, scan: ScanRule
+) -> dict[MissionState, State]:
+    straight = approach is ApproachRule.STRAIGHT
+    turn = bearing_turn if centering is CenteringRule.BEARING else proportional_turn
+    return {
+        MissionState.IDLE: RESTING,
+        MissionState.MEMORY_NAV: MemoryNav(),
+        MissionState.SCANNING: SlowTurn() if scan is ScanRule.SLOW_TURN else Scanning(),
+        MissionState.MOVING_TO_SCAN: PlannedOnce() if coverage is CoverageRule.LAWNMOWER else MovingToScan(),
+        MissionState.CENTERING: Centering(turn, finishes_unseen=not straight),
+        MissionState.DEPTH_CHECK: PlainDepthCheck() if straight else DepthCheck(),
+        MissionState.APPROACHING: StraightApproach() if straight else Approaching(),
+        MissionState.DRIVING_1M: StraightStep() if straight else Driving1m(),
+        MissionState.DONE: RESTING,
+        MissionState.EMERGENCY_STOP: RESTING,
+    }
