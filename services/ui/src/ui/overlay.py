@@ -32,16 +32,12 @@ def boxes(frame: CameraFrame, seen: Detections | None, target: Target | None) ->
     width, height = seen.image_width_px, seen.image_height_px
     ordered = sorted(seen.detections, key=lambda one: -one.confidence)[:BOXES_MAX]
     found: list[Mapping[str, Any]] = []
-    for one in sorted(ordered, key=lambda one: is_target(one, target)):
+    marked = [(target is not None and target.may_be(one.label, one.colour), one) for one in ordered]
+    for wanted, one in sorted(marked, key=lambda two: two[0]):
         left, top, right, bottom = one.bbox_xyxy
         corners = (left / width, top / height, right / width, bottom / height)
-        wanted = is_target(one, target)
         found.append({"at": [round(value, 4) for value in corners], "text": caption(one, wanted), "target": wanted})
     return found
-
-
-def is_target(one: Detection, target: Target | None) -> bool:
-    return target is not None and target.may_be(one.label, one.colour)
 
 
 def caption(one: Detection, wanted: bool) -> str:

@@ -136,9 +136,9 @@ class Dispatcher:
                 mission_id=waiting.id,
                 command=waiting.command,
                 target=task.target,
-                parser=waiting.parser,
+                parser=task.parser,
                 views=tuple(_place(one) for one in recalled),
-                notes="; ".join(part for part in (waiting.notes, note) if part),
+                notes="; ".join(part for part in (task.notes, note) if part),
                 order=waiting.order,
                 last_seen=_last_seen(recalled, task),
             )

@@ -5,6 +5,7 @@ import hashlib
 import re
 import uuid
 from collections.abc import Sequence
+from dataclasses import replace
 
 import structlog
 
@@ -115,13 +116,11 @@ class MissionService:
         if not self.log.opened:
             raise UnavailableError("database", "the history of missions is not open yet")
         self._refuse_now(ended_before)
-        tasks: list[tuple[CheckedTask | None, str, str]] = [(None, "", "")]
-        if reading is not None:
-            tasks = [*await self._read(reading)]
+        tasks = [None] if reading is None else await self._read(reading)
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
-            QueuedMission(uuid.uuid4().hex, command, task, parser, notes, Order(request_id, part, len(tasks), asked_s))
-            for part, (task, parser, notes) in enumerate(tasks, start=1)
+            QueuedMission(uuid.uuid4().hex, command, task, Order(request_id, part, len(tasks), asked_s))
+            for part, task in enumerate(tasks, start=1)
         )
         self._refuse_now(ended_before)
         self._queue.add(made)
@@ -151,27 +150,25 @@ class MissionService:
         if low:
             raise ConflictError(f"{low}: it has to charge first")
 
-    async def _read(self, reading: Reading) -> Sequence[tuple[CheckedTask, str, str]]:
-        """(checked task, parser, notes) for each thing the command asks for, in the order said."""
+    async def _read(self, reading: Reading) -> Sequence[CheckedTask]:
+        """One for each thing the command asks for, in the order said; what concerns all of it is told of the first."""
         labels, note = await self._labels()
         asked, restrictions = reading.asked, restrictions_in(reading.asked)
         parsed = await self._inference.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
-        found: list[tuple[CheckedTask, str, str]] = []
+        found: list[CheckedTask] = []
         unknown: list[str] = []
         for claim in parsed.targets:
             task = check_parse(claim, labels) if claim.said in asked else None
             if task is None:
                 unknown.append(claim.said)
             else:
-                found.append((task, claim.parser, "; ".join(filter(None, (task.notes, note)))))
+                found.append(task)
         if not found:
             notes = "; ".join(filter(None, (*(one.notes for one in parsed.targets), parsed.notes)))
             raise await self._not_understood(asked, restrictions, notes)
-        task, parser, notes = found[0]
         left_out = f"left out, not known: {', '.join(unknown)}" if unknown else ""
-        told = [notes, parsed.notes, not_held_to(restrictions), left_out]
-        found[0] = (task, parser, "; ".join(filter(None, told)))
-        return found
+        told = [found[0].notes, note, parsed.notes, not_held_to(restrictions), left_out]
+        return [replace(found[0], notes="; ".join(filter(None, told))), *found[1:]]
 
     async def _not_understood(self, asked: str, restrictions: Sequence[Restriction], notes: str) -> UnprocessableError:
         """The refusal: a question back where only the colour of a thing was said."""

@@ -17,7 +17,7 @@ from coordinator.core.report import ago
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Inference, Memory, MissionLog
 from coordinator.questions.parsed_question import ROOMS, ParsedQuestion, parse_question
-from coordinator.questions.tallies import THERE, changes, tally
+from coordinator.questions.tallies import THERE, apart_m, changes, tally
 from coordinator.settings import Settings
 from mesh.clock import Clock
 from mesh.errors import MeshError
@@ -132,10 +132,10 @@ class QuestionService:
                             stamp_s=one.last_seen_s) for one in counts[:RECORDS_MAX]]  # fmt: skip
             return known, "I remember:" if known else "I remember nothing yet."
         marks = [one for one in things if one.label in ROOMS[asked.room]]
-        near = [one for one in things if any(_apart_m(one, mark) <= ROOM_M for mark in marks)]
         if not marks:
             return (), f"I do not know where the {asked.room} is: I have seen none of {', '.join(ROOMS[asked.room])}."
         named = ", ".join(sorted({one.label for one in marks}))
+        near = await self._near_room(things, asked.room)
         return [self._of_object(one) for one in near[:RECORDS_MAX]], f"Within {ROOM_M:.0f} m of the {named}:"
 
     async def _of_group(self, asked: ParsedQuestion, group: Group) -> tuple[Sequence[Record], str]:
@@ -179,7 +179,7 @@ class QuestionService:
         if room is None:
             return things
         marks = [one for one in await self._objects(None) if one.label in ROOMS[room]]
-        return [one for one in things if any(_apart_m(one, mark) <= ROOM_M for mark in marks)]
+        return [one for one in things if any(apart_m(one, mark) <= ROOM_M for mark in marks)]
 
     async def _objects(self, label: str | None) -> list[RememberedObject]:
         """What is thought to be there still, likeliest first; none from a memory that knows views only."""
@@ -251,7 +251,3 @@ class QuestionService:
 
 def _colour_fits(seen: str | None, asked: str | None) -> bool:
     return asked is None or seen == asked
-
-
-def _apart_m(one: RememberedObject, other: RememberedObject) -> float:
-    return ((one.position.x - other.position.x) ** 2 + (one.position.y - other.position.y) ** 2) ** 0.5

@@ -29,7 +29,7 @@ def places(things: Sequence[RememberedObject]) -> int:
     """Things within a metre of one another stand at one place."""
     marks: list[RememberedObject] = []
     for one in things:
-        if all(_apart_m(one, mark) > ONE_PLACE_M for mark in marks):
+        if all(apart_m(one, mark) > ONE_PLACE_M for mark in marks):
             marks.append(one)
     return len(marks)
 
@@ -49,5 +49,5 @@ def _in_words(count: int) -> str:
     return "one place" if count == 1 else f"{count} places"
 
 
-def _apart_m(one: RememberedObject, other: RememberedObject) -> float:
+def apart_m(one: RememberedObject, other: RememberedObject) -> float:
     return math.hypot(one.position.x - other.position.x, one.position.y - other.position.y)

@@ -17,8 +17,6 @@ class QueuedMission:
     id: str
     command: str
     task: CheckedTask | None
-    parser: str
-    notes: str
     order: Order
 
     def record(self, position: int) -> wire.Mission:
@@ -28,7 +26,7 @@ class QueuedMission:
             kind=MissionKind.FIND if self.task is not None else MissionKind.DOCK,
             command=self.command,
             target=self.task.target if self.task is not None else None,
-            parser=self.parser,
+            parser=self.task.parser if self.task is not None else "",
             state=MissionState.IDLE,
             queue_position=position,
             request_id=self.order.request_id,

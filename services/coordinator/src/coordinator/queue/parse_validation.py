@@ -19,6 +19,7 @@ class CheckedTask:
 
     target: Target
     memory_object: str | None
+    parser: str
     notes: str
 
 
@@ -39,7 +40,7 @@ def check_parse(parsed: ParsedTarget, labels_in_memory: tuple[str, ...]) -> Chec
     colour = colour_asked(label, description)
     excluded = tuple(one for one in not_colours(restrictions_in(parsed.said)) if one is not colour)
     target = Target(label=label, description=description, colour=colour, not_colours=excluded)
-    return CheckedTask(target, memory_object, "; ".join(notes))
+    return CheckedTask(target, memory_object, parsed.parser, "; ".join(notes))
 
 
 def match_class(claimed: str) -> str:
