@@ -5,7 +5,7 @@ import contextlib
 from collections import deque
 from collections.abc import AsyncGenerator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar, assert_never
+from typing import TypeVar
 
 import structlog
 
@@ -13,8 +13,8 @@ from contracts.causes import GoalCause
 from contracts.description import RobotDescription
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.obstacles import Obstacles
-from contracts.problem import Dependency, DependencyState
-from contracts.robot import BaseStopState, Goal, RobotState, SensorState, SensorStatus
+from contracts.problem import Dependency
+from contracts.robot import BaseStopState, Goal, RobotState
 from contracts.topics import ROBOT_DESCRIPTION, ROBOT_NAVIGATION, ROBOT_STATE
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
@@ -33,12 +33,11 @@ from robot_bridge.ports import Robot
 from robot_bridge.recording.recordings import Recordings
 from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 from robot_bridge.safety.obstacles import obstacles
-from robot_bridge.sensing import base_health, endpoints
+from robot_bridge.sensing import health
 from robot_bridge.sensing.camera import Camera
 from robot_bridge.sensing.object_localizer import ObjectLocalizer
 from robot_bridge.sensing.sensor_readings import Scan
 from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
-from robot_bridge.sensing.stamps import TF, apart
 from robot_bridge.settings import Settings
 
 log = structlog.get_logger()
@@ -47,10 +46,6 @@ R = TypeVar("R")
 
 NAVIGATION_EVENTS_MAX = 200
 TICK_AGE_S_MAX = 0.5
-HAZARDS = "hazards"
-"""Which has a line of its own."""
-NOT_NEEDED = frozenset({"battery", "dock", HAZARDS})
-"""What a robot may do without and still be ready."""
 
 
 @dataclass(slots=True)
@@ -163,34 +158,15 @@ class Bridge:
 
     def dependencies(self) -> Sequence[Dependency]:
         """Is data flowing? One line each."""
-        now_s = self.clock.now_s()
-        tick_age_s = self.wheels.commanded.age_s(now_s)
+        tick_age_s = self.wheels.commanded.age_s(self.clock.now_s())
         spinning = tick_age_s is not None and tick_age_s <= TICK_AGE_S_MAX
-        found = [Dependency.of("rclpy", ok=spinning, detail=_age(tick_age_s))]
-        found += [
-            _dependency(name, status)
-            for name, status in self.snapshot().sensors.items()
-            if name not in NOT_NEEDED or (status.detail and name != HAZARDS)
-        ]
-        found += self._frames_and_clocks(now_s)
-        missing = self.robot.senses.why_no_nav2(now_s)
-        found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
-        found += base_health.dependencies(self.robot.senses, self.settings.ros.cmd_vel_known, self.snapshot())
-        found.append(endpoints.dependency(self.robot.senses.mismatches.value or ()))
         unstored = self.emergency_stop.unstored
-        found.append(Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"))
-        found.append(redis_dependency(self.bus))
-        return found
-
-    def _frames_and_clocks(self, now_s: float) -> list[Dependency]:
-        """A person should know what is odd about them; the robot works."""
-        senses = self.robot.senses
-        odd = [f"{name} is {apart(behind_s)} the others" for name, behind_s in senses.clocks.odd(now_s).items()]
-        clocks = DependencyState.WARNING if odd else DependencyState.READY
-        found = [Dependency(name="clocks", state=clocks, detail="; ".join(odd) or "they agree")]
-        if (refused := senses.reception.refused(TF)) is not None:
-            found.append(Dependency(name=TF, state=DependencyState.WARNING, detail=f"not understood: {refused.reason}"))
-        return found
+        return [
+            Dependency.of("rclpy", ok=spinning, detail=health.age(tick_age_s)),
+            *health.dependencies(self.robot.senses, self.settings.ros.cmd_vel_known, self.snapshot()),
+            Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"),
+            redis_dependency(self.bus),
+        ]
 
     async def publish_state(self) -> None:
         while True:
@@ -306,21 +282,3 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         await stopping.save()
         await bridge.recordings.close()  # the slowest: a supervisor may not wait for it
         await robot.close()
-
-
-def _dependency(name: str, status: SensorStatus) -> Dependency:
-    """What a robot can do without is a warning, and so is what a person should know of a sensor that is well."""
-    fine = DependencyState.WARNING if status.detail else DependencyState.READY
-    state = fine if status.valid or name in NOT_NEEDED else DependencyState.NOT_READY
-    match status.state:
-        case SensorState.NOT_UNDERSTOOD:
-            return Dependency(name=name, state=state, detail=f"received, not understood: {status.detail}")
-        case SensorState.NEVER | SensorState.FRESH | SensorState.STALE:
-            told = f"{_age(status.age_s)}; {status.detail}" if status.detail else _age(status.age_s)
-            return Dependency(name=name, state=state, detail=told)
-        case _:
-            assert_never(status.state)
-
-
-def _age(age_s: float | None) -> str:
-    return "never received" if age_s is None else f"{age_s:.2f} s old"

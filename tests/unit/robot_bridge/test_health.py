@@ -4,7 +4,7 @@ import pytest
 
 from contracts.problem import DependencyState
 from contracts.robot import BaseStopState
-from robot_bridge.sensing import base_health
+from robot_bridge.sensing import health
 from robot_bridge.sensing.sensor_readings import Hazard, SensorReadings
 from robot_bridge.settings import Settings
 
@@ -12,7 +12,7 @@ KNOWN = Settings().ros.cmd_vel_known
 
 
 def test_the_table_names_every_state_of_the_bases_stop() -> None:
-    assert set(base_health.BASE_STOP) == set(BaseStopState)
+    assert set(health.BASE_STOP) == set(BaseStopState)
 
 
 @pytest.mark.parametrize(
@@ -29,13 +29,13 @@ def test_a_stop_that_is_not_as_wanted_is_told(state: BaseStopState | None, told:
     senses = SensorReadings()
     if state is not None:
         senses.base_stop.put(state, 1.0)
-    assert base_health.base_stop(senses).state is told
+    assert health.base_stop(senses).state is told
 
 
 def test_hazards_that_nobody_publishes_are_a_warning_that_names_the_line_to_uncomment() -> None:
     senses = SensorReadings()
     senses.hazards_offered.put(False, 1.0)
-    told = base_health.hazards(senses)
+    told = health.hazards(senses)
     assert told.state is DependencyState.WARNING
     assert "hazard_detection" in told.detail
 
@@ -43,14 +43,14 @@ def test_hazards_that_nobody_publishes_are_a_warning_that_names_the_line_to_unco
 def test_hazards_that_are_offered_and_never_came_are_none() -> None:
     senses = SensorReadings()
     senses.hazards_offered.put(True, 1.0)
-    assert base_health.hazards(senses).state is DependencyState.READY
+    assert health.hazards(senses).state is DependencyState.READY
 
 
 def test_hazards_that_came_once_are_received_whoever_publishes_now() -> None:
     senses = SensorReadings()
     senses.hazards.put(frozenset({Hazard.BUMP}), 1.0)
     senses.hazards_offered.put(False, 2.0)
-    assert base_health.hazards(senses).state is DependencyState.READY
+    assert health.hazards(senses).state is DependencyState.READY
 
 
 def driven(*others: str, heard_s: float | None = None) -> SensorReadings:
@@ -77,6 +77,6 @@ def driven(*others: str, heard_s: float | None = None) -> SensorReadings:
 def test_whoever_can_drive_the_base_past_the_bridge_is_named(
     senses: SensorReadings, state: DependencyState, words: str
 ) -> None:
-    told = base_health.drivers(senses, KNOWN, 10.0)
+    told = health.drivers(senses, KNOWN, 10.0)
     assert told.state is state
     assert words in told.detail

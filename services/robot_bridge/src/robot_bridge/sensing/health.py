@@ -1,9 +1,13 @@
-"""What `/ready` says of the base beyond its sensors, in words for a person."""
+"""What `/ready` says of the senses, of Nav2 and of the base, in words for a person."""
+
+from typing import assert_never
 
 from contracts.problem import Dependency, DependencyState
-from contracts.robot import BaseStopState
+from contracts.robot import BaseStopState, SensorState, SensorStatus
+from robot_bridge.sensing import endpoints
 from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.sensing.snapshot import Snapshot
+from robot_bridge.sensing.stamps import TF, apart
 
 DRIVES_S = 3.0
 """So long a velocity that somebody else has sent is told."""
@@ -26,10 +30,54 @@ BASE_STOP: dict[BaseStopState, tuple[DependencyState, str]] = {
 }
 
 
+HAZARDS = "hazards"
+"""Which has a line of its own."""
+NOT_NEEDED = frozenset({"battery", "dock", HAZARDS})
+"""What a robot may do without and still be ready."""
+
+
 def dependencies(senses: SensorReadings, known: tuple[str, ...], snapshot: Snapshot) -> list[Dependency]:
-    found = [base_stop(senses), hazards(senses), drivers(senses, known, snapshot.taken_s)]
-    asleep = power_saver(snapshot)
-    return [*found, asleep] if asleep is not None else found
+    """Is data flowing? One line each. `known` as for `drivers`."""
+    found = [
+        sensor(name, status)
+        for name, status in snapshot.sensors.items()
+        if name not in NOT_NEEDED or (status.detail and name != HAZARDS)
+    ]
+    found += frames_and_clocks(senses, snapshot.taken_s)
+    missing = senses.why_no_nav2(snapshot.taken_s)
+    found.append(Dependency.of("nav2", ok=not missing, detail=missing or "active"))
+    found += [base_stop(senses), hazards(senses), drivers(senses, known, snapshot.taken_s)]
+    if (asleep := power_saver(snapshot)) is not None:
+        found.append(asleep)
+    return [*found, endpoints.dependency(senses.mismatches.value or ())]
+
+
+def sensor(name: str, status: SensorStatus) -> Dependency:
+    """What a robot can do without is a warning, and so is what a person should know of a sensor that is well."""
+    fine = _WARNING if status.detail else _READY
+    state = fine if status.valid or name in NOT_NEEDED else _NOT_READY
+    match status.state:
+        case SensorState.NOT_UNDERSTOOD:
+            return Dependency(name=name, state=state, detail=f"received, not understood: {status.detail}")
+        case SensorState.NEVER | SensorState.FRESH | SensorState.STALE:
+            told = f"{age(status.age_s)}; {status.detail}" if status.detail else age(status.age_s)
+            return Dependency(name=name, state=state, detail=told)
+        case _:
+            assert_never(status.state)
+
+
+def age(age_s: float | None) -> str:
+    return "never received" if age_s is None else f"{age_s:.2f} s old"
+
+
+def frames_and_clocks(senses: SensorReadings, now_s: float) -> list[Dependency]:
+    """A person should know what is odd about them; the robot works."""
+    odd = [f"{name} is {apart(behind_s)} the others" for name, behind_s in senses.clocks.odd(now_s).items()]
+    clocks = _WARNING if odd else _READY
+    found = [Dependency(name="clocks", state=clocks, detail="; ".join(odd) or "they agree")]
+    if (refused := senses.reception.refused(TF)) is not None:
+        found.append(Dependency(name=TF, state=_WARNING, detail=f"not understood: {refused.reason}"))
+    return found
 
 
 def base_stop(senses: SensorReadings) -> Dependency:
