@@ -3,8 +3,9 @@
 import math
 
 from contracts.geometry import Pose2D
-from coordinator.core.geometry import Relative, distance_m, relative, ring, wrap
+from coordinator.core.geometry import Relative, relative, ring
 from coordinator.core.step_context import StepContext
+from geometry.poses import apart_m, wrap
 
 EXCLUDED_RAD = 0.5
 
@@ -28,7 +29,7 @@ def surface_distance_m(context: StepContext) -> float | None:
 def too_near_for_a_goal(context: StepContext, pose: Pose2D) -> bool:
     """Nav2 calls a goal reached from within its tolerance (0.25 m): so short a way is turned and driven instead."""
     here = context.mission.robot.pose
-    return here is not None and distance_m(here, pose) < context.rules.goal_m_min
+    return here is not None and apart_m(here, pose) < context.rules.goal_m_min
 
 
 def approach_candidates(

@@ -1,22 +1,14 @@
-"""Angles, bearings and poses round a point: small planar geometry, radians and metres."""
+"""Bearings, and poses round a point."""
 
 import math
 from dataclasses import dataclass
 
-from contracts.geometry import Point3D, Pose2D
-
-
-def wrap(angle_rad: float) -> float:
-    """The same direction within (-pi, pi]."""
-    return math.atan2(math.sin(angle_rad), math.cos(angle_rad))
-
-
-def distance_m(a: Pose2D, b: Pose2D) -> float:
-    return math.hypot(a.x - b.x, a.y - b.y)
+from contracts.geometry import Pose2D
+from geometry.poses import apart_m, wrap
 
 
 def near_any(pose: Pose2D, others: tuple[Pose2D, ...], within_m: float) -> bool:
-    return any(distance_m(pose, other) <= within_m for other in others)
+    return any(apart_m(pose, other) <= within_m for other in others)
 
 
 def pixel_bearing_rad(u_px: float, width_px: int, hfov_rad: float) -> float:
@@ -38,21 +30,10 @@ def relative(point_x: float, point_y: float, base: Pose2D) -> Relative:
     return Relative(math.hypot(dx, dy), wrap(math.atan2(dy, dx) - base.yaw))
 
 
-def base_to_frame(point: Point3D, base: Pose2D) -> tuple[float, float]:
-    """A point in base_link expressed in the frame `base` is given in."""
-    cos, sin = math.cos(base.yaw), math.sin(base.yaw)
-    return base.x + cos * point.x - sin * point.y, base.y + sin * point.x + cos * point.y
-
-
-def facing(x: float, y: float, target_x: float, target_y: float) -> Pose2D:
-    """A pose at (x, y) that looks at the target."""
-    return Pose2D(x=x, y=y, yaw=math.atan2(target_y - y, target_x - x))
-
-
 def ring(target_x: float, target_y: float, radius_m: float, directions_rad: tuple[float, ...]) -> tuple[Pose2D, ...]:
     """Poses on a circle round the target, each facing it; a direction is where the pose lies, seen from the target."""
     return tuple(
-        facing(target_x + radius_m * math.cos(a), target_y + radius_m * math.sin(a), target_x, target_y)
+        Pose2D(x=target_x + radius_m * math.cos(a), y=target_y + radius_m * math.sin(a), yaw=wrap(a + math.pi))
         for a in directions_rad
     )
 

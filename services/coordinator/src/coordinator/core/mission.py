@@ -65,7 +65,7 @@ class Candidate:
     """The thing being centred on, measured, validated and driven up to."""
 
     sighting: Sighting
-    seen_s: float
+    seen_s: float = 0.0
     colour_named: bool = False
     """Whether any sighting of it named its colour: it agrees with the one asked for then, or it would be none."""
     origin: Pose2D | None = None

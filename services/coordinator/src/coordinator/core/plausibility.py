@@ -1,6 +1,5 @@
 """What a service may not claim: a frame from the future, an arrival elsewhere, a distance no depth gives, one vote."""
 
-import math
 from dataclasses import replace
 
 from contracts.measuring import Measurement, NotMeasured, not_measured
@@ -10,6 +9,7 @@ from coordinator.core.activities import Navigating
 from coordinator.core.events import GoalEnded
 from coordinator.core.mission import Mission
 from coordinator.core.rules import Rules
+from geometry.poses import apart_m
 
 
 def is_of_now(mission: Mission, stamp_s: float, now_s: float) -> bool:
@@ -23,7 +23,7 @@ def checked_arrival(mission: Mission, event: GoalEnded) -> GoalEnded:
     going, here = mission.activity, mission.robot.pose
     if not isinstance(going, Navigating) or here is None or event.status is not GoalStatus.SUCCEEDED:
         return event
-    off_m = math.hypot(here.x - going.goal.x, here.y - going.goal.y)
+    off_m = apart_m(here, going.goal)
     if off_m <= mission.rules.arrived_m:
         return event
     return replace(event, status=GoalStatus.ABORTED, error=f"said it arrived, but stands {off_m:.1f} m from there")

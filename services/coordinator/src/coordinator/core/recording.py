@@ -4,6 +4,7 @@ One JSON object a line: first a `Header`, then a `Step` each. Because `step` is 
 same decisions; an event that changed nothing and asked for nothing is left out, which changes nothing either.
 """
 
+import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -130,8 +131,9 @@ def _named(value: Any) -> dict[str, Any]:
 
 
 def _decided(action: Action) -> dict[str, Any]:
-    named = _named(action)
-    return named if not isinstance(action, Say) else named | {"text": "", "data": None}
+    """Without words, and to the ninth digit: how a number was computed is no decision."""
+    named = _named(action) | ({"text": "", "data": None} if isinstance(action, Say) else {})
+    return json.loads(_PLAIN.dump_json(named), parse_float=lambda digits: round(float(digits), 9))
 
 
 def _unnamed(plain: dict[str, Any]) -> Any:

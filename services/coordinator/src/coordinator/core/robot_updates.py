@@ -6,11 +6,11 @@ from typing import assert_never
 from contracts.mission import EndCause, EventKind, MapTrouble, MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Idle
-from coordinator.core.geometry import distance_m
 from coordinator.core.mission import RobotSnapshot
 from coordinator.core.outcomes import abort_for_the_map, close
 from coordinator.core.reactions import lifted
 from coordinator.core.step_context import StepContext
+from geometry.poses import apart_m
 
 ODOMETRY_JUMP_M = 0.5
 ODOMETRY_STEP_M = 0.005
@@ -118,7 +118,7 @@ def _count_metres(context: StepContext) -> None:
     if before is None:
         context.update(metres_from=here)
         return
-    moved = distance_m(here, before)
+    moved = apart_m(here, before)
     if moved >= ODOMETRY_STEP_M:
         counted = moved if moved < ODOMETRY_JUMP_M else 0.0
         context.update(metres_from=here, metres_m=context.mission.metres_m + counted)

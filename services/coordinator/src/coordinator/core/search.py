@@ -5,9 +5,10 @@ import math
 from contracts.mission import EventKind, MissionState
 from coordinator.core import actions as do
 from coordinator.core.activities import Starting, Undocking, Waking
-from coordinator.core.geometry import distance_m, near_any
+from coordinator.core.geometry import near_any
 from coordinator.core.sightings import lose
 from coordinator.core.step_context import StepContext
+from geometry.poses import apart_m
 
 MOVED_AWAY_M = 1.0
 
@@ -71,7 +72,7 @@ def drop_views_looked_at(context: StepContext) -> None:
 def back_to_search(context: StepContext, reason: str) -> None:
     """SCANNING goes on where it was, or starts afresh where the robot has moved meanwhile."""
     here, started = context.mission.robot.pose, context.search.scan_from
-    moved = here is not None and started is not None and distance_m(here, started) > MOVED_AWAY_M
+    moved = here is not None and started is not None and apart_m(here, started) > MOVED_AWAY_M
     if moved:
         new_scan(context, f"{reason}; looking around from here")
     elif started is None:

@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from contracts.colours import Colour
 from contracts.geometry import Pose2D
 from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
-from coordinator.core.geometry import distance_m, pixel_bearing_rad, relative, wrap
+from coordinator.core.geometry import pixel_bearing_rad, relative
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighting
 from coordinator.core.report import candidate_record, count_objects_in
 from coordinator.core.step_context import StepContext
+from geometry.poses import apart_m, wrap
 
 FRAME_PX = 320
 """The width the requirements' pixel numbers belong to; other widths are scaled to it."""
@@ -89,7 +91,8 @@ def _nearest(some: Sequence[Sighting], expected_rad: float, within_rad: float) -
 
 def follow(context: StepContext, sighting: Sighting) -> None:
     named = context.candidate.colour_named or sighting.colour is not None
-    context.update_candidate(sighting=sighting, seen_s=context.now_s, colour_named=named)
+    followed = replace(context.candidate, sighting=sighting, seen_s=context.now_s, colour_named=named)
+    context.update(candidate=followed)
 
 
 def new_candidate(context: StepContext, sighting: Sighting) -> None:
@@ -178,4 +181,4 @@ def _same_direction(mission: Mission, origin: Pose2D | None, bearing_rad: float,
     pose = mission.robot.pose
     if abs(wrap(bearing_rad - sighting.bearing_rad)) > mission.rules.rejected_bearing_rad:
         return False
-    return origin is None or pose is None or distance_m(pose, origin) <= mission.rules.rejected_radius_m
+    return origin is None or pose is None or apart_m(pose, origin) <= mission.rules.rejected_radius_m

@@ -1,7 +1,11 @@
 """One step being worked out: the mission as it changes, and the actions that go with it."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import partial
+from typing import Any, Concatenate, ParamSpec
 
 from contracts.geometry import Pose2D
 from contracts.mission import EventFacts, EventKind, MissionState
@@ -19,13 +23,32 @@ from coordinator.core.activities import (
     Starting,
     Waiting,
 )  # fmt: skip
-from coordinator.core.mission import Approach, Candidate, Mission, Search
+from coordinator.core.mission import Approach, Candidate, Mission, Search, Sighting
 from coordinator.core.rules import Rules
 from coordinator.core.transitions import ALLOWED
 
 
 class ForbiddenTransitionError(AssertionError):
     """The core tried to leave its own table: a bug."""
+
+
+P = ParamSpec("P")
+
+
+def _writer(part: str, constructor: Callable[P, object]) -> Callable[Concatenate[StepContext, P], None]:
+    """Sets fields of one part of the mission: pyright checks them by the part's own constructor."""
+    del constructor
+
+    def update(context: StepContext, *_: P.args, **changes: P.kwargs) -> None:
+        changed: Any = replace(getattr(context, part), **changes)
+        context.mission = changed if part == "mission" else replace(context.mission, **{part: changed})
+
+    return update
+
+
+def _all_but_the_sighting(constructor: Callable[Concatenate[Sighting, P], object]) -> Callable[P, object]:
+    """The one field of a candidate that has no default: `follow` sets it."""
+    return partial(constructor)  # pyright: ignore[reportReturnType, reportCallIssue]
 
 
 @dataclass(slots=True)
@@ -58,17 +81,10 @@ class StepContext:
         """The present on the clock that stamps frames."""
         return self.now_s + self.mission.robot.offset_s
 
-    def update(self, **changes: Any) -> None:
-        self.mission = replace(self.mission, **changes)
-
-    def update_search(self, **changes: Any) -> None:
-        self.update(search=replace(self.mission.search, **changes))
-
-    def update_candidate(self, **changes: Any) -> None:
-        self.update(candidate=replace(self.candidate, **changes))
-
-    def update_approach(self, **changes: Any) -> None:
-        self.update(approach=replace(self.approach, **changes))
+    update = _writer("mission", Mission)
+    update_search = _writer("search", Search)
+    update_candidate = _writer("candidate", _all_but_the_sighting(Candidate))
+    update_approach = _writer("approach", Approach)
 
     def request(self, action: do.Action) -> None:
         self.actions.append(action)

@@ -4,11 +4,11 @@ from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import Rotating
 from coordinator.core.events import DetectionsSeen, Event, MotionEnded
-from coordinator.core.geometry import wrap
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import Rules
 from coordinator.core.states.scanning import Scanning, inspected, sighted
 from coordinator.core.step_context import StepContext
+from geometry.poses import wrap
 
 SWEEP_FROM_RAD = 0.35
 

@@ -1,5 +1,6 @@
 """DEPTH_CHECK: standing still, measuring how far, and asking the three votes (requirements A9 to A11)."""
 
+from contracts.geometry import Pose2D
 from contracts.measuring import Measurement
 from contracts.mission import EventKind, MissionState
 from contracts.vision import Validation, Verdict, Vote
@@ -8,7 +9,6 @@ from coordinator.core.activities import AwaitingFrame, Measuring, Validating
 from coordinator.core.depth_consensus import agreed
 from coordinator.core.events import DetectionsSeen, Event, Localized
 from coordinator.core.events import Validated as ValidatedEvent
-from coordinator.core.geometry import base_to_frame
 from coordinator.core.outcomes import found, votes_data
 from coordinator.core.plausibility import is_confirmed, plausible
 from coordinator.core.rules import Rules
@@ -16,6 +16,7 @@ from coordinator.core.search import back_to_search
 from coordinator.core.sightings import follow, is_refused, lose, reject, tracked
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
+from geometry.poses import compose
 
 BOX_FRESH_S = 1.5
 NEXT_BOX_S = 2.0
@@ -159,7 +160,8 @@ def take_measurement(context: StepContext, reply: Measurement) -> None:
     if reply.map_point is not None:
         context.update_candidate(map_xy=(reply.map_point.x, reply.map_point.y), sigma_m=sigma)
     if reply.base_point is not None and odometry is not None:
-        context.update_candidate(odom_xy=base_to_frame(reply.base_point, odometry))
+        there = compose(odometry, Pose2D(x=reply.base_point.x, y=reply.base_point.y, yaw=0.0))
+        context.update_candidate(odom_xy=(there.x, there.y))
 
 
 def _unmeasured(context: StepContext) -> None:

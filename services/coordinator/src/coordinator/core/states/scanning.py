@@ -5,7 +5,6 @@ from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import AwaitingFrame, CheckingPlace, Rotating, Undocking, Waking
 from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
-from coordinator.core.geometry import wrap
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort
 from coordinator.core.reactions import Reaction, react
@@ -20,6 +19,7 @@ from coordinator.core.sightings import (
 )  # fmt: skip
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
+from geometry.poses import wrap
 
 FACING_RAD = 0.06
 

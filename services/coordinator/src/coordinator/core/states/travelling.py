@@ -6,13 +6,14 @@ from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Navigating, PlanningCoverage, Undocking, Waking
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
-from coordinator.core.geometry import around, distance_m, near_any, wrap
+from coordinator.core.geometry import around, near_any
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, abort_for_the_map, give_up
 from coordinator.core.search import awake, drop_views_looked_at, new_scan, undock_first, undocked
 from coordinator.core.sightings import is_near_rejected, is_worth_pursuing, new_candidate, sightings
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
+from geometry.poses import apart_m, wrap
 
 ARRIVED_M = 0.3
 NEAR_POINT_M = 0.35
@@ -185,7 +186,7 @@ class MovingToScan(Travelling):
 
 def is_here(context: StepContext, pose: Pose2D) -> bool:
     here = context.mission.robot.pose
-    return here is not None and distance_m(here, pose) <= ARRIVED_M
+    return here is not None and apart_m(here, pose) <= ARRIVED_M
 
 
 def choose_path_near(context: StepContext, pose: Pose2D) -> None:
