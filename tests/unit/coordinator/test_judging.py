@@ -6,6 +6,7 @@ from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
 from contracts.vision import Verdict
 from coordinator.core import actions as do
+from coordinator.core import events as ev
 from support.mission_script import Script, box
 
 S = MissionState
@@ -48,6 +49,12 @@ def test_of_measurements_that_never_agree_the_farther_are_believed() -> None:
         script.localized(distance_m, distance_m + 0.06).see(box())
     assert script.mission.candidate is not None
     assert script.mission.candidate.distance_m == pytest.approx(1.5)
+
+
+def test_a_candidate_that_nobody_can_judge_is_left_before_the_failures_end_the_mission() -> None:
+    script = Script(judge_tries=1, failures_max=1).begin().centred().measured(1.2, 3)
+    script.feed(ev.CallFailed(script.last(do.Validate).call, "inference", "away"))
+    assert script.mission.state is S.SCANNING
 
 
 def test_a_clear_no_is_remembered_and_the_same_thing_is_not_judged_again() -> None:

@@ -76,7 +76,6 @@ class Candidate:
     rounds: int = 0
     samples: tuple[Measurement, ...] = ()
     distance_m: float | None = None
-    measured_s: float = 0.0
     sigma_m: float = 0.0
     map_xy: tuple[float, float] | None = None
     odom_xy: tuple[float, float] | None = None
@@ -191,7 +190,6 @@ class Mission:
     failures: int = 0
     cut_off: int = 0
     """Rotations and drives in a row that ended for a reason of the robot's own."""
-    entered_s: float = 0.0
     id: str = ""
     kind: MissionKind = MissionKind.FIND
     order: Order = FIRST

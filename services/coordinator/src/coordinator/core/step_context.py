@@ -103,7 +103,7 @@ class StepContext:
         if state not in ALLOWED[self.mission.state]:
             raise ForbiddenTransitionError(f"{self.mission.state} -> {state}: {reason}")
         before = self.mission.state
-        self.update(state=state, entered_s=self.now_s, activity=Starting())
+        self.update(state=state, activity=Starting())
         self.log_event(kind, reason, before=before, **data)
 
     def call(self) -> int:

@@ -154,7 +154,7 @@ def take_measurement(context: StepContext, reply: Measurement) -> None:
     if reply.distance_m is None:
         return
     sigma, odometry = reply.sigma_m or 0.0, context.mission.robot.odometry
-    context.update_candidate(distance_m=reply.distance_m, measured_s=context.now_s)
+    context.update_candidate(distance_m=reply.distance_m)
     if context.candidate.map_xy is not None and sigma > 1.5 * context.candidate.sigma_m + 0.03:
         return
     if reply.map_point is not None:
