@@ -38,6 +38,7 @@ check: setup ## format, lint, types, dead wood: no network, ROS, Docker or displ
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/pyright
+	$(VENV)/bin/pyright -p bench
 	$(VENV)/bin/vulture --min-confidence 80 --ignore-names trace services packages sim/src demo/src bench
 
 format: ## format and mend what can be mended

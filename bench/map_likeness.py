@@ -60,7 +60,7 @@ def changed(grid: OccupancyGrid, seed: int = 0) -> Iterator[tuple[str, Occupancy
 def rewritten(grid: OccupancyGrid, yaw: float, resolution_m: float) -> OccupancyGrid:
     """The same place written down with rows that run another way, in cells of another size."""
     height, width = grid.cells.shape
-    x, y = grid.points(np.array(width / 2), np.array(height / 2))
+    x, y = grid.points(width / 2, height / 2)
     side = math.ceil(math.hypot(width, height) * grid.resolution_m / resolution_m) + 4
     corner = Pose2D(x=-side * resolution_m / 2, y=-side * resolution_m / 2, yaw=0.0)
     origin = compose(Pose2D(x=float(x), y=float(y), yaw=yaw), corner)

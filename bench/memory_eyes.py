@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.base import BboxXyxy
+from contracts.colours import Colour
 from contracts.geometry import Point3D, Pose2D
 from contracts.measuring import LocalizeRequest, Measurement, NotMeasured, not_measured
 from contracts.robot import KnownMap
@@ -34,20 +35,20 @@ class Eyes:
     """Where the robot stands is set by hand; `memory.ports.Senses` besides."""
 
     def __init__(self, home: Home, seed: int) -> None:
-        self.home = home
+        self.truth = home
         self.world = World(home, seed=seed)
         self.pose = Pose2D(x=0.0, y=0.0, yaw=0.0)
         self._rng = np.random.default_rng(seed)
 
     def change(self, things: tuple[Thing, ...]) -> None:
         """Somebody carries things about while the robot is not there."""
-        self.home = replace(self.home, things=things)
+        self.truth = replace(self.truth, things=things)
         self.world.close()
-        self.world = World(self.home, seed=0)
+        self.world = World(self.truth, seed=0)
 
     def frame(self, stamp_s: float) -> Detections:
         size_px = RGB_CAMERA.width_px, RGB_CAMERA.height_px
-        found = [box for thing in self.home.things if (box := self._detection(thing)) is not None]
+        found = [box for thing in self.truth.things if (box := self._detection(thing)) is not None]
         return Detections(
             stamp_s=stamp_s,
             image_width_px=size_px[0],
@@ -129,7 +130,7 @@ class Eyes:
             label=thing.kind,
             confidence=max(0.35, 0.95 - 0.2 * middle[2]),
             bbox_xyxy=box,
-            colour=thing.colour,
+            colour=Colour(thing.colour) if thing.colour else None,
             measurement=self._measured(box),
         )
 

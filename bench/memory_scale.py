@@ -74,7 +74,7 @@ class JsonFile:
         times_s: list[float] = []
         for _ in range(max(5, min(200, 1_000_000 // taken))):
             began_s = time.perf_counter()
-            self.recall(request(rng).label)
+            self.recall(request(rng).target.label)
             times_s.append(time.perf_counter() - began_s)
         p50, p99 = quantiles_ms(times_s)
         mb = size_mb(folder, self.path.name)

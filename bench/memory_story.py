@@ -98,7 +98,7 @@ async def tell(story: Story) -> None:
     """Every chapter; the truth of the home changes only while the robot looks elsewhere."""
     eyes, clock = story.eyes, story.clock
     bottle = red_bottle(eyes)
-    others = tuple(one for one in eyes.home.things if one.id != bottle.id)
+    others = tuple(one for one in eyes.truth.things if one.id != bottle.id)
     first, second = eyes.places_to_see(bottle, away_m=1.4, apart_m=0.5, count=2)
     table = (bottle.x_m, bottle.y_m)
     story.places["the first place"] = table
@@ -191,7 +191,7 @@ def _home(seed: int) -> Eyes:
     for number in range(seed, seed + 50):
         eyes = Eyes(Home.generate(number, wanted=RED_BOTTLE), seed=number)
         bottle = red_bottle(eyes)
-        others = tuple(one for one in eyes.home.things if one.id != bottle.id)
+        others = tuple(one for one in eyes.truth.things if one.id != bottle.id)
         try:
             new_place(eyes, others, (bottle.x_m, bottle.y_m))
         except LookupError:
@@ -202,7 +202,7 @@ def _home(seed: int) -> Eyes:
 
 
 def red_bottle(eyes: Eyes) -> Thing:
-    return next(one for one in eyes.home.things if (one.kind, one.colour) == ("bottle", "red"))
+    return next(one for one in eyes.truth.things if (one.kind, one.colour) == ("bottle", "red"))
 
 
 def table_of(chapters: list[Chapter]) -> str:

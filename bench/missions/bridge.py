@@ -230,8 +230,8 @@ class SimulatedBridge:
     async def halt(self) -> EmergencyStop:
         async def work() -> EmergencyStop:
             self.stop = self.stop.model_copy(update={"epoch": self.stop.epoch + 1})
-            self.wheels.end("halted")
-            await self._end_goal(GoalStatus.CANCELED)
+            self.wheels.end(MotionEnd.CANCELED)
+            await self._end_goal(GoalStatus.CANCELED, GoalCause.CANCELED)
             return self.stop
 
         return await self.wire.call("POST /halt", work, timeout_s=1.0)

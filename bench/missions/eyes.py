@@ -8,6 +8,7 @@ import numpy as np
 from bench.missions.bridge import Frame, SimulatedBridge, shown_in
 from bench.missions.bus import SimulatedBus
 from bench.missions.faults import Faults
+from bench.missions.place import InPicture
 from bench.missions.seeing import SIZE_PX, detect, false_box, votes
 from bench.missions.wire import Wire
 from contracts.geometry import Pose2D
@@ -17,6 +18,7 @@ from contracts.memory import LabelCount, LookBatch, RecalledView, RecallReply, R
 from contracts.problem import Dependency
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
 from contracts.vision import (
+    Detection,
     Detections,
     ParsedTarget,
     ParsedTask,
@@ -61,7 +63,9 @@ class SimulatedEyes:
     def _take(self) -> Frame:
         bridge, rng = self._bridge, self.rng
         shown = bridge.place.in_picture(bridge.wheels.pose)
-        boxes = [(found, one) for one in shown if (found := detect(one, rng, self._errors)) is not None]
+        boxes: list[tuple[Detection, InPicture | None]] = [
+            (found, one) for one in shown if (found := detect(one, rng, self._errors)) is not None
+        ]
         if rng.random() < self._errors.false_boxes:
             boxes.append((false_box(self._task.yolo_class, rng), None))
         now_s = asyncio.get_running_loop().time()

@@ -70,8 +70,9 @@ class Stage:
             clock=SimulatedClock(), on_death=lambda: self.run.problems.append("crash: a background task died"),
         )  # fmt: skip
         async with app.router.lifespan_context(app) as state:
-            self.missions = state["missions"]
-            yield self.missions
+            assert state is not None, "the app's own"
+            self.missions = missions = state["missions"]
+            yield missions
             self.missions = None
 
     @property
@@ -171,6 +172,7 @@ async def _lived(stage: Stage) -> None:
 
 async def _started(missions: MissionService, run: Run) -> str:
     begun = await missions.start(run.scenario.command)
+    assert isinstance(begun, Mission), "the command starts one"
     return begun.id
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.missions.place import InPicture
+from contracts.colours import Colour
 from contracts.vision import Detection, Target, Verdict, Vote
 from sim.world.robot import RGB_CAMERA
 
@@ -53,12 +54,12 @@ def detect(seen: InPicture, rng: np.random.Generator, errors: Errors) -> Detecti
     )
 
 
-def _colour(seen: InPicture, rng: np.random.Generator, errors: Errors) -> str | None:
+def _colour(seen: InPicture, rng: np.random.Generator, errors: Errors) -> Colour | None:
     if not seen.thing.colour or errors.dark or rng.random() < errors.unknown_colour:
         return None
     if rng.random() < errors.wrong_colour:
-        return str(rng.choice([c for c in ("red", "green", "blue", "yellow") if c != seen.thing.colour]))
-    return seen.thing.colour
+        return Colour(str(rng.choice([c for c in ("red", "green", "blue", "yellow") if c != seen.thing.colour])))
+    return Colour(seen.thing.colour)
 
 
 def false_box(label: str, rng: np.random.Generator) -> Detection:

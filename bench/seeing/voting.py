@@ -97,21 +97,20 @@ class Asker:
     async def ask(self, picture: Path, frame: Frame, question: Question) -> Answer:
         self._camera.show(picture)
         target = Target(label=question.label, description=question.description)
-        bbox = tuple(float(side) for side in question.box.bbox_xyxy)
-        told = await self._validator.validate(ValidateRequest(target=target, bbox_xyxy=bbox))
+        x_min, y_min, x_max, y_max = map(float, question.box.bbox_xyxy)
+        told = await self._validator.validate(ValidateRequest(target=target, bbox_xyxy=(x_min, y_min, x_max, y_max)))
         meant = [box for box in frame.boxes if (box.kind, box.colour) == (question.label, question.colour)]
         is_one = told.bbox_xyxy is not None and any(
             iou(told.bbox_xyxy, tuple(map(float, box.bbox_xyxy))) >= SAME_IOU for box in meant
         )
         detector, clip = told.votes[0], told.votes[1]
-        known = clip.score is not None and clip.rival_score is not None
         return Answer(
             spotted=hit(self._detector.found, question.box) is not None,
             confirmed_right=told.confirmed and is_one,
             confirmed_wrong=told.confirmed and not is_one,
             detector=detector.verdict,
             clip_score=clip.score,
-            clip_lead=clip.score - clip.rival_score if known else None,
+            clip_lead=None if clip.score is None or clip.rival_score is None else clip.score - clip.rival_score,
             clip_ms=clip.took_ms,
             reason=f"{detector.reason}; {clip.reason}",
         )
@@ -125,7 +124,9 @@ def hit(found: Sequence[Detection], box: Box) -> Detection | None:
 
 
 def load_rgb(path: Path) -> RgbImage:
-    return np.asarray(cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB), np.uint8)
+    image = cv2.imread(str(path))
+    assert image is not None, f"{path} is no picture"
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)
 
 
 class Remembering:

@@ -35,7 +35,11 @@ class BaseBehaviour:
 
     def test_its_stop_is_done_and_told_by_the_wheels_once_whatever_the_service_answers(self, mission: Mission) -> None:
         told: list[bool] = []
-        mission.node.create_subscription(WheelStatus, "wheel_status", lambda m: told.append(m.wheels_enabled), KEPT)
+
+        def heard(message: WheelStatus) -> None:
+            told.append(message.wheels_enabled)
+
+        mission.node.create_subscription(WheelStatus, "wheel_status", heard, KEPT)
         wait_for(lambda: told == [True], "wheels that are enabled")
         for stopped in (True, True, False, False):
             answer = mission.call(EStop, "e_stop", EStop.Request(e_stop_on=stopped))

@@ -164,6 +164,7 @@ class BridgeBehaviour:
         assert state.pose is not None
         assert (round(state.pose.x, 2), round(state.pose.y, 2)) == (1.0, 2.0)
         assert state.battery is not None
+        assert state.battery.percentage is not None
         assert math.isclose(state.battery.percentage, 80.0, abs_tol=0.01)
         assert set(state.sensors) == {
             *("scan", "odom", "rgb", "rgb_info", "depth", "depth_info", "pose", "map", "battery", "dock", "hazards")

@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 from contracts.causes import GoalCause, Refusal
+from contracts.colours import Colour
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.language import ReasonReply, ReasonRequest
 from contracts.measuring import Measurement, NotMeasured, not_measured
@@ -156,7 +157,7 @@ class World:
                 away, bearing = seen
                 u, half = WIDTH_PX / 2 - focal * math.tan(bearing), max(3.0, 0.04 * focal / away)
                 box = (max(0.0, u - half), 100.0, min(float(WIDTH_PX), u + half), 100.0 + 4 * half)
-                colour = None if self.colours_unknown else thing.colour
+                colour = None if self.colours_unknown or not thing.colour else Colour(thing.colour)
                 found.append(
                     Detection(
                         label=thing.label,

@@ -3,6 +3,7 @@
 import math
 from typing import TypeVar
 
+from contracts.colours import Colour
 from contracts.geometry import Point3D, Pose2D
 from contracts.measuring import Measurement, NotMeasured
 from contracts.mission import MissionState
@@ -176,4 +177,5 @@ class Script:
 def box(
     u_px: float = 160.0, *, label: str = "bottle", colour: str | None = "red", confidence: float = 0.8
 ) -> Detection:
-    return Detection(label=label, confidence=confidence, bbox_xyxy=(u_px - 8, 100, u_px + 8, 150), colour=colour)
+    known = Colour(colour) if colour else None
+    return Detection(label=label, confidence=confidence, bbox_xyxy=(u_px - 8, 100, u_px + 8, 150), colour=known)

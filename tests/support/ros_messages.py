@@ -39,8 +39,9 @@ def mount(frame: str) -> TFMessage:
     """Where the laser, or the camera, sits on the robot."""
     message = transform("base_link", frame)
     if frame == "optical":
-        turned(message.transforms[0], OPTICAL_XYZW)
-        place = message.transforms[0].transform.translation
+        mounted = next(iter(message.transforms))
+        turned(mounted, OPTICAL_XYZW)
+        place = mounted.transform.translation
         place.x, place.z = CAMERA_X_M, CAMERA_Z_M
     return message
 

@@ -7,7 +7,8 @@ docs/sensors.md are written from it: `PYTHONPATH=tests .venv/bin/python -m suppo
 import json
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as default
 from pathlib import Path
 from typing import Any
 
@@ -90,7 +91,7 @@ class Cell:
     case: str
     told: str
     change: Callable[[Any], None] = lambda _: None
-    settings: dict[str, Any] = field(default_factory=dict)
+    settings: dict[str, Any] = default(default_factory=dict)
     stamps_s: tuple[float, ...] = (0.0,)
     """Of the messages, `PERIOD_S` apart, in seconds since the first came; none for a stamp of zero."""
 

@@ -32,7 +32,7 @@ SAID = (
 ROUNDS = 20
 
 
-async def hangs(_: FakeInference, request: ParseTaskRequest) -> ParsedTask:
+async def hangs(self: FakeInference, request: ParseTaskRequest) -> ParsedTask:
     await asyncio.Event().wait()
     raise AssertionError(request)
 

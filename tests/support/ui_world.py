@@ -6,7 +6,7 @@ import math
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import httpx
 import numpy as np
@@ -94,7 +94,7 @@ def votes() -> tuple[Vote, ...]:
     )
 
 
-def mission(command: str = "find the red bottle", **changes: object) -> Mission:
+def mission(command: str = "find the red bottle", **changes: Any) -> Mission:
     values: dict[str, object] = {
         "id": "m-1",
         "command": command,
@@ -349,7 +349,7 @@ class FakeMissions(Service):
     async def cancel(self, mission_id: str) -> Mission:
         return self._act("cancel", mission_id, outcome=Outcome.CANCELED)
 
-    def _act(self, what: str, mission_id: str, **changes: object) -> Mission:
+    def _act(self, what: str, mission_id: str, **changes: Any) -> Mission:
         self.answer()
         self.acted.append((what, mission_id))
         return mission(**changes)

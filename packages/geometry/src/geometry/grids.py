@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from contracts.geometry import Pose2D
 from contracts.robot import Map
@@ -61,7 +61,7 @@ class OccupancyGrid:
         dx, dy = np.asarray(x_m, float) - self.origin.x, np.asarray(y_m, float) - self.origin.y
         return (c * dx + s * dy) / self.resolution_m, (c * dy - s * dx) / self.resolution_m
 
-    def points(self, columns: NDArray[Any], rows: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def points(self, columns: ArrayLike, rows: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """x and y in the map frame, m: the other way. (0, 0) is the origin, (0.5, 0.5) the middle of the first cell."""
         c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
         dx, dy = np.asarray(columns, float) * self.resolution_m, np.asarray(rows, float) * self.resolution_m
@@ -76,7 +76,7 @@ class OccupancyGrid:
 
     def centre(self, row: int, column: int) -> tuple[float, float]:
         """(x, y) of a cell's middle in the map frame, m."""
-        x, y = self.points(np.array(column + 0.5), np.array(row + 0.5))
+        x, y = self.points(column + 0.5, row + 0.5)
         return float(x), float(y)
 
     def at(self, x_m: NDArray[Any], y_m: NDArray[Any], mask: Mask) -> Mask:
