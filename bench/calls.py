@@ -32,7 +32,7 @@ from contracts.memory import LookBatch
 from contracts.vision import Detections
 from memory.adapters.robot_bridge import RobotBridge
 from memory.adapters.store import SqlStore
-from memory.memory_service import Memory
+from memory.memory_service import MemoryService
 from memory.settings import Settings
 
 Calls = Counter[tuple[str, str, str]]
@@ -84,7 +84,7 @@ async def _memory_calls(bridge: SimulatedBridge, eyes: SimulatedEyes, looks: lis
         settings = Settings(database_url=f"sqlite:///{folder}/memory.db", senses_timeout_s=5.0)
         store = SqlStore.from_settings(settings)
         senses = RobotBridge("http://robot_bridge", clock, timeout_s=5.0, transport=httpx.MockTransport(counted.answer))
-        memory = Memory(settings, store, SimulatedBus(Faults(), np.random.default_rng(0)), clock, senses)
+        memory = MemoryService(settings, store, SimulatedBus(Faults(), np.random.default_rng(0)), clock, senses)
         for frame in tour:
             clock.time_s = frame.stamp_s
             boxes = [found.bbox_xyxy for found, _ in frame.boxes]

@@ -32,7 +32,7 @@ ROBOT_M = 0.24
 
 
 class Eyes:
-    """Where the robot stands is set by hand; `memory.ports.Senses` besides."""
+    """Where the robot stands is set by hand; `memory.ports.DepthAndMap` besides."""
 
     def __init__(self, home: Home, seed: int) -> None:
         self.truth = home

@@ -26,7 +26,7 @@ from contracts.geometry import Pose2D
 from contracts.memory import Look, LookBatch, Observation, ObservationBatch, RecallRequest, SeenBox
 from contracts.vision import Target
 from memory.adapters.store import SqlStore
-from memory.memory_service import Memory
+from memory.memory_service import MemoryService
 from memory.settings import Settings
 from mesh.bus import open_bus
 from mesh.clock import SystemClock
@@ -105,7 +105,7 @@ def request(rng: np.random.Generator) -> RecallRequest:
     )
 
 
-async def recalls(memory: Memory, count: int, rng: np.random.Generator) -> dict[str, float]:
+async def recalls(memory: MemoryService, count: int, rng: np.random.Generator) -> dict[str, float]:
     """Wall time by quantiles, and the processor's time a recall: on a busy machine they differ."""
     times_s: list[float] = []
     cpu_s = time.process_time()
@@ -128,7 +128,7 @@ async def start_again(settings: Settings, rng: np.random.Generator) -> float:
     began_s = time.perf_counter()
     store = SqlStore.from_settings(settings)
     async with open_bus("redis://127.0.0.1:1/0") as bus:
-        await Memory(settings, store, bus, SystemClock(), None).recall(request(rng))
+        await MemoryService(settings, store, bus, SystemClock(), None).recall(request(rng))
     took_s = time.perf_counter() - began_s
     await store.aclose()
     return took_s
@@ -149,7 +149,7 @@ async def measure(
     ours_by_size: list[dict[str, Any]] = []
     theirs_by_size: list[dict[str, Any]] = []
     async with open_bus("redis://127.0.0.1:1/0") as bus:
-        memory = Memory(settings, store, bus, SystemClock(), None)
+        memory = MemoryService(settings, store, bus, SystemClock(), None)
         await memory.labels(1)
         taken, looking_s, observe_cpu_s, acknowledged_s = 0, 0.0, 0.0, list[float]()
         source = batches(sightings, seed)

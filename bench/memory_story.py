@@ -18,7 +18,7 @@ from contracts.geometry import Pose2D
 from contracts.memory import RecallRequest
 from contracts.vision import Target
 from memory.adapters.store import SqlStore
-from memory.memory_service import Memory
+from memory.memory_service import MemoryService
 from memory.settings import Settings
 from mesh.bus import open_bus
 from sim.home import Home, Wanted
@@ -61,7 +61,7 @@ class Chapter:
 class Story:
     """The home, the robot's eyes, and memory; places have names."""
 
-    def __init__(self, eyes: Eyes, memory: Memory, clock: HandClock) -> None:
+    def __init__(self, eyes: Eyes, memory: MemoryService, clock: HandClock) -> None:
         self.eyes = eyes
         self.memory = memory
         self.clock = clock
@@ -181,7 +181,7 @@ async def beginning(folder: Path, seed: int) -> AsyncIterator[Story]:
     eyes = _home(seed)
     try:
         async with open_bus("redis://127.0.0.1:1/0") as bus:
-            yield Story(eyes, Memory(settings, store, bus, clock, eyes), clock)
+            yield Story(eyes, MemoryService(settings, store, bus, clock, eyes), clock)
     finally:
         await eyes.aclose()
         await store.aclose()

@@ -11,9 +11,9 @@ from contracts.memory import Area, ForgetRequest, LabelCount, Observation
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
 from memory.object_association import Ledger
-from memory.objects import Thing
-from memory.ports import Candidates, Counts, Hoard, KeptMap, KeptView, in_maps
-from memory.views import Place, Sighting, contradicted, merged, sighting_at
+from memory.objects import MapObject
+from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView, in_maps
+from memory.views import AggregatedView, ViewCell, contradicted, merged, view_at
 from mesh.errors import UnavailableError
 
 K = TypeVar("K")
@@ -31,8 +31,8 @@ class FakeStore:
         self._views_max = views_max
         self._things_max = things_max
         self._maps: dict[int, tuple[str, float]] = {0: ("", 0.0)}
-        self._things: dict[int, Thing] = {}
-        self._views: dict[Place, tuple[int, Sighting, float]] = {}
+        self._things: dict[int, MapObject] = {}
+        self._views: dict[ViewCell, tuple[int, AggregatedView, float]] = {}
         self._thing_ids = count(1)
         self._view_ids = count(1)
 
@@ -78,13 +78,13 @@ class FakeStore:
         self._there()
         return tuple({place.map_number for place in self._views if place.label == label})[:limit]
 
-    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[KeptView]:
+    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[StoredView]:
         self._there()
         return self._best(lambda place: label in {None, place.label} and map_number in {None, place.map_number})[:limit]
 
     async def things(
         self, label: str | None, area: Area | None, limit: int, map_number: int | None = None
-    ) -> list[Thing]:
+    ) -> list[MapObject]:
         self._there()
         wanted = [
             one
@@ -93,13 +93,13 @@ class FakeStore:
         ]
         return sorted(wanted, key=lambda one: (-one.last_seen_s, one.id))[:limit]
 
-    async def thing(self, number: int) -> Thing | None:
+    async def thing(self, number: int) -> MapObject | None:
         self._there()
         return self._things.get(number)
 
     async def labels(self, limit: int, map_number: int | None = None) -> list[LabelCount]:
         self._there()
-        by_label: dict[str, list[Sighting]] = defaultdict(list)
+        by_label: dict[str, list[AggregatedView]] = defaultdict(list)
         for place, (_, kept, _) in self._views.items():
             if map_number in {None, place.map_number}:
                 by_label[place.label].append(kept)
@@ -188,13 +188,13 @@ class FakeStore:
             size_bytes=None,
         )
 
-    async def pages(self) -> AsyncGenerator[Hoard]:
+    async def export_batches(self) -> AsyncGenerator[ExportBatch]:
         self._there()
-        yield Hoard(maps=await self.maps())
-        yield Hoard(things=tuple(sorted(self._things.values(), key=lambda one: one.id)))
-        yield Hoard(views=tuple(sorted(self._best(lambda place: True), key=lambda one: one.id)))
+        yield ExportBatch(maps=await self.maps())
+        yield ExportBatch(things=tuple(sorted(self._things.values(), key=lambda one: one.id)))
+        yield ExportBatch(views=tuple(sorted(self._best(lambda place: True), key=lambda one: one.id)))
 
-    async def bring_in(self, hoard: Hoard) -> None:
+    async def import_batch(self, hoard: ExportBatch) -> None:
         self._there()
         hoard = in_maps(hoard, {one.number: self._numbered(one.id, one.last_seen_s) for one in hoard.maps})
         there = {_fingerprint(one): one.id for one in self._things.values()}
@@ -204,7 +204,7 @@ class FakeStore:
         for one in new:
             self._things[numbers[one.id]] = _renumbered(one, numbers)
         for view in hoard.views:
-            sighting = sighting_at(
+            sighting = view_at(
                 view.label,
                 "" if view.thing_id is not None else view.colour,
                 view.pose,
@@ -245,13 +245,13 @@ class FakeStore:
                 moved, believed_s = merged(before, moved), max(believed_s, other_s)
             self._views[there] = (view_id, moved, believed_s)
 
-    def _keep(self, changed: list[Thing]) -> dict[int, int]:
+    def _keep(self, changed: list[MapObject]) -> dict[int, int]:
         numbers = {one.id: next(self._thing_ids) for one in changed if one.id < 0}
         for one in changed:
             self._things[numbers.get(one.id, one.id)] = _renumbered(one, numbers)
         return numbers
 
-    def _sight(self, new: Sighting, numbers: dict[int, int], counted: Callable[[int, int], int]) -> None:
+    def _sight(self, new: AggregatedView, numbers: dict[int, int], counted: Callable[[int, int], int]) -> None:
         number = new.place.thing_id
         place = replace(new.place, thing_id=None if number is None else numbers.get(number, number))
         new = replace(new, place=place)
@@ -273,13 +273,13 @@ class FakeStore:
                 else:
                     self._views[place] = (view_id, replace(kept, belief=belief), frame.stamp_s)
 
-    def _best(self, wanted: Callable[[Place], bool]) -> list[KeptView]:
+    def _best(self, wanted: Callable[[ViewCell], bool]) -> list[StoredView]:
         found = [self._view(place, *kept) for place, kept in self._views.items() if wanted(place)]
         return sorted(found, key=lambda one: (-one.confidence, one.id))
 
-    def _view(self, place: Place, number: int, kept: Sighting, believed_s: float) -> KeptView:
+    def _view(self, place: ViewCell, number: int, kept: AggregatedView, believed_s: float) -> StoredView:
         thing = self._things.get(place.thing_id) if place.thing_id is not None else None
-        return KeptView(
+        return StoredView(
             id=number,
             label=place.label,
             colour=(thing.colour or "") if thing is not None else place.colour,
@@ -308,7 +308,7 @@ class FakeStore:
             raise UnavailableError("database", self.away)
 
 
-def _renumbered(thing: Thing, numbers: dict[int, int]) -> Thing:
+def _renumbered(thing: MapObject, numbers: dict[int, int]) -> MapObject:
     def given(number: int | None) -> int | None:
         return None if number is None else numbers.get(number, number)
 
@@ -344,9 +344,9 @@ def _inside(x: float, y: float, area: Area | None) -> bool:
     return area is None or (area.x_min <= x <= area.x_max and area.y_min <= y <= area.y_max)
 
 
-def _ghost(thing: Thing) -> bool:
+def _ghost(thing: MapObject) -> bool:
     return thing.times_seen <= 2 and thing.moved_to is None
 
 
-def _fingerprint(thing: Thing) -> tuple[int, str, float, float, float]:
+def _fingerprint(thing: MapObject) -> tuple[int, str, float, float, float]:
     return thing.map_number, thing.label, thing.first_seen_s, round(thing.x, 2), round(thing.y, 2)

@@ -9,7 +9,7 @@ from contracts.geometry import Point3D, Pose2D
 from contracts.memory import Look, Observation, RecallRequest, SeenBox
 from contracts.vision import Target
 from memory.belief import FIRST, after_sighting
-from memory.ports import KeptView
+from memory.ports import StoredView
 
 HFOV_RAD = 0.942
 SIDE_PX = 250
@@ -58,8 +58,8 @@ def look(
     )
 
 
-def view(number: int, observation: Observation, thing_id: int | None = None) -> KeptView:
-    return KeptView(
+def view(number: int, observation: Observation, thing_id: int | None = None) -> StoredView:
+    return StoredView(
         id=number,
         label=observation.label,
         colour=observation.colour or "",

@@ -103,7 +103,7 @@ async def test_a_hidden_thing_keeps_its_belief(client: ServiceClient, senses: Fa
     (before,) = await objects(client)
     senses.far_m = 0.6
     reply = await client.post("/looks", LookBatch(looks=(look(stamp_s=NOW_S + 1.0, far_m=None),)), LooksReply)
-    assert reply == LooksReply(untold=1)
+    assert reply == LooksReply(undetermined=1)
     assert await objects(client) == [before]
 
 

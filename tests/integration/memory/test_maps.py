@@ -13,7 +13,7 @@ from contracts.geometry import Pose2D
 from contracts.memory import Area, ForgetRequest
 from memory.adapters.store import SqlStore
 from memory.frames import Frame, frames_of
-from memory.ports import Hoard, Store
+from memory.ports import ExportBatch, Store
 from support.memory_database import opened, opened_at
 from support.memory_store import FakeStore
 from support.observations import seen
@@ -115,15 +115,15 @@ async def test_an_export_keeps_its_maps_apart_where_others_are_known(make: Make)
         home, office = await source.enter_map("home", (), 1.0), await source.enter_map("office", (), 2.0)
         await remember(source, home, 1.0)
         await remember(source, office, 2.0)
-        pages = [page async for page in source.pages()]
-        hoard = Hoard(
+        pages = [page async for page in source.export_batches()]
+        hoard = ExportBatch(
             things=tuple(one for page in pages for one in page.things),
             views=tuple(one for page in pages for one in page.views),
             maps=tuple(one for page in pages for one in page.maps),
         )
         here = [await target.enter_map(name, (), 1.0) for name in ("elsewhere", "office", "home")]
-        await target.bring_in(hoard)
-        await target.bring_in(hoard)
+        await target.import_batch(hoard)
+        await target.import_batch(hoard)
         by_x = {number: sorted(view.x for view in await target.views(None, 10, number)) for number in here}
         assert by_x == {here[0]: [], here[1]: [2.0, 2.0], here[2]: [1.0, 1.0]}
 

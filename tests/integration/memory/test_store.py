@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from contracts.geometry import Pose2D
 from contracts.memory import Area, ForgetRequest, Observation
 from memory.frames import Frame, Miss, frames_of
-from memory.ports import Hoard, KeptView, Store
+from memory.ports import ExportBatch, Store, StoredView
 from support.memory_database import opened, opened_at
 from support.memory_store import FakeStore
 from support.observations import labels, observations, poses, seen
@@ -139,12 +139,14 @@ async def test_forgetting_takes_what_meets_every_condition(store: Store) -> None
 
 async def test_what_one_store_gives_away_another_takes_in_once(make: Make, store: Store, tmp_path: Path) -> None:
     await add(store, [seen(at=(1.0, 0.0), colour="red"), seen(x=3.0), seen("cup", at=(1.0, 0.5))])
-    given_away = [page async for page in store.pages()]
-    whole = Hoard(tuple(t for page in given_away for t in page.things), tuple(v for p in given_away for v in p.views))
+    given_away = [page async for page in store.export_batches()]
+    whole = ExportBatch(
+        tuple(t for page in given_away for t in page.things), tuple(v for p in given_away for v in p.views)
+    )
     async with aclosing(make(tmp_path / "other.db", 1_000_000)) as other:
         await add(other, [seen("vase", at=(0.0, 0.0))])
         for _ in range(2):
-            await other.bring_in(whole)
+            await other.import_batch(whole)
             assert without_ids(await other.views("bottle", 10)) == without_ids(await store.views("bottle", 10))
             assert len(await other.things(None, None, 10)) == 3
 
@@ -173,7 +175,7 @@ async def test_ghosts_and_what_is_too_old_are_tidied_away(store: Store) -> None:
     assert [one.label for one in await store.views(None, 10)] == ["clock"]
 
 
-def without_ids(views: Sequence[KeptView]) -> list[KeptView]:
+def without_ids(views: Sequence[StoredView]) -> list[StoredView]:
     return [replace(one, id=0, thing_id=one.thing_id and 1) for one in views]
 
 
@@ -247,7 +249,7 @@ async def test_sqlite_and_the_dict_agree_after_any_story(
             assert sorted(one.confidence for one in one.views) == sorted(one.confidence for one in other.views)
 
 
-def told(view: KeptView) -> tuple[object, ...]:
+def told(view: StoredView) -> tuple[object, ...]:
     """For sorting; SQLite does not tell -0.0 from 0.0."""
     known = asdict(replace(view, id=0)).values()
     return tuple(str(value + 0.0 if isinstance(value, float) else value) for value in known)

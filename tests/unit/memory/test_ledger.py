@@ -11,7 +11,7 @@ from contracts.geometry import Pose2D
 from contracts.memory import ObjectState, Observation
 from memory.frames import Frame, Miss, frames_of, not_after
 from memory.object_association import Ledger
-from memory.objects import Thing
+from memory.objects import MapObject
 from support.observations import observations, seen
 
 
@@ -25,7 +25,7 @@ def ledger_after(*batches: list[Observation]) -> Ledger:
     return ledger
 
 
-def things(ledger: Ledger) -> list[Thing]:
+def things(ledger: Ledger) -> list[MapObject]:
     return sorted(ledger.things.values(), key=lambda one: one.id)
 
 

@@ -11,28 +11,28 @@ from contracts.memory import Look, SeenBox
 from geometry.grids import OccupancyGrid
 from geometry.poses import compose
 from memory.frames import Camera, project
-from memory.negative_evidence import Expected, clear, expected, judged, range_towards
-from memory.objects import Thing
+from memory.negative_evidence import Expected, classify, clear, expected, range_towards
+from memory.objects import MapObject
 from support.observations import HFOV_RAD, SIDE_PX, look
 
 CAMERA = Camera(hfov_rad=HFOV_RAD, height_m=0.24, forward_m=0.06)
 
 
-def cup(x: float = 1.2, y: float = 0.0, z: float = 0.3, label: str = "cup") -> Thing:
-    return Thing(
+def cup(x: float = 1.2, y: float = 0.0, z: float = 0.3, label: str = "cup") -> MapObject:
+    return MapObject(
         id=1, label=label, x=x, y=y, z=z, variance_m2=0.01, belief=0.9, believed_s=0.0, confidence=0.9,
         first_seen_s=0.0, last_seen_s=0.0,
     )  # fmt: skip
 
 
-def verdict(given: Look, thing: Thing, ground: OccupancyGrid | None = None, depth_m: float | None = None) -> str:
+def verdict(given: Look, thing: MapObject, ground: OccupancyGrid | None = None, depth_m: float | None = None) -> str:
     wanted = expected(given, [thing], CAMERA, 2.3)
 
     def towards(one: Expected) -> Measurement:
         return Measurement(depth_m=depth_m if given.ranges_m is None else range_towards(one, given), sigma_m=0.01)
 
-    seen, missing, untold = judged(given, wanted, towards, ground)
-    return "seen" if seen else "missing" if missing else "untold" if untold else "out of view"
+    seen, missing, undetermined = classify(given, wanted, towards, ground)
+    return "seen" if seen else "missing" if missing else "undetermined" if undetermined else "out of view"
 
 
 def test_what_is_in_plain_view_and_not_seen_is_missing() -> None:
@@ -44,7 +44,7 @@ def test_what_is_in_plain_view_and_not_seen_is_missing() -> None:
     [cup(x=-1.2), cup(x=2.8), cup(x=0.3), cup(x=1.0, y=0.9), cup(x=0.7, z=0.75), cup(x=1.0, z=1.9)],
     ids=["behind", "too far", "too near", "beside", "above, close by", "high up"],
 )
-def test_what_is_out_of_view_keeps_its_belief(thing: Thing) -> None:
+def test_what_is_out_of_view_keeps_its_belief(thing: MapObject) -> None:
     assert verdict(look(), thing) == "out of view"
 
 
@@ -61,11 +61,11 @@ def test_a_box_of_its_label_over_its_place_is_it() -> None:
 
 def test_a_box_of_another_label_over_its_place_may_be_it_under_another_name() -> None:
     everywhere = SeenBox(label="vase", bbox_xyxy=(0.0, 0.0, 250.0, 250.0))
-    assert verdict(look(0.0, 0.0, 0.0, everywhere), cup()) == "untold"
+    assert verdict(look(0.0, 0.0, 0.0, everywhere), cup()) == "undetermined"
 
 
 def test_something_nearer_in_the_depth_image_hides_it() -> None:
-    assert verdict(look(far_m=0.7), cup()) == "untold"
+    assert verdict(look(far_m=0.7), cup()) == "undetermined"
     assert verdict(look(far_m=1.1), cup()) == "missing"
 
 
@@ -75,7 +75,7 @@ def test_only_what_was_looked_for_can_be_missing() -> None:
 
 
 def test_without_depth_and_without_a_map_nothing_can_be_told() -> None:
-    assert verdict(look(far_m=None), cup()) == "untold"
+    assert verdict(look(far_m=None), cup()) == "undetermined"
 
 
 def wall_at(x: float) -> OccupancyGrid:
@@ -85,9 +85,9 @@ def wall_at(x: float) -> OccupancyGrid:
 
 
 def test_a_wall_of_the_map_hides_it_but_what_it_stands_on_does_not() -> None:
-    assert verdict(look(far_m=None), cup(x=1.5), wall_at(0.5)) == "untold"
+    assert verdict(look(far_m=None), cup(x=1.5), wall_at(0.5)) == "undetermined"
     assert verdict(look(far_m=None), cup(x=1.5), wall_at(1.3)) == "missing"
-    assert verdict(look(far_m=None), cup(x=1.5), wall_at(1.3), depth_m=0.8) == "untold"
+    assert verdict(look(far_m=None), cup(x=1.5), wall_at(1.3), depth_m=0.8) == "undetermined"
 
 
 @pytest.mark.parametrize("yaw", [0.1, math.pi / 2, math.pi, -2.0])

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from contracts.geometry import Pose2D
 from contracts.memory import Embedding, Observation, RecalledView, RecallRequest, RecallRule
-from memory.objects import Thing
-from memory.ports import Candidates, KeptView
-from memory.recall import SAME_PLACE_M, Weights, asked_for
+from memory.objects import MapObject
+from memory.ports import Candidates, StoredView
+from memory.recall import SAME_PLACE_M, Weights, labels_to_search
 from memory.recall import rank as rank_by
 from support.observations import asking, observations, seen, view
 
@@ -23,9 +23,9 @@ PLAIN = Weights()
 
 def rank(
     request: RecallRequest,
-    of_memory_object: list[KeptView],
-    of_label: list[KeptView],
-    *things: Thing,
+    of_memory_object: list[StoredView],
+    of_label: list[StoredView],
+    *things: MapObject,
     rule: RecallRule = A5,
     now_s: float = NOW_S,
     weights: Weights = PLAIN,
@@ -35,7 +35,7 @@ def rank(
     return rank_by(request, found, rule=rule, weights=weights, now_s=now_s)
 
 
-def ids(request: RecallRequest, of_memory_object: list[KeptView], of_label: list[KeptView]) -> list[int]:
+def ids(request: RecallRequest, of_memory_object: list[StoredView], of_label: list[StoredView]) -> list[int]:
     return [one.view.id for one in rank(request, of_memory_object, of_label)]
 
 
@@ -100,8 +100,8 @@ def test_no_more_than_the_limit_are_named() -> None:
     assert ids(asking("bottle", limit=3), [], views) == [0, 1, 2]
 
 
-def views_from(first: int) -> st.SearchStrategy[list[KeptView]]:
-    def numbered(all_of: list[Observation]) -> list[KeptView]:
+def views_from(first: int) -> st.SearchStrategy[list[StoredView]]:
+    def numbered(all_of: list[Observation]) -> list[StoredView]:
         return [view(first + k, one) for k, one in enumerate(all_of)]
 
     return st.lists(observations, max_size=25).map(numbered)
@@ -114,14 +114,14 @@ def views_from(first: int) -> st.SearchStrategy[list[KeptView]]:
     description=st.sampled_from(["", "red bottle", "blue"]),
 )
 def test_chosen_places_differ_and_every_other_view_is_close_to_a_chosen_one(
-    of_memory_object: list[KeptView], of_label: list[KeptView], separation_m: float, description: str
+    of_memory_object: list[StoredView], of_label: list[StoredView], separation_m: float, description: str
 ) -> None:
     request = asking("bottle", memory_object="cup", min_separation_m=separation_m, description=description, limit=200)
     numbers = [one.view.id for one in rank(request, of_memory_object, of_label)]
     chosen = [one for one in (*of_memory_object, *of_label) if one.id in numbers]
     near_m = max(separation_m, SAME_PLACE_M)
 
-    def alike(one: KeptView, other: KeptView) -> bool:
+    def alike(one: StoredView, other: StoredView) -> bool:
         turn = abs(math.remainder(one.pose.yaw - other.pose.yaw, 2.0 * math.pi))
         away_m = math.hypot(one.pose.x - other.pose.x, one.pose.y - other.pose.y)
         return turn < math.radians(60.0) and away_m < near_m
@@ -131,8 +131,8 @@ def test_chosen_places_differ_and_every_other_view_is_close_to_a_chosen_one(
     assert all(any(alike(one, other) for other in chosen) for one in left_out)
 
 
-def thing(number: int, x: float, *, belief: float = 0.9, colour: str | None = None, **known: float) -> Thing:
-    return Thing(
+def thing(number: int, x: float, *, belief: float = 0.9, colour: str | None = None, **known: float) -> MapObject:
+    return MapObject(
         id=number,
         label="bottle",
         x=x,
@@ -148,7 +148,7 @@ def thing(number: int, x: float, *, belief: float = 0.9, colour: str | None = No
     )
 
 
-def by_belief(request: RecallRequest, views: list[KeptView], *things: Thing, now_s: float = NOW_S) -> list[int]:
+def by_belief(request: RecallRequest, views: list[StoredView], *things: MapObject, now_s: float = NOW_S) -> list[int]:
     return [one.view.id for one in rank(request, [], views, *things, rule=RecallRule.BELIEF, now_s=now_s)]
 
 
@@ -215,8 +215,8 @@ def test_the_colour_said_is_the_things_and_not_the_memory_objects() -> None:
     first, other = rank(request, near, [], rule=RecallRule.BELIEF)
     assert first.score == other.score
     assert "colour" not in first.reason
-    assert asked_for(request) == {"cup": {"red"}, "bottle": set()}
-    assert asked_for(asking("cup", description="gray cup")) == {"cup": {"grey", "gray"}}
+    assert labels_to_search(request) == {"cup": {"red"}, "bottle": set()}
+    assert labels_to_search(asking("cup", description="gray cup")) == {"cup": {"grey", "gray"}}
 
 
 def test_of_two_equally_good_places_the_nearer_is_first_and_the_score_is_the_product_of_its_parts() -> None:

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from contracts.memory import Observation
 from contracts.vision import Detection, Detections
 from memory.frames import Exclusion, worth_keeping
-from memory.views import Place, Sighting, merged, place_of, sighting_of
+from memory.views import AggregatedView, ViewCell, merged, view_cell, view_of
 from support.observations import observations, seen
 
 
-def merge(given_: Iterable[Observation]) -> dict[Place, Sighting]:
-    found: dict[Place, Sighting] = {}
-    for new in map(sighting_of, given_):
+def merge(given_: Iterable[Observation]) -> dict[ViewCell, AggregatedView]:
+    found: dict[ViewCell, AggregatedView] = {}
+    for new in map(view_of, given_):
         found[new.place] = merged(found[new.place], new) if new.place in found else new
     return found
 
@@ -32,7 +32,7 @@ def merge(given_: Iterable[Observation]) -> dict[Place, Sighting]:
     ],
 )
 def test_the_same_thing_from_the_same_cell_and_sector_is_one_view(one: Observation, other: Observation) -> None:
-    assert place_of(one) == place_of(other)
+    assert view_cell(one) == view_cell(other)
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_the_same_thing_from_the_same_cell_and_sector_is_one_view(one: Observati
     ],
 )
 def test_another_label_colour_cell_or_sector_is_another_view(one: Observation, other: Observation) -> None:
-    assert place_of(one) != place_of(other)
+    assert view_cell(one) != view_cell(other)
 
 
 def test_a_view_keeps_the_best_pose_the_last_time_and_the_count() -> None:
@@ -61,7 +61,7 @@ def test_a_view_keeps_the_best_pose_the_last_time_and_the_count() -> None:
 def test_merging_agrees_with_a_plain_dict_of_lists(given_: list[Observation]) -> None:
     model: dict[object, list[Observation]] = {}
     for one in given_:
-        model.setdefault(place_of(one), []).append(one)
+        model.setdefault(view_cell(one), []).append(one)
     kept = merge(given_)
     assert kept.keys() == model.keys()
     for place, all_of in model.items():
@@ -74,7 +74,7 @@ def test_merging_agrees_with_a_plain_dict_of_lists(given_: list[Observation]) ->
 
 @given(observations)
 def test_every_heading_has_one_of_twelve_sectors(one: Observation) -> None:
-    assert 0 <= place_of(one).sector < 12
+    assert 0 <= view_cell(one).sector < 12
 
 
 @pytest.mark.parametrize("label", ["person", "Person", " person ", "PERSON", "ｐｅｒｓｏｎ"])

@@ -29,7 +29,7 @@ class Observation(Message):
     stamp_s: StampS
     colour: ColourWord | None = None
     position: Point3D | None = Field(default=None, description="of the thing's near surface, in map, where measured")
-    sigma_m: float | None = Field(default=None, ge=0.0, description="standard deviation of the position")
+    sigma_m: float | None = Field(default=None, ge=0.0, le=1e6, description="standard deviation of the position")
     embedding: Embedding | None = Field(default=None, description="of what the box shows")
 
 
@@ -78,7 +78,7 @@ class LooksReply(Message):
 
     confirmed: int = 0
     missed: int = 0
-    untold: int = 0
+    undetermined: int = 0
 
 
 class View(Message):

@@ -9,8 +9,8 @@ from fastapi import FastAPI, Request
 from contracts.problem import Dependency
 from memory.adapters.robot_bridge import RobotBridge
 from memory.adapters.store import SqlStore
-from memory.memory_service import Memory
-from memory.ports import Senses, Store
+from memory.memory_service import MemoryService
+from memory.ports import DepthAndMap, Store
 from memory.routes import get_memory, router
 from memory.settings import Settings
 from mesh.app import make_app
@@ -20,7 +20,7 @@ from mesh.tasks import Tasks, end_this_process
 
 
 class State(TypedDict):
-    memory: Memory
+    memory: MemoryService
 
 
 def create_app(
@@ -28,7 +28,7 @@ def create_app(
     *,
     bus: Bus | None = None,
     store: Store | None = None,
-    senses: Senses | None = None,
+    senses: DepthAndMap | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
@@ -44,7 +44,7 @@ def create_app(
             real_senses = senses if senses is not None else _senses(settings, real_clock)
             if real_senses is not None:
                 stack.push_async_callback(real_senses.aclose)
-            memory = Memory(settings, real_store, real_bus, real_clock, real_senses)
+            memory = MemoryService(settings, real_store, real_bus, real_clock, real_senses)
             stack.push_async_callback(memory.close)
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
             tasks.start("listen", memory.listen())
@@ -69,7 +69,7 @@ def create_app(
     return app
 
 
-def _senses(settings: Settings, clock: Clock) -> Senses | None:
+def _senses(settings: Settings, clock: Clock) -> DepthAndMap | None:
     if not settings.robot_bridge_url:
         return None
     return RobotBridge(settings.robot_bridge_url, clock, timeout_s=settings.senses_timeout_s)

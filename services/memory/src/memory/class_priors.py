@@ -6,7 +6,7 @@ DAY_S = 86_400.0
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class ClassPrior:
     """`radius_m`: two sightings nearer than this may be one thing. `reach`: how many times farther than a cup a
     detector finds it."""
 
@@ -15,16 +15,16 @@ class Kind:
     reach: float = 1.0
 
 
-FIXED = Kind(half_life_s=365.0 * DAY_S, radius_m=1.0, reach=2.0)
-COUCH = Kind(half_life_s=365.0 * DAY_S, radius_m=1.8, reach=2.0)
-CHAIR = Kind(half_life_s=7.0 * DAY_S, radius_m=0.6, reach=1.6)
-SETTLED = Kind(half_life_s=60.0 * DAY_S, radius_m=0.5, reach=1.3)
-CARRIED = Kind(half_life_s=2.0 * DAY_S, radius_m=0.4)
+FIXED = ClassPrior(half_life_s=365.0 * DAY_S, radius_m=1.0, reach=2.0)
+COUCH = ClassPrior(half_life_s=365.0 * DAY_S, radius_m=1.8, reach=2.0)
+CHAIR = ClassPrior(half_life_s=7.0 * DAY_S, radius_m=0.6, reach=1.6)
+SETTLED = ClassPrior(half_life_s=60.0 * DAY_S, radius_m=0.5, reach=1.3)
+CARRIED = ClassPrior(half_life_s=2.0 * DAY_S, radius_m=0.4)
 """What people carry about: cups, bottles, telephones."""
-ALIVE = Kind(half_life_s=600.0, radius_m=0.6, reach=1.3)
-ORDINARY = Kind(half_life_s=7.0 * DAY_S, radius_m=0.45)
+ALIVE = ClassPrior(half_life_s=600.0, radius_m=0.6, reach=1.3)
+ORDINARY = ClassPrior(half_life_s=7.0 * DAY_S, radius_m=0.45)
 
-KINDS: dict[str, Kind] = {
+KINDS: dict[str, ClassPrior] = {
     **dict.fromkeys(("refrigerator", "oven", "toilet", "sink", "tv", "microwave", "toaster"), FIXED),
     **dict.fromkeys(("couch", "bed", "dining table"), COUCH),
     **dict.fromkeys(("chair", "bench"), CHAIR),
@@ -36,5 +36,5 @@ KINDS: dict[str, Kind] = {
 }  # fmt: skip
 
 
-def kind_of(label: str) -> Kind:
+def kind_of(label: str) -> ClassPrior:
     return KINDS.get(label, ORDINARY)

@@ -17,9 +17,9 @@ from contracts.base import Confidence, Label, Message, StampS
 from contracts.geometry import Pose2D
 from contracts.memory import Belief, ColourWord
 from memory.frames import Exclusion
-from memory.objects import Thing
-from memory.ports import Hoard, KeptMap, KeptView
-from memory.views import sighting_at
+from memory.objects import MapObject
+from memory.ports import ExportBatch, KeptMap, StoredView
+from memory.views import view_at
 
 FORMAT = "atom-memory"
 VERSION = 2
@@ -110,7 +110,7 @@ SEEDS: TypeAdapter[dict[Label, list[SeedsRecord]]] = TypeAdapter(dict[Label, lis
 class Brought:
     """What an import holds, and how many of its records are of excluded labels."""
 
-    hoard: Hoard
+    hoard: ExportBatch
     ignored: int
 
 
@@ -118,7 +118,7 @@ def header_line() -> str:
     return Header().model_dump_json() + "\n"
 
 
-def lines_of(hoard: Hoard) -> Iterator[str]:
+def lines_of(hoard: ExportBatch) -> Iterator[str]:
     for one in hoard.maps:
         yield MapLine(number=one.number, id=one.id, last_seen_s=one.last_seen_s).model_dump_json() + "\n"
     for thing in hoard.things:
@@ -129,7 +129,7 @@ def lines_of(hoard: Hoard) -> Iterator[str]:
         yield json.dumps({"kind": "view", **written}, ensure_ascii=False) + "\n"
 
 
-def seeds_of(label: str, views: Iterable[KeptView]) -> str:
+def seeds_of(label: str, views: Iterable[StoredView]) -> str:
     """One class of the seeds' form, as `"label": [...]`; the views come by confidence descending."""
     records = [
         {"x": one.x, "y": one.y, "yaw": one.yaw, "confidence": one.confidence, "time": one.last_seen_s} for one in views
@@ -142,8 +142,8 @@ class Reading:
     """A FULL export, line by line; what is wrong is raised with the line's number."""
 
     excluded: Exclusion
-    things: dict[int, Thing] = field(default_factory=dict[int, Thing])
-    views: list[KeptView] = field(default_factory=list[KeptView])
+    things: dict[int, MapObject] = field(default_factory=dict[int, MapObject])
+    views: list[StoredView] = field(default_factory=list[StoredView])
     maps: dict[int, KeptMap] = field(default_factory=dict[int, KeptMap])
     ignored_things: set[int] = field(default_factory=set[int])
     ignored_views: int = 0
@@ -174,7 +174,7 @@ class Reading:
         elif read.id in self.things:
             raise MalformedError(f"line {number}: a second object {read.id}")
         else:
-            self.things[read.id] = Thing(**read.model_dump(exclude={"kind"}))
+            self.things[read.id] = MapObject(**read.model_dump(exclude={"kind"}))
 
     def _view(self, number: int, read: ViewLine) -> None:
         if read.label in self.excluded or read.thing_id in self.ignored_things:
@@ -182,7 +182,7 @@ class Reading:
         elif read.thing_id is not None and read.thing_id not in self.things:
             raise MalformedError(f"line {number}: a view of object {read.thing_id}, which is not above it")
         else:
-            self.views.append(KeptView(id=0, **read.model_dump(exclude={"kind"})))
+            self.views.append(StoredView(id=0, **read.model_dump(exclude={"kind"})))
 
     def brought(self) -> Brought:
         whole = (
@@ -193,7 +193,7 @@ class Reading:
             )
             for one in self.things.values()
         )
-        hoard = Hoard(tuple(whole), tuple(self.views), tuple(self.maps.values()))
+        hoard = ExportBatch(tuple(whole), tuple(self.views), tuple(self.maps.values()))
         return Brought(hoard, self.ignored_views + len(self.ignored_things))
 
 
@@ -218,14 +218,14 @@ def read_seeds(data: bytes, excluded: Exclusion) -> Brought:
         raise MalformedError(f"more than {RECORDS_MAX} records")
     views = [_view(label, one) for label, records in found.items() if label not in excluded for one in records]
     return Brought(
-        Hoard(views=tuple(views)), sum(len(records) for label, records in found.items() if label in excluded)
+        ExportBatch(views=tuple(views)), sum(len(records) for label, records in found.items() if label in excluded)
     )
 
 
-def _view(label: str, record: SeedsRecord) -> KeptView:
+def _view(label: str, record: SeedsRecord) -> StoredView:
     yaw = math.remainder(record.yaw, 2.0 * math.pi)
     pose = Pose2D(x=record.x, y=record.y, yaw=yaw)
-    kept = sighting_at(
+    kept = view_at(
         label,
         "",
         pose,
@@ -235,7 +235,7 @@ def _view(label: str, record: SeedsRecord) -> KeptView:
         thing_id=None,
         map_number=0,
     )
-    return KeptView(
+    return StoredView(
         id=0,
         label=label,
         colour="",

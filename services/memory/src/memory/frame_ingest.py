@@ -9,8 +9,8 @@ from contracts.memory import Area, Look, Observation, SeenBox
 from contracts.vision import Detection, Detections
 from geometry.grids import OccupancyGrid
 from memory.frames import Camera, Exclusion, Frame, Tally, worth_keeping
-from memory.negative_evidence import Expected, clear, expected, judged, range_towards, seen_in
-from memory.ports import Senses, Store
+from memory.negative_evidence import Expected, classify, clear, expected, range_towards, seen_in
+from memory.ports import DepthAndMap, Store
 from memory.settings import Settings
 from mesh.errors import UnavailableError
 
@@ -21,13 +21,13 @@ DEPTHS_MAX = 12
 """Of one frame; what is missing beyond that has to wait for the next."""
 
 
-class Intake:
+class FrameIngest:
     """The places of what was seen come with the frame. What should be there and was not seen is measured in one call,
     while the frame is still in robot_bridge's depth history. Where nothing is measured, the map alone says what is
     hidden; an answer that comes too late leaves a look without a verdict.
     """
 
-    def __init__(self, settings: Settings, store: Store, senses: Senses | None) -> None:
+    def __init__(self, settings: Settings, store: Store, senses: DepthAndMap | None) -> None:
         self._settings = settings
         self._store = store
         self._senses = senses
@@ -62,7 +62,7 @@ class Intake:
         around = await self._store.things(None, _around(look.pose), THINGS_AROUND, map_number)
         wanted = expected(look, around, self._camera, self._settings.look_range_m)
         depths, ground = await self._sight(look, wanted)
-        confirmed, missing, untold = judged(look, wanted, lambda one: depths.get(one.thing.id), ground)
+        confirmed, missing, undetermined = classify(look, wanted, lambda one: depths.get(one.thing.id), ground)
         frame = Frame(
             pose=look.pose,
             stamp_s=look.stamp_s,
@@ -73,7 +73,7 @@ class Intake:
             seen_labels=frozenset(box.label for box in look.seen),
             map_number=map_number,
         )
-        return frame, Tally(len(confirmed), len(missing), len(untold))
+        return frame, Tally(len(confirmed), len(missing), len(undetermined))
 
     async def _sight(
         self, look: Look, wanted: Sequence[Expected]

@@ -144,4 +144,4 @@ class Tally:
 
     confirmed: int = 0
     missed: int = 0
-    untold: int = 0
+    undetermined: int = 0

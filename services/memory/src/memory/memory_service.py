@@ -31,11 +31,11 @@ from contracts.problem import Dependency
 from contracts.topics import ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detections
 from memory import exchange, recall
-from memory.frame_ingest import Intake
+from memory.frame_ingest import FrameIngest
 from memory.frames import Exclusion, Frame, frames_of, not_after
-from memory.objects import remembered
+from memory.objects import to_message
 from memory.picture import map_svg
-from memory.ports import Senses, Store
+from memory.ports import DepthAndMap, Store
 from memory.recall import Weights
 from memory.settings import Settings
 from memory.whereabouts import Whereabouts
@@ -56,10 +56,10 @@ NOT_KNOWN_YET = -1
 """A frame's map while the database has not yet been read once: it is found out when the frame is written."""
 
 
-class Memory:
+class MemoryService:
     """One per process. Frames wait in a bounded buffer for the next flush; what is posted is written at once."""
 
-    def __init__(self, settings: Settings, store: Store, bus: Bus, clock: Clock, senses: Senses | None) -> None:
+    def __init__(self, settings: Settings, store: Store, bus: Bus, clock: Clock, senses: DepthAndMap | None) -> None:
         self._settings = settings
         self._store = store
         self._bus = bus
@@ -67,8 +67,8 @@ class Memory:
         self._senses = senses
         self._excluded = Exclusion.of(settings.excluded_labels)
         self._whereabouts = Whereabouts(store, senses, clock)
-        self._intake = Intake(settings, store, senses)
-        self._blind = Intake(settings, store, None)
+        self._ingest = FrameIngest(settings, store, senses)
+        self._blind = FrameIngest(settings, store, None)
         self._pending: deque[Detections] = deque(maxlen=PENDING_MAX)
         self._came = asyncio.Event()
         self._looking = asyncio.Lock()
@@ -88,7 +88,7 @@ class Memory:
         while True:
             await self._came.wait()
             self._came.clear()
-            await self._look_at_pending(self._intake)
+            await self._look_at_pending(self._ingest)
 
     async def watch_map_forever(self) -> None:
         """Finds out which map the robot is in, also where the bus is silent."""
@@ -163,13 +163,13 @@ class Memory:
     async def look(self, batch: LookBatch) -> LooksReply:
         """Durable when it returns. A look confirms nothing: what was seen comes as observations."""
         here = await self._whereabouts.here()
-        judged = [await self._intake.judge(look, here.number) for look in batch.looks]
+        judged = [await self._ingest.judge(look, here.number) for look in batch.looks]
         now_s = self._clock.now_s()
         await self._store.remember([not_after(frame, now_s) for frame, _ in judged])
         return LooksReply(
             confirmed=sum(tally.confirmed for _, tally in judged),
             missed=sum(tally.missed for _, tally in judged),
-            untold=sum(tally.untold for _, tally in judged),
+            undetermined=sum(tally.undetermined for _, tally in judged),
         )
 
     async def maps(self) -> list[RememberedMap]:
@@ -191,7 +191,9 @@ class Memory:
         return await self._store.labels(limit, await self._whereabouts.number(map_id))
 
     async def views(self, label: str | None, limit: int, map_id: str | None = None) -> list[View]:
-        return [kept.told() for kept in await self._store.views(label, limit, await self._whereabouts.number(map_id))]
+        return [
+            kept.to_message() for kept in await self._store.views(label, limit, await self._whereabouts.number(map_id))
+        ]
 
     async def objects(
         self,
@@ -204,7 +206,7 @@ class Memory:
         """Most believed first."""
         now_s, number = self._clock.now_s(), await self._whereabouts.number(map_id)
         kept = await self._store.things(label, None, self._settings.objects_max, number)
-        found = [remembered(one, now_s) for one in kept]
+        found = [to_message(one, now_s) for one in kept]
         wanted = [one for one in found if state in {None, one.state} and colour in {None, one.colour}]
         return sorted(wanted, key=lambda one: (-one.belief, -one.last_seen_s, one.id))[:limit]
 
@@ -212,12 +214,12 @@ class Memory:
         thing = await self._store.thing(number)
         if thing is None:
             raise NotFoundError(f"no object {number} is remembered")
-        return remembered(thing, self._clock.now_s())
+        return to_message(thing, self._clock.now_s())
 
     async def recall(self, request: RecallRequest) -> RecallReply:
         """Requirement A5; see `memory.recall`."""
         rule = request.rule if request.rule is not None else self._settings.recall_rule
-        wanted = recall.asked_for(request)
+        wanted = recall.labels_to_search(request)
         here = await self._whereabouts.here()
         found = await self._store.candidates(
             wanted,
@@ -243,7 +245,7 @@ class Memory:
         """Line by line. Raises `UnavailableError` before the first line where the database is away."""
         if form is ExportForm.FULL:
             begun = False
-            async for page in self._store.pages():
+            async for page in self._store.export_batches():
                 yield ("" if begun else exchange.header_line()) + "".join(exchange.lines_of(page))
                 begun = True
             return
@@ -255,7 +257,7 @@ class Memory:
             between = ",\n"
         yield "{}\n" if between == "{\n" else "\n}\n"
 
-    async def bring_in(self, form: ExportForm, data: bytes) -> ImportReply:
+    async def import_batch(self, form: ExportForm, data: bytes) -> ImportReply:
         """All or nothing; durable when it returns. Raises `UnprocessableError` for what is not in that form."""
         read = exchange.read_full if form is ExportForm.FULL else exchange.read_seeds
         try:
@@ -264,13 +266,13 @@ class Memory:
             raise UnprocessableError(str(error)) from error
         here = await self._whereabouts.here()
         named = tuple(replace(one, id=one.id or here.id) for one in brought.hoard.maps)
-        await self._store.bring_in(replace(brought.hoard, maps=named or (replace(here, number=0),)))
+        await self._store.import_batch(replace(brought.hoard, maps=named or (replace(here, number=0),)))
         return ImportReply(objects=len(brought.hoard.things), views=len(brought.hoard.views), ignored=brought.ignored)
 
     async def map_svg(self, label: str | None, views_max: int) -> str:
         now_s = self._clock.now_s()
         here = (await self._whereabouts.here()).number
-        things = [remembered(one, now_s) for one in await self._store.things(label, None, 1000, here)]
+        things = [to_message(one, now_s) for one in await self._store.things(label, None, 1000, here)]
         views = await self._store.views(label, views_max, here)
         ground = await self._senses.ground() if self._senses is not None else None
         return await asyncio.to_thread(map_svg, things, views, ground, now_s)
@@ -305,28 +307,28 @@ class Memory:
         self._pending.append(message)
         self._came.set()
 
-    async def _look_at_pending(self, intake: Intake) -> None:
+    async def _look_at_pending(self, ingest: FrameIngest) -> None:
         """A frame leaves the line only once it is in the buffer: an ending service finds it in one of the two."""
         async with self._looking:
             while self._pending:
                 message = self._pending[0]
-                frame = await self._frame_of(message, intake)
+                frame = await self._frame_of(message, ingest)
                 if self._pending and self._pending[0] is message:
                     self._pending.popleft()
                 if frame is not None:
                     LOST.inc(len(self._buffer) == self._buffer.maxlen)
                     self._buffer.append(not_after(frame, self._clock.now_s()))
 
-    async def _frame_of(self, message: Detections, intake: Intake) -> Frame | None:
+    async def _frame_of(self, message: Detections, ingest: FrameIngest) -> Frame | None:
         try:
             here = await self._whereabouts.here()
         except UnavailableError:
-            return await intake.frame_of(message, NOT_KNOWN_YET)
-        return await intake.frame_of(message, here.number)
+            return await ingest.frame_of(message, NOT_KNOWN_YET)
+        return await ingest.frame_of(message, here.number)
 
     async def catch_up(self) -> None:
         """Everything that has come is looked at and written when it returns."""
-        await self._look_at_pending(self._intake)
+        await self._look_at_pending(self._ingest)
         await self.flush()
 
     def _put_back(self, batch: list[Frame]) -> None:

@@ -13,7 +13,7 @@ from geometry.grids import OccupancyGrid
 from memory.belief import detectability
 from memory.class_priors import kind_of
 from memory.frames import Camera, Miss, Projected, project
-from memory.objects import Thing
+from memory.objects import MapObject
 
 MARGIN = 0.12
 """Of the picture: nearer to its border a thing may be out of view by the error of the robot's pose alone."""
@@ -32,7 +32,7 @@ BEFORE_IT_M = 0.6
 class Expected:
     """A thing that a look should show, if nothing hides it."""
 
-    thing: Thing
+    thing: MapObject
     at: Projected
     chance: float
 
@@ -44,7 +44,7 @@ class Expected:
         return Miss(self.thing.id, self.thing.label, self.chance)
 
 
-def expected(look: Look, things: Iterable[Thing], camera: Camera, range_m: float) -> list[Expected]:
+def expected(look: Look, things: Iterable[MapObject], camera: Camera, range_m: float) -> list[Expected]:
     """Everything that was looked for, in view and in range, whether it was seen or not."""
     size_px = (look.image_width_px, look.image_height_px)
     limit_m = look.range_m if look.range_m is not None else range_m
@@ -97,7 +97,7 @@ def range_towards(one: Expected, look: Look) -> float | None:
     return look.ranges_m[min(max(column, 0), len(look.ranges_m) - 1)]
 
 
-def clear(ground: OccupancyGrid, pose: Pose2D, thing: Thing) -> bool:
+def clear(ground: OccupancyGrid, pose: Pose2D, thing: MapObject) -> bool:
     """Nothing in the map stands between, but for what is close to the thing itself."""
     away_m = thing.away_m(pose.x, pose.y)
     reach_m = away_m - BEFORE_IT_M
@@ -108,24 +108,24 @@ def clear(ground: OccupancyGrid, pose: Pose2D, thing: Thing) -> bool:
     return not ground.at(x, y, ground.occupied).any()
 
 
-def judged(
+def classify(
     look: Look,
     wanted: Sequence[Expected],
     measured: Callable[[Expected], Measurement | None],
     ground: OccupancyGrid | None,
 ) -> tuple[list[Expected], list[Expected], list[Expected]]:
-    """(seen, missing, untold). Hidden or ambiguous is untold; so is what neither depth nor a map can tell."""
+    """(seen, missing, undetermined). Undetermined: hidden, ambiguous, or what neither depth nor a map can tell."""
     seen: list[Expected] = []
     missing: list[Expected] = []
-    untold: list[Expected] = []
+    undetermined: list[Expected] = []
     for one in wanted:
         if seen_in(one, look):
             seen.append(one)
         elif covered(one, look) or not _in_sight(one, look, measured(one), ground):
-            untold.append(one)
+            undetermined.append(one)
         else:
             missing.append(one)
-    return seen, missing, untold
+    return seen, missing, undetermined
 
 
 def _in_sight(one: Expected, look: Look, measured: Measurement | None, ground: OccupancyGrid | None) -> bool:

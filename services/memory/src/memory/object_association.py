@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from contracts.memory import Observation
 from memory.belief import after_miss
 from memory.frames import Frame, Miss, Tally
-from memory.objects import Thing, could_be_the_same, first_seen, matches, seen_again, usable_position
-from memory.views import Place, Sighting, merged, sighting_of
+from memory.objects import MapObject, could_be_the_same, first_seen, matches, seen_again, usable_position
+from memory.views import AggregatedView, ViewCell, merged, view_of
 
 SAME_PLACE_M = 0.3
 NEWLY_SEEN = 5
@@ -26,14 +26,14 @@ class Ledger:
     """Open it with every thing of the labels that the frames speak of; afterwards `changed` and `sightings` are to be
     written. Things with an id below zero are new."""
 
-    things: dict[int, Thing]
+    things: dict[int, MapObject]
     changed: set[int] = field(default_factory=set[int])
-    sightings: dict[Place, Sighting] = field(default_factory=dict[Place, Sighting])
+    sightings: dict[ViewCell, AggregatedView] = field(default_factory=dict[ViewCell, AggregatedView])
     _last_number: int = 0
     _of_kind: dict[Kind, set[int]] = field(default_factory=lambda: defaultdict[Kind, set[int]](set))
 
     @classmethod
-    def of(cls, things: Iterable[Thing]) -> "Ledger":
+    def of(cls, things: Iterable[MapObject]) -> "Ledger":
         opened = cls({thing.id: thing for thing in things})
         opened._last_number = max(opened.things, default=0)
         for thing in opened.things.values():
@@ -53,7 +53,7 @@ class Ledger:
         by_label: dict[str, list[Observation]] = defaultdict(list)
         for one in seen:
             if usable_position(one) is None:
-                self._sight(sighting_of(one, None, map_number))
+                self._sight(view_of(one, None, map_number))
             else:
                 by_label[one.label].append(one)
         return {
@@ -76,7 +76,7 @@ class Ledger:
             self._put(thing)
             if thing.moved_from is None and thing.times_seen <= NEWLY_SEEN:
                 self._came_from(thing)
-            self._sight(sighting_of(one, thing.id, kind[0]))
+            self._sight(view_of(one, thing.id, kind[0]))
             yield thing.id
 
     def _miss(self, miss: Miss, frame: Frame) -> bool:
@@ -111,7 +111,7 @@ class Ledger:
             self._went_to(thing)
         return True
 
-    def _came_from(self, thing: Thing) -> None:
+    def _came_from(self, thing: MapObject) -> None:
         """Of the lost things it could be, the one last seen is where it was before."""
         before = [
             one
@@ -121,7 +121,7 @@ class Ledger:
         if before:
             self._link(max(before, key=_lately), thing)
 
-    def _went_to(self, thing: Thing) -> None:
+    def _went_to(self, thing: MapObject) -> None:
         """Of the things that have turned up since it was last seen, the newest is where it is now."""
         since = [
             one
@@ -131,16 +131,16 @@ class Ledger:
         if since:
             self._link(thing, max(since, key=_lately))
 
-    def _alike(self, thing: Thing, *, lost: bool) -> list[Thing]:
+    def _alike(self, thing: MapObject, *, lost: bool) -> list[MapObject]:
         """Of its map, label and look, lost or not as asked."""
         same = [self.things[number] for number in self._of_kind[_kind(thing)] if number != thing.id]
         return [one for one in same if one.lost is lost and could_be_the_same(one, thing)]
 
-    def _link(self, before: Thing, after: Thing) -> None:
+    def _link(self, before: MapObject, after: MapObject) -> None:
         self._put(replace(before, moved_to=after.id))
         self._put(replace(after, moved_from=before.id))
 
-    def _disown(self, thing: Thing) -> None:
+    def _disown(self, thing: MapObject) -> None:
         """It is seen where it was: what was taken for its new self is another thing."""
         after = self.things.get(thing.moved_to) if thing.moved_to is not None else None
         if after is not None:
@@ -151,18 +151,18 @@ class Ledger:
         self._last_number += 1
         return -self._last_number
 
-    def _put(self, thing: Thing) -> None:
+    def _put(self, thing: MapObject) -> None:
         self.things[thing.id] = thing
         self.changed.add(thing.id)
 
-    def _sight(self, new: Sighting) -> None:
+    def _sight(self, new: AggregatedView) -> None:
         old = self.sightings.get(new.place)
         self.sightings[new.place] = new if old is None else merged(old, new)
 
 
-def _kind(thing: Thing) -> Kind:
+def _kind(thing: MapObject) -> Kind:
     return thing.map_number, thing.label
 
 
-def _lately(thing: Thing) -> tuple[float, int]:
+def _lately(thing: MapObject) -> tuple[float, int]:
     return thing.last_seen_s, abs(thing.id)

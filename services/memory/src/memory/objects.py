@@ -30,7 +30,7 @@ EMBEDDING_FADES = 0.8
 
 
 @dataclass(frozen=True, slots=True)
-class Thing:
+class MapObject:
     """`id` below zero: not stored yet. `belief` is as of `believed_s`. `colours`: faded votes by colour word."""
 
     id: int
@@ -76,7 +76,7 @@ class Thing:
         return math.hypot(self.x - x, self.y - y)
 
 
-def remembered(thing: Thing, now_s: float) -> RememberedObject:
+def to_message(thing: MapObject, now_s: float) -> RememberedObject:
     """As others are told of it."""
     return RememberedObject(
         id=thing.id,
@@ -106,7 +106,7 @@ def usable_position(observation: Observation) -> Point3D | None:
     return position
 
 
-def matches(seen: Sequence[Observation], things: Sequence[Thing]) -> list[Thing | None]:
+def matches(seen: Sequence[Observation], things: Sequence[MapObject]) -> list[MapObject | None]:
     """For each observation of one frame the known thing it shows, or none. No thing is given twice.
 
     All observations have a usable position. Nearest first, in units of the kind's gate; another colour is a handicap.
@@ -118,7 +118,7 @@ def matches(seen: Sequence[Observation], things: Sequence[Thing]) -> list[Thing 
         if (cost := _cost(one, thing)) <= 1.0
     ]
     pairs.sort(key=lambda pair: (pair[0], pair[1], pair[2].id))
-    found: list[Thing | None] = [None] * len(seen)
+    found: list[MapObject | None] = [None] * len(seen)
     taken: set[int] = set()
     for _, index, thing in pairs:
         if found[index] is None and thing.id not in taken:
@@ -127,9 +127,9 @@ def matches(seen: Sequence[Observation], things: Sequence[Thing]) -> list[Thing 
     return found
 
 
-def first_seen(observation: Observation, position: Point3D, number: int) -> Thing:
+def first_seen(observation: Observation, position: Point3D, number: int) -> MapObject:
     """A thing never seen before; `number` is below zero until the store has given it an id."""
-    return Thing(
+    return MapObject(
         id=number,
         label=observation.label,
         x=position.x,
@@ -147,7 +147,7 @@ def first_seen(observation: Observation, position: Point3D, number: int) -> Thin
     )
 
 
-def seen_again(thing: Thing, observation: Observation, position: Point3D | None) -> Thing:
+def seen_again(thing: MapObject, observation: Observation, position: Point3D | None) -> MapObject:
     """The thing after one more sighting; without a position its own stays as it was.
 
     What was lost and is seen again is as sure as what is seen for the first time.
@@ -168,12 +168,12 @@ def seen_again(thing: Thing, observation: Observation, position: Point3D | None)
     )
 
 
-def could_be_the_same(one: Thing, other: Thing) -> bool:
+def could_be_the_same(one: MapObject, other: MapObject) -> bool:
     """By what they look like: same label, and no two known colours that differ."""
     return one.label == other.label and (one.colour == other.colour or None in {one.colour, other.colour})
 
 
-def _near(observation: Observation, things: Sequence[Thing]) -> list[Thing]:
+def _near(observation: Observation, things: Sequence[MapObject]) -> list[MapObject]:
     """A quick sieve: most things of a label are in other rooms."""
     position = observation.position
     if position is None:
@@ -184,7 +184,7 @@ def _near(observation: Observation, things: Sequence[Thing]) -> list[Thing]:
     return [one for one in things if west < one.x < east and south < one.y < north]
 
 
-def _cost(observation: Observation, thing: Thing) -> float:
+def _cost(observation: Observation, thing: MapObject) -> float:
     position = observation.position
     if position is None or observation.label != thing.label:
         return math.inf
@@ -200,7 +200,7 @@ def _cost(observation: Observation, thing: Thing) -> float:
     return away_m / gate_m + handicap
 
 
-def _moved_towards(thing: Thing, observation: Observation, position: Point3D) -> Thing:
+def _moved_towards(thing: MapObject, observation: Observation, position: Point3D) -> MapObject:
     """A scalar Kalman step: the surer of the two counts more."""
     before = thing.variance_m2 + DRIFT_M**2
     new = _variance_m2(observation)
@@ -233,7 +233,7 @@ def _voted(colours: Mapping[str, float], colour: str | None) -> Mapping[str, flo
     return faded
 
 
-def _embedded(thing: Thing, observation: Observation) -> Thing:
+def _embedded(thing: MapObject, observation: Observation) -> MapObject:
     """A new model's vector replaces the old one's; vectors of one model are mixed."""
     new = observation.embedding
     if new is None:

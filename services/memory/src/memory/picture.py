@@ -8,7 +8,7 @@ import numpy as np
 
 from contracts.memory import ObjectState, RememberedObject
 from geometry.grids import OccupancyGrid
-from memory.ports import KeptView
+from memory.ports import StoredView
 
 PX_A_METRE = 60.0
 BORDER_M = 0.5
@@ -25,7 +25,7 @@ STYLE = (
 
 
 def map_svg(
-    things: Sequence[RememberedObject], views: Iterable[KeptView], ground: OccupancyGrid | None, now_s: float
+    things: Sequence[RememberedObject], views: Iterable[StoredView], ground: OccupancyGrid | None, now_s: float
 ) -> str:
     """Metres become 60 px; x to the right, y upwards. An object's opacity is its belief, its caption tells its age."""
     arrows = list(views)
@@ -85,7 +85,7 @@ def _walls(ground: OccupancyGrid | None, paper: _Paper) -> Iterable[str]:
     yield "</g>"
 
 
-def _arrow(view: KeptView, paper: _Paper) -> str:
+def _arrow(view: StoredView, paper: _Paper) -> str:
     x, y = paper.at(view.x, view.y)
     dx, dy = 9.0 * math.cos(view.yaw), -9.0 * math.sin(view.yaw)
     return (

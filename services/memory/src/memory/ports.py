@@ -10,11 +10,11 @@ from contracts.memory import Area, ForgetRequest, LabelCount, View
 from contracts.robot import KnownMap
 from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
-from memory.objects import Thing
+from memory.objects import MapObject
 
 
 @dataclass(slots=True)
-class KeptView:
+class StoredView:
     """A view as it is kept. `colour` is the thing's where there is one, empty where it is not known; `belief` is as of
     `believed_s`, and means something only where there is no thing.
 
@@ -39,7 +39,7 @@ class KeptView:
     def pose(self) -> Pose2D:
         return Pose2D(x=self.x, y=self.y, yaw=self.yaw)
 
-    def told(self) -> View:
+    def to_message(self) -> View:
         """As others are told of it."""
         return View(
             id=self.id,
@@ -57,8 +57,8 @@ class KeptView:
 class Candidates:
     """What recall chooses from: a label's things by id, and views of them and without them, by id."""
 
-    things: dict[int, Thing] = field(default_factory=dict[int, Thing])
-    views: tuple[KeptView, ...] = ()
+    things: dict[int, MapObject] = field(default_factory=dict[int, MapObject])
+    views: tuple[StoredView, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class Counts:
     labels: int
     views: int
     sightings: int
-    things: tuple[Thing, ...]
+    things: tuple[MapObject, ...]
     oldest_s: float | None
     newest_s: float | None
     database: str
@@ -85,17 +85,17 @@ class Counts:
 
 
 @dataclass(frozen=True, slots=True)
-class Hoard:
+class ExportBatch:
     """What an import brings: views name things, and both name maps, by the numbers they had where they come from."""
 
-    things: tuple[Thing, ...] = ()
-    views: tuple[KeptView, ...] = ()
+    things: tuple[MapObject, ...] = ()
+    views: tuple[StoredView, ...] = ()
     maps: tuple[KeptMap, ...] = ()
 
 
-def in_maps(hoard: Hoard, numbers: Mapping[int, int]) -> Hoard:
+def in_maps(hoard: ExportBatch, numbers: Mapping[int, int]) -> ExportBatch:
     """The hoard with other numbers for its maps; those not named keep theirs."""
-    return Hoard(
+    return ExportBatch(
         things=tuple(replace(one, map_number=numbers.get(one.map_number, one.map_number)) for one in hoard.things),
         views=tuple(replace(one, map_number=numbers.get(one.map_number, one.map_number)) for one in hoard.views),
         maps=tuple(replace(one, number=numbers.get(one.number, one.number)) for one in hoard.maps),
@@ -128,17 +128,17 @@ class Store(Protocol):
         """All or nothing, and durable on return."""
         ...
 
-    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[KeptView]:
+    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[StoredView]:
         """The label's views, or all: confidence descending, of equals the one first seen first."""
         ...
 
     async def things(
         self, label: str | None, area: Area | None, limit: int, map_number: int | None = None
-    ) -> list[Thing]:
+    ) -> list[MapObject]:
         """Last seen first."""
         ...
 
-    async def thing(self, number: int) -> Thing | None: ...
+    async def thing(self, number: int) -> MapObject | None: ...
 
     async def labels(self, limit: int, map_number: int | None = None) -> list[LabelCount]:
         """Most views first, of equals by name."""
@@ -165,11 +165,11 @@ class Store(Protocol):
 
     async def counts(self) -> Counts: ...
 
-    def pages(self) -> AsyncGenerator[Hoard]:
+    def export_batches(self) -> AsyncGenerator[ExportBatch]:
         """Everything, a bounded part at a time: the things first."""
         ...
 
-    async def bring_in(self, hoard: Hoard) -> None:
+    async def import_batch(self, hoard: ExportBatch) -> None:
         """All or nothing. What is there already is not doubled."""
         ...
 
@@ -180,7 +180,7 @@ class Store(Protocol):
     async def aclose(self) -> None: ...
 
 
-class Senses(Protocol):
+class DepthAndMap(Protocol):
     """robot_bridge. Every method answers none where it cannot be had now, and within a second."""
 
     async def localize(self, request: LocalizeRequest) -> Sequence[Measurement] | None:

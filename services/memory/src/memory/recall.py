@@ -17,8 +17,8 @@ from contracts.geometry import Pose2D
 from contracts.memory import Embedding, RecalledView, RecallRequest, RecallRule, RememberedObject, ScoreParts
 from memory.belief import LOST_BELOW, aged
 from memory.class_priors import kind_of
-from memory.objects import Thing, remembered
-from memory.ports import Candidates, KeptView
+from memory.objects import MapObject, to_message
+from memory.ports import Candidates, StoredView
 
 SAME_DIRECTION_RAD = math.radians(60.0)
 SAME_PLACE_M = 0.05
@@ -29,7 +29,7 @@ RELATED = 0.4
 """A view of the memory object, where the label itself may be near."""
 RECENT_S = 14.0 * 86_400.0
 TRAVEL_M = 8.0
-AGAIN = 0.5
+REPEAT_DISCOUNT = 0.5
 """Each further view of one thing: another thing's first view may tell more."""
 LIKENESS = 0.05
 """A difference of cosines that makes a thing 2.7 times less likely to be the one described."""
@@ -53,8 +53,8 @@ class Weights:
 class Scored:
     """A candidate on its way through the ranking."""
 
-    view: KeptView
-    thing: Thing | None
+    view: StoredView
+    thing: MapObject | None
     source: str
     agreement: float
     parts: tuple[float, float, float, float, float, float]
@@ -62,7 +62,7 @@ class Scored:
     again: float = 1.0
 
 
-def asked_for(request: RecallRequest) -> dict[str, frozenset[str]]:
+def labels_to_search(request: RecallRequest) -> dict[str, frozenset[str]]:
     """The labels whose places may be worth a look, with the spellings of the colour that a view of them should have.
 
     What is said of the thing's colour says nothing of the memory object's.
@@ -79,7 +79,7 @@ def rank(
 ) -> tuple[RecalledView, ...]:
     """Best first, no more than `request.limit`; a view close to a chosen one that looks the same way is left out.
 
-    `found`: by label, of those that were `asked_for`.
+    `found`: by label, of those that were `labels_to_search`.
     """
     scoring = Scoring.of(request, found[request.target.label].things.values(), weights, now_s)
     groups = [scoring.scored(found[request.target.label], "label")]
@@ -90,12 +90,12 @@ def rank(
     else:
         alive = (one for group in groups for one in group if not _given_up(one))
         ordered = _by_score(alive, weights.again)
-    taken = Taken(max(request.min_separation_m, SAME_PLACE_M))
+    taken = PoseSeparation(max(request.min_separation_m, SAME_PLACE_M))
     chosen: list[RecalledView] = []
     for one in ordered:
         if len(chosen) == request.limit:
             break
-        if taken.claims(one.view.x, one.view.y, one.view.yaw):
+        if taken.claim(one.view.x, one.view.y, one.view.yaw):
             chosen.append(scoring.told(one))
     return tuple(chosen)
 
@@ -113,7 +113,7 @@ class Scoring:
     _told: dict[int, RememberedObject] = field(default_factory=dict[int, RememberedObject])
 
     @classmethod
-    def of(cls, request: RecallRequest, things: Iterable[Thing], weights: Weights, now_s: float) -> "Scoring":
+    def of(cls, request: RecallRequest, things: Iterable[MapObject], weights: Weights, now_s: float) -> "Scoring":
         return cls(request, weights, now_s, request.target.colour, likenesses(request.embedding, things))
 
     def scored(self, kept: Candidates, source: str) -> list[Scored]:
@@ -154,7 +154,7 @@ class Scoring:
     def told(self, one: Scored) -> RecalledView:
         belief, agreement, relation, confidence, recency, travel = one.parts
         return RecalledView(
-            view=one.view.told(),
+            view=one.view.to_message(),
             source=one.source,
             reason=self._reason(one),
             pose=facing(one.view, one.thing),
@@ -171,12 +171,12 @@ class Scoring:
             thing=self._remembered(one.thing) if one.thing is not None else None,
         )
 
-    def _remembered(self, thing: Thing) -> RememberedObject:
+    def _remembered(self, thing: MapObject) -> RememberedObject:
         if thing.id not in self._told:
-            self._told[thing.id] = remembered(thing, self.now_s)
+            self._told[thing.id] = to_message(thing, self.now_s)
         return self._told[thing.id]
 
-    def _likeness(self, thing: Thing) -> float:
+    def _likeness(self, thing: MapObject) -> float:
         return self.likenesses[thing.id] if thing.id in self.likenesses else self._of_colour(thing.colour or "")
 
     @property
@@ -207,21 +207,21 @@ class Scoring:
         return told
 
 
-def facing(view: KeptView, thing: Thing | None) -> Pose2D:
+def facing(view: StoredView, thing: MapObject | None) -> Pose2D:
     """The view's place, turned to the thing where its own place is known."""
     if thing is None or thing.away_m(view.x, view.y) < 0.1:
         return view.pose
     return Pose2D(x=view.x, y=view.y, yaw=math.atan2(thing.y - view.y, thing.x - view.x))
 
 
-class Taken:
+class PoseSeparation:
     """Poses already chosen, in buckets as wide as the separation: each claim looks at nine of them, not at all."""
 
     def __init__(self, separation_m: float) -> None:
         self._separation_m = separation_m
         self._buckets: dict[tuple[int, int], list[tuple[float, float, float]]] = defaultdict(list)
 
-    def claims(self, x: float, y: float, yaw: float) -> bool:
+    def claim(self, x: float, y: float, yaw: float) -> bool:
         """True, and the place is taken, unless a taken one is that near and looks the same way within 60 degrees."""
         column, row = math.floor(x / self._separation_m), math.floor(y / self._separation_m)
         for ox, oy, other_yaw in self._around(column, row):
@@ -253,7 +253,7 @@ def _by_score(candidates: Iterable[Scored], weight_again: float) -> list[Scored]
     ordered = sorted(candidates, key=SCORE, reverse=True)
     for one in ordered:
         if one.thing is not None:
-            one.again = AGAIN ** views_of[one.thing.id]
+            one.again = REPEAT_DISCOUNT ** views_of[one.thing.id]
             one.score *= one.again**weight_again
             views_of[one.thing.id] += 1
     return sorted(ordered, key=SCORE, reverse=True)
@@ -264,7 +264,7 @@ def _given_up(one: Scored) -> bool:
     return (one.thing.belief if one.thing is not None else one.view.belief) < LOST_BELOW
 
 
-def likenesses(wanted: Embedding | None, things: Iterable[Thing]) -> dict[int, float]:
+def likenesses(wanted: Embedding | None, things: Iterable[MapObject]) -> dict[int, float]:
     """How like the description each thing looks, by id, where both have a vector of one model.
 
     1 for the likest, less by how far their cosines fall behind it: models differ in what a cosine means, less in what a

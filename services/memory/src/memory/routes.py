@@ -26,7 +26,7 @@ from contracts.memory import (
     RememberedObject,
     View,
 )
-from memory.memory_service import Memory
+from memory.memory_service import MemoryService
 
 router = APIRouter()
 
@@ -34,12 +34,12 @@ MEDIA = {ExportForm.FULL: "application/x-ndjson", ExportForm.SEEDS: "application
 FILE = {ExportForm.FULL: "memory.jsonl", ExportForm.SEEDS: "memory.json"}
 
 
-async def get_memory(request: Request) -> Memory:
+async def get_memory(request: Request) -> MemoryService:
     """Async: FastAPI would send a plain function to another thread and back, on every call."""
     return request.state.memory
 
 
-MemoryDep = Annotated[Memory, Depends(get_memory)]
+MemoryDep = Annotated[MemoryService, Depends(get_memory)]
 InMap = Annotated[
     str | None, Query(alias="map", max_length=40, description="a map's id, see /maps; none: the one the robot is in")
 ]
@@ -150,11 +150,11 @@ async def export(memory: MemoryDep, form: Annotated[ExportForm, Query()] = Expor
         }
     },
 )
-async def bring_in(
+async def import_batch(
     request: Request, memory: MemoryDep, form: Annotated[ExportForm, Query()] = ExportForm.FULL
 ) -> ImportReply:
     """Takes an export back, all of it or nothing; doing it twice changes nothing."""
-    return await memory.bring_in(form, await request.body())
+    return await memory.import_batch(form, await request.body())
 
 
 @router.get(

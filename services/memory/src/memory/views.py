@@ -18,7 +18,7 @@ LOOKED_AGAIN_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ViewCell:
     """What makes two sightings the same view. `thing_id` is none where the thing's own place was not measured; only
     then is `colour` part of it (empty: not known), for else it is the thing's."""
 
@@ -32,13 +32,13 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Sighting:
+class AggregatedView:
     """What is kept of all sightings of one place: how many, the last, and the best with the pose it had.
 
     `belief` is used where there is no thing whose belief it would be.
     """
 
-    place: Place
+    place: ViewCell
     pose: Pose2D
     confidence: float
     last_seen_s: float
@@ -46,9 +46,9 @@ class Sighting:
     belief: float = FIRST
 
 
-def place_of(observation: Observation, thing_id: int | None = None, map_number: int = 0) -> Place:
+def view_cell(observation: Observation, thing_id: int | None = None, map_number: int = 0) -> ViewCell:
     pose = observation.pose
-    return Place(
+    return ViewCell(
         label=observation.label,
         colour="" if thing_id is not None else observation.colour or "",
         cell_x=math.floor(pose.x / CELL_M),
@@ -59,9 +59,9 @@ def place_of(observation: Observation, thing_id: int | None = None, map_number: 
     )
 
 
-def sighting_of(observation: Observation, thing_id: int | None = None, map_number: int = 0) -> Sighting:
-    return Sighting(
-        place_of(observation, thing_id, map_number),
+def view_of(observation: Observation, thing_id: int | None = None, map_number: int = 0) -> AggregatedView:
+    return AggregatedView(
+        view_cell(observation, thing_id, map_number),
         observation.pose,
         observation.confidence,
         observation.stamp_s,
@@ -69,7 +69,7 @@ def sighting_of(observation: Observation, thing_id: int | None = None, map_numbe
     )
 
 
-def merged(old: Sighting, new: Sighting) -> Sighting:
+def merged(old: AggregatedView, new: AggregatedView) -> AggregatedView:
     """Both are of one place. On equal confidence the older pose stays, so that a parked robot rewrites nothing."""
     best = new if new.confidence > old.confidence else old
     return replace(
@@ -82,7 +82,7 @@ def merged(old: Sighting, new: Sighting) -> Sighting:
     )
 
 
-def sighting_at(
+def view_at(
     label: str,
     colour: str,
     pose: Pose2D,
@@ -92,10 +92,10 @@ def sighting_at(
     count: int,
     thing_id: int | None,
     map_number: int,
-) -> Sighting:
+) -> AggregatedView:
     """A view that comes from elsewhere, put in its place."""
     observation = Observation(label=label, colour=colour or None, pose=pose, confidence=confidence, stamp_s=last_seen_s)
-    return replace(sighting_of(observation, thing_id, map_number), count=count)
+    return replace(view_of(observation, thing_id, map_number), count=count)
 
 
 def contradicted(label: str, pose: Pose2D, believed_s: float, frame: Frame) -> bool:

@@ -3,7 +3,7 @@
 import structlog
 
 from contracts.robot import RobotState
-from memory.ports import KeptMap, Senses, Store
+from memory.ports import DepthAndMap, KeptMap, Store
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError
 
@@ -15,7 +15,7 @@ MAPS_TOLD = 20
 class Whereabouts:
     """robot_bridge says which map it is, on the bus and with its map; until it does, the robot is where it was last."""
 
-    def __init__(self, store: Store, senses: Senses | None, clock: Clock) -> None:
+    def __init__(self, store: Store, senses: DepthAndMap | None, clock: Clock) -> None:
         self._store = store
         self._senses = senses
         self._clock = clock

@@ -6,7 +6,7 @@ from sqlalchemy import Connection, delete, func, insert, select, update
 
 from memory.adapters.tables import maps, things, views
 from memory.adapters.writing import merge_loose_views
-from memory.ports import Hoard, KeptMap, in_maps
+from memory.ports import ExportBatch, KeptMap, in_maps
 
 NOBODY_KNOWS = ""
 """The id of a map that nobody has named."""
@@ -34,7 +34,7 @@ def map_numbered(connection: Connection, map_id: str, seen_s: float) -> int:
     return connection.execute(insert(maps).values(id=map_id, last_seen_s=seen_s).returning(maps.c.number)).scalar_one()
 
 
-def in_kept_maps(connection: Connection, hoard: Hoard) -> Hoard:
+def in_kept_maps(connection: Connection, hoard: ExportBatch) -> ExportBatch:
     """The hoard with the numbers that its maps have here."""
     return in_maps(hoard, {one.number: map_numbered(connection, one.id, one.last_seen_s) for one in hoard.maps})
 

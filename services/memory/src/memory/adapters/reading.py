@@ -9,8 +9,8 @@ from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_
 from contracts.memory import Area, LabelCount
 from memory.adapters.rows import THING, VIEW, thing_of, view_of
 from memory.adapters.tables import things, views
-from memory.objects import Thing
-from memory.ports import Candidates, Counts, Hoard, KeptView
+from memory.objects import MapObject
+from memory.ports import Candidates, Counts, ExportBatch, StoredView
 
 PAGE = 2000
 BY_ID = itemgetter(0)
@@ -23,7 +23,7 @@ VIEWS_A_COLOUR = 25
 """The same of views without a thing."""
 
 
-def best_views(connection: Connection, label: str | None, limit: int, map_number: int | None) -> list[KeptView]:
+def best_views(connection: Connection, label: str | None, limit: int, map_number: int | None) -> list[StoredView]:
     query = select(*VIEW).order_by(views.c.confidence.desc(), views.c.id).limit(limit)
     if map_number is not None:
         query = query.where(views.c.map_number == map_number)
@@ -34,7 +34,7 @@ def best_views(connection: Connection, label: str | None, limit: int, map_number
 
 def some_things(
     connection: Connection, label: str | None, area: Area | None, limit: int, map_number: int | None
-) -> list[Thing]:
+) -> list[MapObject]:
     query = select(*THING).order_by(things.c.last_seen_s.desc(), things.c.id).limit(limit)
     if map_number is not None:
         query = query.where(things.c.map_number == map_number)
@@ -45,7 +45,7 @@ def some_things(
     return [thing_of(row) for row in connection.execute(query)]
 
 
-def one_thing(connection: Connection, number: int) -> Thing | None:
+def one_thing(connection: Connection, number: int) -> MapObject | None:
     row = connection.execute(select(*THING).where(things.c.id == number)).one_or_none()
     return thing_of(row) if row is not None else None
 
@@ -172,27 +172,27 @@ def counts(connection: Connection, database: str) -> Counts:
     )
 
 
-def page(connection: Connection, kind: str, after: int) -> tuple[Hoard, int | None]:
+def page(connection: Connection, kind: str, after: int) -> tuple[ExportBatch, int | None]:
     """The next rows after an id, and the id to go on after; none at the end."""
     table, wanted = (things, THING) if kind == "things" else (views, VIEW)
     rows = connection.execute(select(*wanted).where(table.c.id > after).order_by(table.c.id).limit(PAGE)).all()
     going_on = rows[-1].id if len(rows) == PAGE else None
     if kind == "things":
-        return Hoard(things=tuple(thing_of(row) for row in rows)), going_on
-    return Hoard(views=tuple(_coloured(connection, rows))), going_on
+        return ExportBatch(things=tuple(thing_of(row) for row in rows)), going_on
+    return ExportBatch(views=tuple(_coloured(connection, rows))), going_on
 
 
-def _coloured(connection: Connection, rows: Sequence[Row[Any]]) -> list[KeptView]:
+def _coloured(connection: Connection, rows: Sequence[Row[Any]]) -> list[StoredView]:
     """With the colours of the things they show."""
     numbers = sorted({row.thing_id for row in rows if row.thing_id is not None})
-    known: dict[int, Thing] = {}
+    known: dict[int, MapObject] = {}
     for start in range(0, len(numbers), 500):
         query = select(*THING).where(things.c.id.in_(numbers[start : start + 500]))
         known.update({row.id: thing_of(row) for row in connection.execute(query)})
     return _in_colour(rows, known)
 
 
-def _in_colour(rows: Sequence[Sequence[Any]], known: dict[int, Thing]) -> list[KeptView]:
+def _in_colour(rows: Sequence[Sequence[Any]], known: dict[int, MapObject]) -> list[StoredView]:
     colours = {number: thing.colour or "" for number, thing in known.items()}
     return [view_of(row, colours.get(row[-1])) for row in rows]
 

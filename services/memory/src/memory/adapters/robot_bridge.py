@@ -21,7 +21,7 @@ MAP_AGE_S_MAX = 5.0
 
 
 class RobotBridge(ServiceClient):
-    """A `memory.ports.Senses`."""
+    """A `memory.ports.DepthAndMap`."""
 
     def __init__(
         self, base_url: str, clock: Clock, *, timeout_s: float, transport: httpx.AsyncBaseTransport | None = None

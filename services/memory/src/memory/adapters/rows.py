@@ -9,27 +9,27 @@ import numpy as np
 from sqlalchemy import ColumnElement
 
 from memory.adapters.tables import things, views
-from memory.objects import Thing
-from memory.ports import KeptView
-from memory.views import Sighting
+from memory.objects import MapObject
+from memory.ports import StoredView
+from memory.views import AggregatedView
 
 Values = dict[str, Any]
 
 
-THING: tuple[ColumnElement[Any], ...] = tuple(things.c[one.name] for one in fields(Thing))
+THING: tuple[ColumnElement[Any], ...] = tuple(things.c[one.name] for one in fields(MapObject))
 """What a thing is read as: rows are taken by position, for recall reads a hundred at a time."""
-COLOURS_AT = [one.name for one in fields(Thing)].index("colours")
+COLOURS_AT = [one.name for one in fields(MapObject)].index("colours")
 
 
-def thing_of(row: Sequence[Any]) -> Thing:
+def thing_of(row: Sequence[Any]) -> MapObject:
     """Of a row of `THING`."""
     values = list(row)
     values[COLOURS_AT] = json.loads(values[COLOURS_AT])
     values[-1] = tuple(np.frombuffer(values[-1], "<f2").astype(float).tolist()) if values[-1] else ()
-    return Thing(*values)
+    return MapObject(*values)
 
 
-def row_of(thing: Thing) -> Values:
+def row_of(thing: MapObject) -> Values:
     """Without its id and its links, which are the store's to give."""
     return {
         "map_number": thing.map_number,
@@ -70,15 +70,15 @@ VIEW: tuple[ColumnElement[Any], ...] = (
     views.c.map_number,
     views.c.thing_id,
 )
-"""What a view is read as, in the order of `KeptView`: recall reads hundreds."""
+"""What a view is read as, in the order of `StoredView`: recall reads hundreds."""
 
 
-def view_of(row: Sequence[Any], colour: str | None = None) -> KeptView:
+def view_of(row: Sequence[Any], colour: str | None = None) -> StoredView:
     """Of a row of `VIEW`. `colour`, where given, is the thing's."""
-    return KeptView(*row) if colour is None else KeptView(row[0], row[1], colour, *row[3:])
+    return StoredView(*row) if colour is None else StoredView(row[0], row[1], colour, *row[3:])
 
 
-def row_of_sighting(sighting: Sighting, thing_id: int | None) -> Values:
+def row_of_sighting(sighting: AggregatedView, thing_id: int | None) -> Values:
     place, pose = sighting.place, sighting.pose
     return {
         "map_number": place.map_number,

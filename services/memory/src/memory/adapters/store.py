@@ -11,8 +11,8 @@ from memory.adapters import places, reading, writing
 from memory.adapters.postgres import Postgres
 from memory.adapters.tables import MIGRATIONS, things, views
 from memory.frames import Frame, Tally
-from memory.objects import Thing
-from memory.ports import Candidates, Counts, Hoard, KeptMap, KeptView
+from memory.objects import MapObject
+from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView
 from memory.settings import Settings
 from store.connections import Connections
 from store.database import Database
@@ -84,17 +84,17 @@ class SqlStore:
     async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
         return await self._connections.read(lambda connection: places.maps_with(connection, label, limit))
 
-    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[KeptView]:
+    async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[StoredView]:
         return await self._connections.read(lambda connection: reading.best_views(connection, label, limit, map_number))
 
     async def things(
         self, label: str | None, area: Area | None, limit: int, map_number: int | None = None
-    ) -> list[Thing]:
+    ) -> list[MapObject]:
         return await self._connections.read(
             lambda connection: reading.some_things(connection, label, area, limit, map_number)
         )
 
-    async def thing(self, number: int) -> Thing | None:
+    async def thing(self, number: int) -> MapObject | None:
         return await self._connections.read(lambda connection: reading.one_thing(connection, number))
 
     async def labels(self, limit: int, map_number: int | None = None) -> list[LabelCount]:
@@ -134,23 +134,23 @@ class SqlStore:
         size_bytes = await self._connections.size_bytes()
         return replace(found, size_bytes=size_bytes)
 
-    async def pages(self) -> AsyncGenerator[Hoard]:
+    async def export_batches(self) -> AsyncGenerator[ExportBatch]:
         """A view of a thing that came after the things were read is left out."""
-        yield Hoard(maps=await self.maps())
+        yield ExportBatch(maps=await self.maps())
         told: set[int] = set()
         for kind in ("things", "views"):
             after: int | None = 0
             while after is not None:
                 page, after = await self._page(kind, after)
                 told |= {thing.id for thing in page.things}
-                yield Hoard(page.things, tuple(view for view in page.views if view.thing_id in {None, *told}))
+                yield ExportBatch(page.things, tuple(view for view in page.views if view.thing_id in {None, *told}))
 
-    async def _page(self, kind: str, after: int) -> tuple[Hoard, int | None]:
+    async def _page(self, kind: str, after: int) -> tuple[ExportBatch, int | None]:
         return await self._connections.read(lambda connection: reading.page(connection, kind, after))
 
-    async def bring_in(self, hoard: Hoard) -> None:
+    async def import_batch(self, hoard: ExportBatch) -> None:
         def work(connection: Connection) -> None:
-            writing.bring_in(connection, places.in_kept_maps(connection, hoard))
+            writing.import_batch(connection, places.in_kept_maps(connection, hoard))
             self._make_room(connection, len(hoard.views) + len(hoard.things))
 
         await self._connections.write(work)

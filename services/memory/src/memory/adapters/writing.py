@@ -13,9 +13,9 @@ from memory.adapters.tables import NO_THING, PLACE, things, views
 from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
 from memory.object_association import Ledger
-from memory.objects import Thing
-from memory.ports import Hoard, KeptView
-from memory.views import CELL_M, LOOKED_M, Place, Sighting, contradicted, sighting_at
+from memory.objects import MapObject
+from memory.ports import ExportBatch, StoredView
+from memory.views import CELL_M, LOOKED_M, AggregatedView, ViewCell, contradicted, view_at
 
 EMPTY_LOOK = 0.6
 """The chance that a look from a view's place shows what was seen from there: less than for a thing whose own place is
@@ -43,10 +43,10 @@ def remember(connection: Connection, frames: Sequence[Frame]) -> Tally:
     return Tally(confirmed=confirmed, missed=missed)
 
 
-def write_things(connection: Connection, changed: Iterable[Thing]) -> dict[int, int]:
+def write_things(connection: Connection, changed: Iterable[MapObject]) -> dict[int, int]:
     """Inserts things whose id is below zero, updates the others; returns the ids the new ones got by those they had."""
     numbers: dict[int, int] = {}
-    linked: list[Thing] = []
+    linked: list[MapObject] = []
     old: list[Values] = []
     for thing in changed:
         if thing.id < 0:
@@ -76,7 +76,7 @@ def write_things(connection: Connection, changed: Iterable[Thing]) -> dict[int, 
 
 
 def write_sightings(
-    connection: Connection, sightings: Iterable[tuple[Place, Sighting]], numbers: dict[int, int], *, add: bool
+    connection: Connection, sightings: Iterable[tuple[ViewCell, AggregatedView]], numbers: dict[int, int], *, add: bool
 ) -> None:
     """`add`: counts add up; else the larger stays, so that importing twice changes nothing."""
     rows = [row_of_sighting(sighting, _numbered(place.thing_id, numbers)) for place, sighting in sightings]
@@ -191,7 +191,7 @@ def make_room(connection: Connection, table: Any, most: int, keep: int) -> int:
     return keep
 
 
-def bring_in(connection: Connection, hoard: Hoard) -> None:
+def import_batch(connection: Connection, hoard: ExportBatch) -> None:
     """A thing of that map and label first seen at that moment within a centimetre is the same, and stays as it is."""
     labels = sorted({thing.label for thing in hoard.things})
     known = [thing_of(row) for row in connection.execute(select(*THING).where(things.c.label.in_(labels)))]
@@ -216,8 +216,8 @@ def bring_in(connection: Connection, hoard: Hoard) -> None:
     write_sightings(connection, ((one.place, one) for one in sightings), numbers, add=False)
 
 
-def _sighting(view: KeptView) -> Sighting:
-    return sighting_at(
+def _sighting(view: StoredView) -> AggregatedView:
+    return view_at(
         view.label,
         "" if view.thing_id is not None else view.colour,
         view.pose,
@@ -229,5 +229,5 @@ def _sighting(view: KeptView) -> Sighting:
     )
 
 
-def _fingerprint(thing: Thing) -> tuple[int, str, float, float, float]:
+def _fingerprint(thing: MapObject) -> tuple[int, str, float, float, float]:
     return thing.map_number, thing.label, thing.first_seen_s, round(thing.x, 2), round(thing.y, 2)
