@@ -23,7 +23,7 @@ from bench.missions.scenario import Present, Remembered, Scenario, scenario, wan
 from bench.results import quiet, save
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState
-from coordinator.core.plain.scanning import sweep_speed_rad_s
+from coordinator.core.plain.searching import sweep_speed_rad_s
 from coordinator.core.rules import Rules, ScanRule
 from sim.world.types import ThingTruth
 

@@ -12,7 +12,7 @@ from contracts.vision import Detection, Detections, Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core.obstruction import furniture_before, hindrance
-from coordinator.core.plain.scanning import sweep_speed_rad_s
+from coordinator.core.plain.searching import sweep_speed_rad_s
 from coordinator.core.rules import Rules
 from support.mission_script import Script, box
 

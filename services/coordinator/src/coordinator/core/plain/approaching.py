@@ -1,4 +1,4 @@
-"""APPROACHING by the plain rule (requirement A10): straight ahead, a depth check every 0.5 s."""
+"""The plain approach (requirement A10): straight ahead, a depth check every 0.5 s; within reach counts as found."""
 
 from dataclasses import replace
 
@@ -13,9 +13,10 @@ from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, Locali
 from coordinator.core.outcomes import found
 from coordinator.core.plausibility import plausible
 from coordinator.core.reactions import Reaction, react
+from coordinator.core.rules import Rules
 from coordinator.core.search import set_aside
 from coordinator.core.sightings import follow, tracked
-from coordinator.core.states.depth_check import take_measurement
+from coordinator.core.states.depth_check import DepthCheck, take_measurement
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
 
@@ -35,7 +36,7 @@ class StraightApproach(State):
             case Steering() as steering, Tick():
                 _tick(context, steering)
             case Steering(), DetectionsSeen(detections=seen):
-                follow_straight(context, seen)
+                _follow(context, seen)
             case Steering() as steering, Localized(reply=reply):
                 context.set_activity(replace(steering, call=0))
                 _measured(context, plausible(reply, context.rules))
@@ -57,6 +58,34 @@ class StraightApproach(State):
         context.count_failure()
         context.set_activity(replace(steering, call=0))
         return True
+
+
+class StraightStep(State):
+    def begin(self, context: StepContext) -> None:
+        until_s = context.now_s + context.rules.step_m / context.rules.approach_speed_m_s
+        context.set_activity(Steering(until_s=until_s, next_depth_s=until_s, moving_s=context.now_s))
+
+    def handle(self, context: StepContext, event: Event) -> None:
+        match context.mission.activity, event:
+            case Steering(), Tick():
+                ahead = Twist2D(linear_x=context.rules.approach_speed_m_s)
+                context.request(do.SetVelocity(ahead, context.rules.lease_s))
+            case Steering(), DetectionsSeen(detections=seen):
+                _follow(context, seen)
+            case _:
+                pass
+
+    def on_timeout(self, context: StepContext) -> None:
+        context.stop_motion()
+        context.transition_to(MissionState.CENTERING, "one step closer: looking again")
+
+
+class PlainDepthCheck(DepthCheck):
+    takes_unasked = True
+    looks_closer = False
+
+    def once_beyond_m(self, rules: Rules) -> float:
+        return rules.near_m
 
 
 def _tick(context: StepContext, steering: Steering) -> None:
@@ -87,7 +116,7 @@ def _stands_still(context: StepContext, end: MotionEnd) -> None:
         set_aside(context, end.sentence)
 
 
-def follow_straight(context: StepContext, seen: Detections) -> None:
+def _follow(context: StepContext, seen: Detections) -> None:
     """Keeps to it, until it drifts from the middle of the picture."""
     sighting = tracked(context.mission, context.candidate, seen)
     if sighting is None:

@@ -4,12 +4,9 @@ from functools import cache
 
 from contracts.mission import MissionKind, MissionState
 from coordinator.core.mission import Mission
-from coordinator.core.plain.approaching import StraightApproach
+from coordinator.core.plain.approaching import PlainDepthCheck, StraightApproach, StraightStep
 from coordinator.core.plain.centering import proportional_turn
-from coordinator.core.plain.depth_check import PlainDepthCheck
-from coordinator.core.plain.driving_1m import StraightStep
-from coordinator.core.plain.moving_to_scan import PlannedOnce
-from coordinator.core.plain.scanning import SlowTurn
+from coordinator.core.plain.searching import PlannedOnce, SlowTurn
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule
 from coordinator.core.states.approaching import Approaching
 from coordinator.core.states.centering import Centering, bearing_turn

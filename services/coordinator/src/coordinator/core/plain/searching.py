@@ -1,4 +1,4 @@
-"""SCANNING by the plain rule (requirement A5): one slow turn, looking all the while."""
+"""The plain search (requirements A5, A6): one slow turn, looking all the while; one plan, driven to its end."""
 
 from contracts.vision import Detections
 from coordinator.core import actions as do
@@ -7,6 +7,7 @@ from coordinator.core.events import DetectionsSeen, Event, MotionEnded
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import Rules
 from coordinator.core.states.scanning import Scanning, inspected, sighted
+from coordinator.core.states.travelling import MovingToScan
 from coordinator.core.step_context import StepContext
 from geometry.poses import wrap
 
@@ -33,6 +34,14 @@ class SlowTurn(Scanning):
                     self.begin(context)
             case _:
                 super().handle(context, event)
+
+
+class PlannedOnce(MovingToScan):
+    def to_next_place(self, context: StepContext) -> None:
+        if context.search.plans == 0:
+            super().to_next_place(context)
+        else:
+            self.to_next_point(context)
 
 
 def sweep_speed_rad_s(rules: Rules) -> float:
