@@ -52,7 +52,7 @@ def _start(context: StepContext, event: ev.MissionStarted) -> None:
     )
     notes = f"; {event.notes}" if event.notes else ""
     looking = f"looking for the {event.target.description} ({event.target.label})"
-    context.log_event(EventKind.START, f"'{event.command}': {looking}{notes}", parser=event.parser)
+    context.log_event(EventKind.START, f"'{event.command}': {looking}{notes}")
     if context.search.views:
         places = len(context.search.views)
         where = "one place: driving there" if places == 1 else f"{places} places: driving to the most likely first"

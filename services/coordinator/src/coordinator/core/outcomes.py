@@ -1,8 +1,7 @@
 """The endings: found, not found, unsure, docked, canceled, aborted; each says what it rests on."""
 
 from contracts.mission import Candidate as CandidateRecord
-from contracts.mission import EndCause, EventKind, MapTrouble, MissionState, Outcome
-from contracts.vision import Vote
+from contracts.mission import EndCause, EventFacts, EventKind, MapTrouble, MissionState, Outcome
 from coordinator.core import actions as do
 from coordinator.core.activities import Idle
 from coordinator.core.report import (
@@ -30,17 +29,13 @@ def found(context: StepContext, distance_m: float | None, note: str) -> None:
         None,
         found=record.model_copy(update={"confirmed": True, "colour_unseen": _colour_unseen(context)}),
     )
-    votes = votes_data(candidate.votes)
     context.transition_to(
         MissionState.DONE,
         reason,
         kind=EventKind.FOUND,
-        outcome=Outcome.FOUND.value,
-        distance_m=distance_m,
-        map_xy=candidate.map_xy,
-        votes=votes,
-        note=note,
-        picture=context.candidate.picture,
+        facts=EventFacts(
+            outcome=Outcome.FOUND, distance_m=distance_m, votes=candidate.votes, picture=candidate.picture
+        ),
     )
     context.set_activity(Idle(until_s=context.now_s + context.rules.done_reset_s))
     context.request(do.Celebrate())
@@ -66,9 +61,7 @@ def end(context: StepContext, outcome: Outcome, reason: str, by: EndCause | None
         MissionState.IDLE,
         f"{outcome.value}: {reason}",
         kind=EventKind.END,
-        outcome=outcome.value,
-        looked_share=None if share is None else round(share, 3),
-        rejected=rejected_data(context),
+        facts=EventFacts(outcome=outcome, looked_share=None if share is None else round(share, 3)),
     )
     context.set_activity(Idle())
 
@@ -121,14 +114,3 @@ def give_up(context: StepContext, by: EndCause, why: str) -> None:
 
 def what_in_words(context: StepContext) -> str:
     return context.mission.target.description if context.mission.target is not None else "target"
-
-
-def votes_data(votes: tuple[Vote, ...]) -> list[dict[str, object]]:
-    return [v.model_dump(mode="json", include={"voter", "verdict", "score", "threshold", "reason"}) for v in votes]
-
-
-def rejected_data(context: StepContext) -> list[dict[str, object]]:
-    return [
-        {"map_xy": r.map_xy, "narrow": r.narrow, "text": r.text, "votes": votes_data(r.votes)}
-        for r in context.search.rejections
-    ]

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import assert_never
 
-from contracts.mission import EndCause, EventKind, MapTrouble, MissionState, Outcome
+from contracts.mission import EndCause, EventFacts, EventKind, MapTrouble, MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Idle
 from coordinator.core.mission import RobotSnapshot
@@ -43,7 +43,7 @@ def _stopped(context: StepContext, epoch: int, reason: str) -> None:
     if context.mission.running:
         close(context, Outcome.ABORTED, why, EndCause.STOPPED, why)
         context.update(candidate=None, approach=None, stop_unexplained=not reason)
-        context.log_event(EventKind.END, f"aborted: {why}", outcome=Outcome.ABORTED.value)
+        context.log_event(EventKind.END, f"aborted: {why}", EventFacts(outcome=Outcome.ABORTED))
     context.transition_to(MissionState.EMERGENCY_STOP, why)
     context.set_activity(Idle())
 

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, Concatenate, ParamSpec
 
 from contracts.geometry import Pose2D
-from contracts.mission import EventFacts, EventKind, MissionState
+from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState
 from contracts.robot import BoxQuery
 from coordinator.core import actions as do
 from coordinator.core.activities import (
@@ -89,22 +89,22 @@ class StepContext:
     def request(self, action: do.Action) -> None:
         self.actions.append(action)
 
-    def log_event(self, kind: EventKind, text: str, **data: Any) -> None:
+    def log_event(self, kind: EventKind, text: str, facts: EventFacts = NO_FACTS) -> None:
         self.update(progress=text)
-        self.request(do.Say(self.mission.state, kind, text, EventFacts.model_validate(data)))
+        self.request(do.Say(self.mission.state, kind, text, facts))
 
     def set_activity(self, activity: Activity) -> None:
         self.update(activity=activity)
 
     def transition_to(
-        self, state: MissionState, reason: str, *, kind: EventKind = EventKind.STATE, **data: Any
+        self, state: MissionState, reason: str, *, kind: EventKind = EventKind.STATE, facts: EventFacts = NO_FACTS
     ) -> None:
         """Changes the state, with its reason in words; the new state's `begin` runs next."""
         if state not in ALLOWED[self.mission.state]:
             raise ForbiddenTransitionError(f"{self.mission.state} -> {state}: {reason}")
         before = self.mission.state
         self.update(state=state, activity=Starting())
-        self.log_event(kind, reason, before=before, **data)
+        self.log_event(kind, reason, facts.model_copy(update={"before": before}))
 
     def call(self) -> int:
         self.update(calls=self.mission.calls + 1)
@@ -123,7 +123,7 @@ class StepContext:
         """
         self.count_failure()
         how = "cut off by the emergency stop" if stopped else f"{detail}; trying again"
-        self.log_event(EventKind.FAILURE, f"{service}: {how}", service=service, failures=self.mission.failures)
+        self.log_event(EventKind.FAILURE, f"{service}: {how}", EventFacts(service=service))
         grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
         self.set_activity(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
 

@@ -5,7 +5,7 @@ more where looking is possible, and drives the rest straight on odometry ("Geome
 import math
 
 from contracts.measuring import Measurement
-from contracts.mission import EventKind, MissionState
+from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core.activities import AwaitingFrame, ChoosingPath, Driving, Measuring, Navigating, Rotating, Stage
 from coordinator.core.approach_poses import approach_candidates, surface_distance_m, target_in_base, too_near_for_a_goal
@@ -52,7 +52,7 @@ class Approaching(State):
                     _face(context)
                     return
                 context.log_event(
-                    EventKind.NAVIGATION, "driving to a place in front of it", goal=poses[index].model_dump()
+                    EventKind.NAVIGATION, "driving to a place in front of it", EventFacts(goal=poses[index])
                 )
                 context.navigate(poses[index])
             case ChoosingPath(), PathChosen(error=error):
@@ -97,7 +97,7 @@ def _driven(context: StepContext, ended: MotionEnded) -> None:
     """Something in the way may end the approach; what cut the drive off for another reason never does."""
     if not ended.end.completed:
         text = f"the drive ended after {ended.driven_m:.2f} m: {ended.text or ended.end.sentence}"
-        context.log_event(EventKind.MOTION, text, moved_m=round(ended.driven_m, 3), end=ended.end.value)
+        context.log_event(EventKind.MOTION, text, EventFacts(moved_m=round(ended.driven_m, 3), end=ended.end))
     if _goes_on(context, ended):
         context.update_approach(stage=Stage.CONFIRM, ended=ended.end)
         context.look(context.rules.look_again_s / 2)
@@ -128,7 +128,7 @@ def _goal_ended(context: StepContext, event: GoalEnded) -> None:
     assert isinstance(going, Navigating)
     if event.status is GoalStatus.ABORTED and going.tries == 0:
         why = f"Nav2 error {event.error_code}: clearing the costmaps and trying again"
-        context.log_event(EventKind.NAVIGATION, why, error_code=event.error_code)
+        context.log_event(EventKind.NAVIGATION, why, EventFacts(error_code=event.error_code))
         context.navigate(going.goal, tries=1)
         return
     refused = event.status in {GoalStatus.CANCELED, GoalStatus.REJECTED} and context.search.refusals == 0
@@ -138,7 +138,7 @@ def _goal_ended(context: StepContext, event: GoalEnded) -> None:
         return
     if event.status is not GoalStatus.SUCCEEDED:
         why = f"{event.status.value} {event.error_code}: driving straight ahead from here"
-        context.log_event(EventKind.NAVIGATION, why, error_code=event.error_code)
+        context.log_event(EventKind.NAVIGATION, why, EventFacts(error_code=event.error_code))
     _face(context)
 
 
@@ -189,7 +189,7 @@ def _measured(context: StepContext, stage: Stage, reply: Measurement) -> None:
         context.update_approach(disputed=())
         take_measurement(context, reply)
         context.log_event(
-            EventKind.DEPTH, f"{reply.distance_m:.2f} m away", distance_m=round(reply.distance_m, 3), map_xy=new
+            EventKind.DEPTH, f"{reply.distance_m:.2f} m away", EventFacts(distance_m=round(reply.distance_m, 3))
         )
         _go_on(context, stage)
 

@@ -2,14 +2,14 @@
 
 from contracts.geometry import Pose2D
 from contracts.measuring import Measurement
-from contracts.mission import EventKind, MissionState
+from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.vision import Validation, Verdict, Vote
 from coordinator.core import actions as do
 from coordinator.core.activities import AwaitingFrame, Measuring, Validating
 from coordinator.core.depth_consensus import agreed
 from coordinator.core.events import DetectionsSeen, Event, Localized
 from coordinator.core.events import Validated as ValidatedEvent
-from coordinator.core.outcomes import found, votes_data
+from coordinator.core.outcomes import found
 from coordinator.core.plausibility import is_confirmed, plausible
 from coordinator.core.rules import Rules
 from coordinator.core.search import back_to_search
@@ -88,14 +88,13 @@ class DepthCheck(State):
     def _decide(self, context: StepContext) -> None:
         """A10, with one addition: what lies within reach is validated too, where that has not been done."""
         rules = context.rules
-        reply, support = agreed(context.candidate.samples)
+        reply, _ = agreed(context.candidate.samples)
         if reply is None:
             _unmeasured(context)
             return
         take_measurement(context, reply)
         distance = reply.distance_m or 0.0
-        told = {"distance_m": round(distance, 3), "samples": len(context.candidate.samples), "agreed": support}
-        context.log_event(EventKind.DEPTH, f"{distance:.2f} m away", **told, map_xy=context.candidate.map_xy)
+        context.log_event(EventKind.DEPTH, f"{distance:.2f} m away", EventFacts(distance_m=round(distance, 3)))
         if not context.candidate.confirmed and is_refused(context.mission, context.candidate.map_xy, reply.distance_m):
             lose(context)
             context.update_search(headings=context.search.headings[1:])  # else the next look would find it here again
@@ -114,8 +113,11 @@ class DepthCheck(State):
         _keep_picture(context, validation.id)
         tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
         word = "confirmed" if confirmed else "refused"
-        context.log_event(EventKind.VOTES, f"{word}: {tally}", confirmed=confirmed, votes=votes_data(validation.votes),
-                  picture=context.candidate.picture)  # fmt: skip
+        context.log_event(
+            EventKind.VOTES,
+            f"{word}: {tally}",
+            EventFacts(confirmed=confirmed, votes=validation.votes, picture=context.candidate.picture),
+        )
         distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
         if confirmed:
             if distance <= rules.reach_m:

@@ -1,7 +1,7 @@
 """DRIVING_1M: one step of about a metre towards a target that is too far to judge or to reach (requirement A10)."""
 
 from contracts.geometry import Pose2D
-from contracts.mission import EventKind, MissionState
+from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core.activities import ChoosingPath, Driving, Navigating
 from coordinator.core.approach_poses import approach_candidates, surface_distance_m, too_near_for_a_goal
@@ -29,7 +29,9 @@ class Driving1m(State):
                 _straight(context)
             case Navigating(goal=goal, tries=tries), GoalEnded(status=status, error_code=code):
                 if status is GoalStatus.ABORTED and tries == 0:
-                    context.log_event(EventKind.NAVIGATION, f"Nav2 error {code}: trying again", error_code=code)
+                    context.log_event(
+                        EventKind.NAVIGATION, f"Nav2 error {code}: trying again", EventFacts(error_code=code)
+                    )
                     context.navigate(goal, tries=1)
                 elif status is GoalStatus.REJECTED:
                     context.log_event(EventKind.NAVIGATION, "Nav2 rejected the goal: driving straight ahead")
@@ -47,7 +49,7 @@ def _driven(context: StepContext, ended: MotionEnded) -> None:
     match react(context, ended):
         case Reaction.GO_ON:
             how = "one step closer" if ended.end.completed else early
-            context.transition_to(MissionState.CENTERING, how, moved_m=round(ended.driven_m, 3))
+            context.transition_to(MissionState.CENTERING, how, facts=EventFacts(moved_m=round(ended.driven_m, 3)))
         case Reaction.SET_ASIDE:
             set_aside(context, early)
         case _:
@@ -58,7 +60,7 @@ def _step_to(context: StepContext, pose: Pose2D) -> None:
     if too_near_for_a_goal(context, pose):
         _straight(context)
         return
-    context.log_event(EventKind.NAVIGATION, "driving to a place closer to it", goal=pose.model_dump())
+    context.log_event(EventKind.NAVIGATION, "driving to a place closer to it", EventFacts(goal=pose))
     context.navigate(pose)
 
 

@@ -1,6 +1,6 @@
 """SCANNING: turn, stop, look; a sighting ends it (requirements A5, A8)."""
 
-from contracts.mission import EndCause, EventKind, MissionState
+from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import AwaitingFrame, CheckingPlace, Rotating, Undocking, Waking
@@ -74,7 +74,7 @@ class Scanning(State):
                 f"no picture came in {context.search.blind_looks} looks: inference or the camera is down",
             )
             return
-        context.log_event(EventKind.FAILURE, "no camera picture while looking", blind_looks=context.search.blind_looks)
+        context.log_event(EventKind.FAILURE, "no camera picture while looking")
         context.look(context.rules.look_timeout_s)
 
     def _looked(self, context: StepContext, seen: Detections) -> None:
@@ -101,8 +101,8 @@ def inspected(context: StepContext, seen: Detections) -> Sighting | None:
 
 def sighted(context: StepContext, sighting: Sighting) -> None:
     new_candidate(context, sighting)
-    data = {"confidence": sighting.confidence, "colour": sighting.colour, "bearing_rad": round(sighting.bearing_rad, 3)}
-    context.log_event(EventKind.SIGHTING, f"possible match, confidence {sighting.confidence:.2f}", **data)
+    facts = EventFacts(confidence=sighting.confidence, colour=sighting.colour)
+    context.log_event(EventKind.SIGHTING, f"possible match, confidence {sighting.confidence:.2f}", facts)
     if not is_near_rejected(context.mission, sighting):
         context.transition_to(MissionState.CENTERING, "spotted: turning to it")
         return

@@ -1,7 +1,7 @@
 """MEMORY_NAV and MOVING_TO_SCAN: driving to where to look next (requirements A5, A6, A13)."""
 
 from contracts.geometry import Pose2D
-from contracts.mission import EndCause, EventKind, MissionState
+from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import ChoosingPath, Navigating, PlanningCoverage, Undocking, Waking
@@ -74,7 +74,7 @@ class Travelling(State):
                 self.arrive(context)
             case GoalStatus.ABORTED if navigating.tries == 0:
                 once_more = f"{what}: clearing the costmaps and trying again"
-                context.log_event(EventKind.NAVIGATION, once_more, error_code=event.error_code)
+                context.log_event(EventKind.NAVIGATION, once_more, EventFacts(error_code=event.error_code))
                 context.navigate(navigating.goal, tries=1)
             case GoalStatus.REJECTED | GoalStatus.CANCELED:
                 self._refused(context, what, stopped=event.stopped)
@@ -121,7 +121,7 @@ class MemoryNav(Travelling):
             self.arrive(context)
             return
         context.log_event(
-            EventKind.NAVIGATION, f"driving to a remembered place: {place.reason}", goal=place.pose.model_dump()
+            EventKind.NAVIGATION, f"driving to a remembered place: {place.reason}", EventFacts(goal=place.pose)
         )
         choose_path_near(context, place.pose)
 
@@ -167,7 +167,7 @@ class MovingToScan(Travelling):
                 give_up(context, EndCause.ALL_LOOKED, "every place was looked at")
             return
         to_go = f"driving to the next search place, {len(points)} left"
-        context.log_event(EventKind.NAVIGATION, to_go, goal=points[0].model_dump())
+        context.log_event(EventKind.NAVIGATION, to_go, EventFacts(goal=points[0]))
         if is_here(context, points[0]):
             self.arrive(context)
         else:
@@ -215,7 +215,9 @@ def stop_if_seen(context: StepContext, event: DetectionsSeen) -> None:
     context.stop_motion()
     new_candidate(context, sighting)
     context.update_search(headings=(), tentative_sightings=())
-    context.log_event(EventKind.SIGHTING, "seen on the way", confidence=sighting.confidence, colour=sighting.colour)
+    context.log_event(
+        EventKind.SIGHTING, "seen on the way", EventFacts(confidence=sighting.confidence, colour=sighting.colour)
+    )
     context.transition_to(MissionState.CENTERING, "spotted on the way: stopping to look")
 
 
