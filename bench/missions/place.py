@@ -85,7 +85,7 @@ class SimulatedPlace:
         end = nearest_cell(reachable, cell, round(TOLERANCE_M / self.costmap.grid.resolution_m))
         if end is None:
             raise NavigationError(Code.NO_VALID_PATH, "no way leads there")
-        last = (goal.x, goal.y) if end == cell else self.costmap.grid.centres(*np.array(end))
+        last = np.array([goal.x, goal.y]) if end == cell else self.costmap.grid.centres(*np.array(end))
         if math.hypot(last[0] - goal.x, last[1] - goal.y) > ELSEWHERE_M:
             raise NavigationError(Code.NO_VALID_PATH, "the plan ends elsewhere")
         cells = np.array(search.traceback(end), dtype=np.intp).reshape(-1, 2)[2:-1:2]

@@ -185,7 +185,9 @@ class BridgeBehaviour:
 
     async def test_what_stands_round_the_robot_is_told_to_whoever_asks(self, rig: Rig) -> None:
         seen = await rig.obstacles()
-        assert math.isclose(seen.sectors_m["front"], rig.toy.wall_ahead_m - 0.189, abs_tol=0.06)
+        front_m = seen.sectors_m["front"]
+        assert front_m is not None
+        assert math.isclose(front_m, rig.toy.wall_ahead_m - 0.189, abs_tol=0.06)
         assert (len(seen.ring), seen.ring[0].label) == (12, "CLEAR")
         assert seen.affordances.forward == 1.0
 

@@ -57,11 +57,6 @@ class Score:
     in_front: tuple[InFront, ...]
     """Everything that may be looked for within 3 m before the camera, nearest first, matching or not."""
 
-    @property
-    def nearest_in_front(self) -> InFront | None:
-        """What a person would say the robot has found."""
-        return self.in_front[0] if self.in_front else None
-
 
 def score(world: World, kind: str, colour: str | None) -> Score:
     """Judge the robot's pose for "find the `colour` `kind`"; colour None or "" means any.

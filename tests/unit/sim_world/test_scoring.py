@@ -19,8 +19,7 @@ def test_half_a_metre_before_the_red_bottle_facing_it_is_correct() -> None:
     assert result.thing_id == "bottle_red"
     assert result.true_distance_m == pytest.approx(4.5 - 0.04 - 3.9 - 0.06, abs=0.005)
     assert result.horizontal_distance_m == pytest.approx(result.true_distance_m, abs=0.005)
-    assert result.nearest_in_front is not None
-    assert result.nearest_in_front.id == "bottle_red"
+    assert result.in_front[0].id == "bottle_red"
 
 
 def test_the_same_place_facing_away_is_not_correct() -> None:
@@ -39,8 +38,7 @@ def test_standing_before_the_blue_bottle_is_told_as_the_wrong_one() -> None:
     result = _score(3.9, 1.0, 0.0)
     assert not result.correct
     assert result.thing_id == "bottle_red"
-    assert result.nearest_in_front is not None
-    assert (result.nearest_in_front.kind, result.nearest_in_front.colour) == ("bottle", "blue")
+    assert (result.in_front[0].kind, result.in_front[0].colour) == ("bottle", "blue")
 
 
 def test_any_colour_counts_when_none_was_asked_for() -> None:

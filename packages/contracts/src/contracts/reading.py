@@ -33,11 +33,6 @@ class Mood(StrEnum):
     UNKNOWN = "unknown"
     """None of these: another language, another errand, nonsense."""
 
-    @property
-    def is_order(self) -> bool:
-        """Acts on what runs, at once, whatever else is away."""
-        return self in {Mood.STOP, Mood.PAUSE, Mood.RESUME, Mood.EMERGENCY}
-
 
 class RestrictionKind(StrEnum):
     """What narrows the thing down. Only NOT_COLOUR is held to; of the others the person is told."""

@@ -55,7 +55,6 @@ class Settings(Rules, ServiceSettings):
     )
     dock_again_s: float = Field(default=300.0, gt=0.0, description="after a docking that failed")
     looks_to_memory: bool = Field(default=True, description="tell memory what is seen during a mission")
-    look_timeout_s_memory: float = Field(default=2.0, gt=0.0, description="for memory to take a look")
     reason_timeout_s: float = Field(default=17.0, gt=0.0, description="for inference to phrase an answer")
 
     @field_validator("database_url")

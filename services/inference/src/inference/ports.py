@@ -35,7 +35,7 @@ class Frame:
     pose: Pose2D | None = None
 
 
-class Detector(Protocol):
+class Model(Protocol):
     @property
     def name(self) -> str: ...
 
@@ -44,14 +44,16 @@ class Detector(Protocol):
 
     @property
     def backends_ms(self) -> Mapping[str, float]:
-        """Milliseconds of each backend that was tried; empty where there was no choice."""
+        """Milliseconds of one image by each backend, or in each precision, that was tried; empty without a choice."""
         ...
 
     @property
     def threshold(self) -> float:
-        """Boxes below this confidence are not returned."""
+        """Confidence or cosine from which it says yes: boxes below are not returned, phrases below do not fit."""
         ...
 
+
+class Detector(Model, Protocol):
     @property
     def trouble(self) -> str:
         """What was wrong with its answer to the last image; empty when nothing was."""
@@ -74,24 +76,8 @@ class FasterDetector(Protocol):
         ...
 
 
-class ImageText(Protocol):
+class ImageText(Model, Protocol):
     """A CLIP: tells how well an image and a phrase go together."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def backend(self) -> str: ...
-
-    @property
-    def backends_ms(self) -> Mapping[str, float]:
-        """Milliseconds of one image in each precision that was tried; empty where there was no choice."""
-        ...
-
-    @property
-    def threshold(self) -> float:
-        """Cosine from which an image counts as showing the phrase; each model has its own."""
-        ...
 
     @property
     def colour_margin(self) -> float:
