@@ -17,7 +17,7 @@ import httpx
 import numpy as np
 
 from bench.memory_story import HandClock
-from bench.missions.bridge import Frame, SimulatedBridge
+from bench.missions.bridge import DESCRIPTION, Frame, SimulatedBridge
 from bench.missions.bus import SimulatedBus
 from bench.missions.clock import run_simulated
 from bench.missions.eyes import SimulatedEyes, detections_of
@@ -85,6 +85,7 @@ async def _memory_calls(bridge: SimulatedBridge, eyes: SimulatedEyes, looks: lis
         store = SqlStore.from_settings(settings)
         senses = RobotBridge("http://robot_bridge", clock, timeout_s=5.0, transport=httpx.MockTransport(counted.answer))
         memory = MemoryService(settings, store, SimulatedBus(Faults(), np.random.default_rng(0)), clock, senses)
+        await memory.describe(DESCRIPTION)
         for frame in tour:
             clock.time_s = frame.stamp_s
             boxes = [found.bbox_xyxy for found, _ in frame.boxes]

@@ -20,7 +20,7 @@ from bench.missions.place import SimulatedPlace
 from bench.missions.scenario import HOMES, scenario, wanted_in
 from bench.results import pyplot, quiet, save
 from contracts.geometry import Pose2D
-from coordinator.core.rules import Rules
+from coordinator.core.rules import Policy
 from coordinator.coverage.lawnmower import lawnmower
 from coordinator.coverage.viewpoints import viewpoints
 from coordinator.coverage.visibility import VisibilityIndex  # noqa: F401 - loaded before the clock runs
@@ -65,7 +65,7 @@ def best_ms(work: Callable[[], Any], repeats: int) -> float:
 
 def coverage_times_ms(sizes: tuple[tuple[int, int], ...], repeats: int) -> dict[str, tuple[float, float, int]]:
     """By size: (viewpoints, lawnmower, number of viewpoints)."""
-    rules = Rules()
+    rules = Policy()
     times: dict[str, tuple[float, float, int]] = {}
     for width, depth in sizes:
         grid = floor_plan(width, depth)
@@ -75,12 +75,12 @@ def coverage_times_ms(sizes: tuple[tuple[int, int], ...], repeats: int) -> dict[
         def plan() -> Any:
             start = Pose2D(x=x, y=y, yaw=0.0)  # noqa: B023 - called within the turn
             return viewpoints(
-                grid, start=start, reach_m=rules.look_range_m, points_max=rules.scan_points_max  # noqa: B023
+                grid, radius_m=0.189, start=start, reach_m=rules.look_range_m, points_max=rules.scan_points_max  # noqa: B023
             )  # fmt: skip
 
         times[f"{width}x{depth}"] = (
             best_ms(plan, repeats),
-            best_ms(lambda: lawnmower(grid), repeats),  # noqa: B023
+            best_ms(lambda: lawnmower(grid, radius_m=0.189), repeats),  # noqa: B023
             len(plan().points),
         )
     return times

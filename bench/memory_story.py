@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.memory_eyes import Eyes
+from bench.missions.bridge import DESCRIPTION
 from contracts.geometry import Pose2D
 from contracts.memory import RecallRequest
 from contracts.vision import Target
@@ -181,7 +182,9 @@ async def beginning(folder: Path, seed: int) -> AsyncIterator[Story]:
     eyes = _home(seed)
     try:
         async with open_bus("redis://127.0.0.1:1/0") as bus:
-            yield Story(eyes, MemoryService(settings, store, bus, clock, eyes), clock)
+            memory = MemoryService(settings, store, bus, clock, eyes)
+            await memory.describe(DESCRIPTION)
+            yield Story(eyes, memory, clock)
     finally:
         await eyes.aclose()
         await store.aclose()

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from bench.campaign import played
+from bench.missions.bridge import DESCRIPTION
 from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run
@@ -24,7 +25,7 @@ from bench.results import quiet, save
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState
 from coordinator.core.plain.searching import sweep_speed_rad_s
-from coordinator.core.rules import Rules, ScanRule
+from coordinator.core.rules import Policy, Rules, ScanRule
 from sim.world.types import ThingTruth
 
 WITHIN_M = 1.8
@@ -98,7 +99,7 @@ def main() -> int:
     save(options.out, figures)
     for rule, row in figures.items():
         sys.stdout.write(f"{rule:14} {json.dumps(row)}\n")
-    sys.stdout.write(f"a slow turn goes at {sweep_speed_rad_s(Rules()):.2f} rad/s\n")
+    sys.stdout.write(f"a slow turn goes at {sweep_speed_rad_s(Rules.of(Policy(), DESCRIPTION)):.2f} rad/s\n")
     return 0
 
 

@@ -16,6 +16,7 @@ from bench.missions.wheels import Going, Moving, Straight, Turning, Wheels
 from bench.missions.wire import Wire
 from contracts.base import BboxXyxy
 from contracts.causes import GoalCause, Refusal
+from contracts.description import CameraModel, RobotDescription
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.measuring import Measurement, NotMeasured, not_measured
 from contracts.motion import BaseEnd, BaseReply, DriveReply, MotionEnd, RotateReply
@@ -30,16 +31,29 @@ from contracts.robot import (
     RobotState,
     VelocityReply,
 )
-from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_STATE
+from contracts.topics import ROBOT_DESCRIPTION, ROBOT_EMERGENCY_STOP, ROBOT_NAVIGATION, ROBOT_STATE
 from contracts.vision import Detection
 from geometry.boxes import iou
 from geometry.poses import compose
 from mesh.errors import UpstreamError
 from robot_bridge.settings import Settings
 from sim.nav.codes import NavigationError
+from sim.nav.costmap import ROBOT_RADIUS_M
+from sim.world.base import SPEED_MAX_M_S, TURN_MAX_RAD_S
 from sim.world.robot import CAMERA_X_M, RGB_CAMERA
 
-NOISE = Settings().depth_noise
+DESCRIPTION = RobotDescription(
+    footprint_radius_m=ROBOT_RADIUS_M,
+    speed_m_s_max=SPEED_MAX_M_S,
+    turn_rad_s_max=TURN_MAX_RAD_S,
+    camera=CameraModel(
+        width_px=RGB_CAMERA.width_px, height_px=RGB_CAMERA.height_px,
+        fx=RGB_CAMERA.fx, fy=RGB_CAMERA.fy, cx=RGB_CAMERA.cx, cy=RGB_CAMERA.cy,
+        position_in_base=Point3D(x=RGB_CAMERA.x_m, y=0.0, z=RGB_CAMERA.z_m),
+    ),
+    depth_noise=Settings().depth_noise,
+)  # fmt: skip
+NOISE = DESCRIPTION.depth_noise
 
 M = TypeVar("M", bound=Moving)
 TICK_S = 0.05
@@ -77,6 +91,7 @@ class SimulatedBridge:
         self.celebrations = 0
         self._faults = faults
         self._bus = bus
+        bus.keep(ROBOT_DESCRIPTION, DESCRIPTION)
         self._sessions = 0
         self._goals: dict[str, Goal] = {}
         self._goal_id: str | None = None

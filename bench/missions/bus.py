@@ -23,6 +23,10 @@ class SimulatedBus:
         self._kept: dict[str, Message] = {}
         self._listeners: dict[str, list[asyncio.Queue[Any]]] = defaultdict(list)
 
+    def keep(self, topic: Topic[M], message: M) -> None:
+        """As if it had been published before anybody listened."""
+        self._kept[topic.name] = message
+
     async def publish(self, topic: Topic[M], message: M) -> bool:
         if topic.kept:
             self._kept[topic.name] = message

@@ -29,6 +29,10 @@ class MemoryBus:
             queue.put_nowait(data)
         return True
 
+    def keep(self, topic: Topic[M], message: M) -> None:
+        """As if it had been published before anybody listened."""
+        self._kept[topic.name] = topic.encode(message)
+
     async def last(self, topic: Topic[M]) -> M | None:
         data = self._kept.get(topic.name)
         return topic.decode(data) if data is not None else None

@@ -16,6 +16,7 @@ from coordinator.ports import MissionLog
 from coordinator.settings import Settings
 from support.bus import MemoryBus
 from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, Thing, World
+from support.described import described_bus
 from support.fake_clock import FakeClock
 from support.memory_log import MemoryLog
 
@@ -87,9 +88,10 @@ async def opened_mesh(
     keep_out: tuple[tuple[float, float, float], ...] = (),
     colours_unknown: bool = False,
     log: MissionLog | None = None,
+    described: bool = True,
     **settings: object,
 ) -> AsyncIterator[Mesh]:
-    clock, bus = FakeClock(), MemoryBus()
+    clock, bus = FakeClock(), described_bus() if described else MemoryBus()
     world = World(clock, bus, things=list(things), keep_out=list(keep_out), colours_unknown=colours_unknown)
     robot, inference, memory = FakeRobot(world), FakeInference(world), FakeMemory(views)
     deaths: list[str] = []

@@ -2,6 +2,8 @@
 
 from contracts.description import CameraModel, DepthNoise, RobotDescription
 from contracts.geometry import Point3D
+from contracts.topics import ROBOT_DESCRIPTION
+from support.bus import MemoryBus
 
 NOISE = DepthNoise(at_1m_m=0.012, exponent=3.461)
 DESCRIPTION = RobotDescription(
@@ -14,3 +16,10 @@ DESCRIPTION = RobotDescription(
     ),
     depth_noise=NOISE,
 )  # fmt: skip
+
+
+def described_bus() -> MemoryBus:
+    """One on which the bridge has told of its robot."""
+    bus = MemoryBus()
+    bus.keep(ROBOT_DESCRIPTION, DESCRIPTION)
+    return bus

@@ -22,11 +22,16 @@ ORIGIN = Pose2D(x=0.0, y=0.0, yaw=0.0)
 TARGET = Target(label="bottle", description="red bottle")
 
 
+def rules_of(**changes: object) -> Rules:
+    """The standard ones, for the robot most tests are about."""
+    return Rules.model_validate({"camera_hfov_rad": 0.942, "camera_forward_m": 0.06} | changes)
+
+
 class Script:
     """One mission; `now_s` moves only when told to."""
 
     def __init__(self, **rules: object) -> None:
-        self.mission = Mission(rules=Rules.model_validate(rules))
+        self.mission = Mission(rules=rules_of(**rules))
         self.now_s = 100.0
         self.actions: list[do.Action] = []
         self.states: list[MissionState] = []

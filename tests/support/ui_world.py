@@ -44,6 +44,7 @@ from geometry.grids import OccupancyGrid, encode
 from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 from support.bus import MemoryBus
+from support.described import described_bus
 from ui.overlay import CameraFrame
 
 STARTED_S: Final = 1_800_000_000.0
@@ -424,7 +425,7 @@ class FakeMemory(Service):
 
 @dataclass
 class UiWorld:
-    bus: MemoryBus = field(default_factory=MemoryBus)
+    bus: MemoryBus = field(default_factory=described_bus)
     robot: FakeRobot = field(default_factory=FakeRobot)
     inference: FakeInference = field(default_factory=FakeInference)
     missions: FakeMissions = field(default_factory=FakeMissions)

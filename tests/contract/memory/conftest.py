@@ -10,6 +10,7 @@ from fastapi import FastAPI
 
 from mesh.http import ServiceClient
 from support.bus import MemoryBus
+from support.described import described_bus
 from support.memory_store import FakeStore
 
 
@@ -20,7 +21,7 @@ def store() -> FakeStore:
 
 @pytest.fixture
 def bus() -> MemoryBus:
-    return MemoryBus()
+    return described_bus()
 
 
 @asynccontextmanager

@@ -10,10 +10,10 @@ from schemathesis.specs.openapi.checks import (
 
 from memory.app import create_app
 from memory.settings import Settings
-from support.bus import MemoryBus
+from support.described import described_bus
 from support.memory_store import FakeStore
 
-app = create_app(Settings(robot_bridge_url=""), bus=MemoryBus(), store=FakeStore())
+app = create_app(Settings(robot_bridge_url=""), bus=described_bus(), store=FakeStore())
 NOT_PROMISED = [
     # Pydantic takes "1" for 1 in a body; that is no harm, but the check calls it one.
     negative_data_rejection,

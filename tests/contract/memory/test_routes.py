@@ -187,4 +187,4 @@ async def test_ready_means_the_database_can_be_written_and_redis_is_there(
     answer = await client.http.get("/ready")
     assert answer.status_code == 503
     told = Readiness.model_validate_json(answer.content).dependencies
-    assert [(one.name, one.ok) for one in told] == [("database", False), ("redis", False)]
+    assert [(one.name, one.ok) for one in told] == [("database", False), ("robot.description", True), ("redis", False)]

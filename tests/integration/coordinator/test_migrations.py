@@ -18,8 +18,8 @@ from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.adapters.tables import metadata
 from coordinator.app import create_app
 from coordinator.settings import Settings
-from support.bus import MemoryBus
 from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, World
+from support.described import described_bus
 from support.fake_clock import FakeClock
 
 VERSION_1 = """
@@ -72,7 +72,7 @@ async def opened_and_closed(path: Path) -> None:
 
 async def ready(path: Path) -> httpx.Response:
     """What a coordinator over this history says of itself."""
-    clock, bus = FakeClock(), MemoryBus()
+    clock, bus = FakeClock(), described_bus()
     world = World(clock, bus)
     app = create_app(
         settings(path),

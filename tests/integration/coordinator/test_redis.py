@@ -14,6 +14,7 @@ from contracts.topics import (
     MISSION_EVENTS,
     MISSION_STATE,
     MISSION_TARGET,
+    ROBOT_DESCRIPTION,
     ROBOT_EMERGENCY_STOP,
     ROBOT_STATE,
     VISION_DETECTIONS,
@@ -24,6 +25,7 @@ from mesh.bus import RedisBus, open_bus
 from mesh.clock import SystemClock
 from support.bus import MemoryBus
 from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, Thing, World
+from support.described import DESCRIPTION
 from support.memory_log import MemoryLog
 from support.served import served
 from support.waiting import until, until_true
@@ -60,6 +62,7 @@ async def rig(redis_url: str) -> AsyncIterator[Rig]:
     async with open_bus(redis_url) as bus:
         await bus.publish(ROBOT_EMERGENCY_STOP, world.stop)  # kept by Redis, as is the state: the last test's are over
         await bus.publish(ROBOT_STATE, world.state())
+        await bus.publish(ROBOT_DESCRIPTION, DESCRIPTION)
         async with served(app) as url, httpx.AsyncClient(base_url=url) as client:
             living = asyncio.create_task(live(world, bus))
 

@@ -15,8 +15,8 @@ from coordinator.app import create_app
 from coordinator.core import recording
 from coordinator.settings import Settings
 from mesh.clock import SystemClock
-from support.bus import MemoryBus
 from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, World
+from support.described import described_bus
 from support.served import served
 from support.waiting import until_true
 
@@ -38,7 +38,7 @@ class Life:
 
 @asynccontextmanager
 async def one_life(path: Path) -> AsyncIterator[Life]:
-    clock, bus = SystemClock(), MemoryBus()
+    clock, bus = SystemClock(), described_bus()
     world = World(clock, bus)  # type: ignore[arg-type]
     inference = FakeInference(world)
     inference.parse = TWO

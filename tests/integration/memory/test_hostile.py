@@ -18,7 +18,7 @@ from memory.app import create_app
 from memory.settings import Settings
 from mesh.errors import UnavailableError
 from mesh.http import ServiceClient
-from support.bus import MemoryBus
+from support.described import described_bus
 from support.fake_clock import FakeClock
 from support.observations import seen
 from support.waiting import until_true
@@ -32,7 +32,7 @@ def path(tmp_path: Path) -> Path:
 @asynccontextmanager
 async def serving(path: Path, **given: object) -> AsyncIterator[ServiceClient]:
     settings = Settings(database_url=f"sqlite:///{path}", robot_bridge_url="", busy_timeout_s=5.0)
-    app = create_app(settings, bus=MemoryBus(), **given)  # type: ignore[arg-type]
+    app = create_app(settings, bus=described_bus(), **given)  # type: ignore[arg-type]
     async with LifespanManager(app) as manager:
         client = ServiceClient("memory", "http://memory", transport=httpx.ASGITransport(manager.app), timeout_s=30.0)
         yield client
@@ -195,7 +195,7 @@ async def test_a_label_excluded_later_is_forgotten_at_the_next_start(path: Path)
         await client.post("/observations", ObservationBatch(observations=(seen("Cat"), seen())), ObservationsReply)
     settings = Settings(database_url=f"sqlite:///{path}", robot_bridge_url="", excluded_labels=("cat",))
     async with (
-        LifespanManager(create_app(settings, bus=MemoryBus())) as manager,
+        LifespanManager(create_app(settings, bus=described_bus())) as manager,
         httpx.AsyncClient(transport=httpx.ASGITransport(manager.app), base_url="http://memory") as client,
     ):
         await until_true(lambda: only_bottles(client), timeout_s=30.0)

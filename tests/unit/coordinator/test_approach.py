@@ -11,8 +11,7 @@ from contracts.vision import Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core.plain.centering import centering_speed_rad_s
-from coordinator.core.rules import Rules
-from support.mission_script import Script, box
+from support.mission_script import Script, box, rules_of
 
 S = MissionState
 
@@ -22,7 +21,7 @@ S = MissionState
     [(160.0, -0.3), (-160.0, 0.3), (50.0, -0.15), (-50.0, 0.15), (5.0, -0.05), (-5.0, 0.05)],
 )
 def test_the_centring_speed_is_proportional_clipped_and_never_too_slow(error_px: float, speed_rad_s: float) -> None:
-    assert centering_speed_rad_s(error_px, Rules()) == pytest.approx(speed_rad_s)
+    assert centering_speed_rad_s(error_px, rules_of()) == pytest.approx(speed_rad_s)
 
 
 def test_three_centred_frames_in_a_row_lead_to_the_depth_check() -> None:

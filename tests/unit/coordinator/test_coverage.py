@@ -51,14 +51,14 @@ def cell_of(grid: OccupancyGrid, pose: Pose2D) -> tuple[int, int]:
 
 
 def test_the_clearance_is_eight_cells_of_five_centimetres() -> None:
-    assert clearance_cells(0.05) == 8
+    assert clearance_cells(0.05, 0.389) == 8
 
 
 @settings(max_examples=60)
 @given(blocky)
 def test_every_lawnmower_point_has_its_clearance(blocks: np.ndarray) -> None:
     grid = grid_of(np.kron(blocks, np.ones((12, 12), dtype=bool)))
-    for pose in lawnmower(grid).points:
+    for pose in lawnmower(grid, radius_m=0.189).points:
         row, column = cell_of(grid, pose)
         assert row >= 8
         assert column >= 8
@@ -70,13 +70,13 @@ def test_every_lawnmower_point_has_its_clearance(blocks: np.ndarray) -> None:
 def test_every_region_of_more_than_256_safe_cells_has_a_point(blocks: np.ndarray) -> None:
     grid = grid_of(np.kron(blocks, np.ones((12, 12), dtype=bool)))
     labels, count = label_regions(safe_cells(grid.free, 8))
-    reached = {int(labels[cell_of(grid, pose)]) for pose in lawnmower(grid).points}
+    reached = {int(labels[cell_of(grid, pose)]) for pose in lawnmower(grid, radius_m=0.189).points}
     large = {region for region in range(1, count + 1) if int((labels == region).sum()) > 256}
     assert large <= reached
 
 
 def test_rows_lie_a_metre_apart_and_alternate() -> None:
-    points = lawnmower(grid_of(np.pad(np.ones((100, 120), dtype=bool), 2))).points
+    points = lawnmower(grid_of(np.pad(np.ones((100, 120), dtype=bool), 2)), radius_m=0.189).points
     rows = sorted({round(p.y, 3) for p in points})
     assert {round(b - a, 3) for a, b in pairwise(rows)} == {1.0}
     first, second = ([p.x for p in points if round(p.y, 3) == rows[k]] for k in (0, 1))
@@ -87,29 +87,29 @@ def test_rows_lie_a_metre_apart_and_alternate() -> None:
 def test_a_room_behind_a_narrow_door_gets_a_point_of_its_own() -> None:
     free = np.zeros((60, 60), dtype=bool)
     free[2:38, 21:58] = True
-    assert len(lawnmower(grid_of(free)).points) >= 1
+    assert len(lawnmower(grid_of(free), radius_m=0.189).points) >= 1
 
 
 def test_a_full_map_has_no_points() -> None:
     grid = grid_of(np.zeros((50, 50), dtype=bool))
-    assert lawnmower(grid).points == ()
-    assert viewpoints(grid, start=None, reach_m=REACH_M).points == ()
+    assert lawnmower(grid, radius_m=0.189).points == ()
+    assert viewpoints(grid, radius_m=0.189, start=None, reach_m=REACH_M).points == ()
 
 
 def test_viewpoints_see_nearly_everything_from_fewer_places() -> None:
     grid = rooms(2, 2, 80, 18)
-    plan = viewpoints(grid, start=Pose2D(x=0.0, y=-1.0, yaw=0.0), reach_m=REACH_M)
+    plan = viewpoints(grid, radius_m=0.189, start=Pose2D(x=0.0, y=-1.0, yaw=0.0), reach_m=REACH_M)
     space = CoverageTracker(grid)
     for pose in plan.points:
         space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
     assert space.share >= 0.95
-    assert len(plan.points) < len(lawnmower(grid).points)
+    assert len(plan.points) < len(lawnmower(grid, radius_m=0.189).points)
 
 
 def test_no_room_of_a_large_floor_is_lost() -> None:
     side = 60
     grid = rooms(14, 14, side, 16)
-    plan = viewpoints(grid, start=Pose2D(x=0.0, y=-1.0, yaw=0.0), reach_m=REACH_M, points_max=5000)
+    plan = viewpoints(grid, radius_m=0.189, start=Pose2D(x=0.0, y=-1.0, yaw=0.0), reach_m=REACH_M, points_max=5000)
     space = CoverageTracker(grid)
     for pose in plan.points:
         space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
@@ -124,7 +124,7 @@ def test_a_closet_beside_the_lattice_is_looked_into() -> None:
     free[40:54, 100:104] = True
     free[36:58, 104:126] = True
     grid = grid_of(free)
-    plan = viewpoints(grid, start=Pose2D(x=0.0, y=0.0, yaw=0.0), reach_m=REACH_M)
+    plan = viewpoints(grid, radius_m=0.189, start=Pose2D(x=0.0, y=0.0, yaw=0.0), reach_m=REACH_M)
     space = CoverageTracker(grid)
     for pose in plan.points:
         space.mark(pose, hfov_rad=6.2832, reach_m=REACH_M)
@@ -136,15 +136,15 @@ def test_viewpoints_leave_out_what_was_seen() -> None:
     grid = rooms(1, 2, 80, 18)
     space = CoverageTracker(grid)
     space.seen[:, :80] = True
-    plan = viewpoints(grid, start=None, reach_m=REACH_M, seen=space.seen)
-    everything = viewpoints(grid, start=None, reach_m=REACH_M)
+    plan = viewpoints(grid, radius_m=0.189, start=None, reach_m=REACH_M, seen=space.seen)
+    everything = viewpoints(grid, radius_m=0.189, start=None, reach_m=REACH_M)
     assert 0 < len(plan.points) < len(everything.points)
 
 
 def test_viewpoints_avoid_places_already_tried() -> None:
     grid = rooms(1, 1, 80, 18)
-    first = viewpoints(grid, start=None, reach_m=REACH_M).points[0]
-    again = viewpoints(grid, start=None, reach_m=REACH_M, avoid=(first,)).points
+    first = viewpoints(grid, radius_m=0.189, start=None, reach_m=REACH_M).points[0]
+    again = viewpoints(grid, radius_m=0.189, start=None, reach_m=REACH_M, avoid=(first,)).points
     assert all(np.hypot(p.x - first.x, p.y - first.y) > 0.35 for p in again)
 
 
@@ -153,7 +153,7 @@ def test_viewpoints_are_only_where_the_robot_can_walk_to() -> None:
     free[2:78, 2:78] = True
     free[2:78, 84:158] = True
     grid = grid_of(free)
-    plan = viewpoints(grid, start=Pose2D(x=1.0, y=0.0, yaw=0.0), reach_m=REACH_M)
+    plan = viewpoints(grid, radius_m=0.189, start=Pose2D(x=1.0, y=0.0, yaw=0.0), reach_m=REACH_M)
     assert plan.points
     assert all(cell_of(grid, pose)[1] < 80 for pose in plan.points)
 
@@ -161,7 +161,7 @@ def test_viewpoints_are_only_where_the_robot_can_walk_to() -> None:
 def test_the_first_viewpoint_is_near_the_robot() -> None:
     grid = rooms(1, 4, 80, 18)
     start = Pose2D(x=13.0, y=0.0, yaw=0.0)
-    points = viewpoints(grid, start=start, reach_m=REACH_M).points
+    points = viewpoints(grid, radius_m=0.189, start=start, reach_m=REACH_M).points
     assert np.hypot(points[0].x - start.x, points[0].y - start.y) < 4.0
 
 

@@ -6,9 +6,9 @@ from contracts.colours import Colour
 from contracts.vision import Detection, Detections, ParsedTarget, Target
 from coordinator.core.mission import Mission
 from coordinator.core.report import count_objects_in
-from coordinator.core.rules import Rules
 from coordinator.core.sightings import sightings
 from coordinator.queue.parse_validation import check_parse
+from support.mission_script import rules_of
 
 WANTED = Target(label="bottle", description="bottle", not_colours=(Colour.BLUE, Colour.GREY))
 
@@ -22,7 +22,7 @@ def frame(*colours: Colour | None) -> Detections:
 
 @pytest.mark.parametrize(("colour", "taken"), [(Colour.BLUE, 0), (Colour.GREY, 0), (Colour.RED, 1), (None, 1)])
 def test_only_a_thing_of_another_or_no_known_colour_is_a_candidate(colour: Colour | None, taken: int) -> None:
-    mission = Mission(rules=Rules(), target=WANTED)
+    mission = Mission(rules=rules_of(), target=WANTED)
     assert len(sightings(mission, frame(colour))) == taken
 
 

@@ -41,6 +41,7 @@ from coordinator.core.mission import Mission, SearchPose
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule
 from coordinator.core.step import step
 from coordinator.core.transitions import ALLOWED
+from support.mission_script import rules_of
 
 metres = st.floats(-5.0, 5.0)
 poses = st.builds(Pose2D, x=metres, y=metres, yaw=st.floats(-3.0, 3.0))
@@ -262,7 +263,7 @@ def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
     coverage: CoverageRule,
     scan: ScanRule,
 ) -> None:
-    player = Player(Rules(approach_rule=approach, centering_rule=centering, coverage_rule=coverage, scan_rule=scan))
+    player = Player(rules_of(approach_rule=approach, centering_rule=centering, coverage_rule=coverage, scan_rule=scan))
     start = player.mission
     for what in [LOCALISED, ("start", ()), *stream]:
         before, actions = player.play(player.event(what))
@@ -312,7 +313,7 @@ def check_ending(mission: Mission) -> None:
 def test_written_down_and_read_back_it_decides_the_same_again(
     stream: list[tuple[Any, ...]], approach: ApproachRule
 ) -> None:
-    player = Player(Rules(approach_rule=approach))
+    player = Player(rules_of(approach_rule=approach))
     player.play(player.event(LOCALISED))
     lines = [recording.header_line(recording.header_of(player.mission, "m", player.now_s))]
     for what in [("start", ()), *stream]:
@@ -330,7 +331,7 @@ def test_written_down_and_read_back_it_decides_the_same_again(
 def test_left_alone_every_mission_ends_within_its_deadlines(
     prefix: list[tuple[Any, ...]], rest: list[tuple[Any, ...]], approach: ApproachRule
 ) -> None:
-    player = Player(Rules(approach_rule=approach))
+    player = Player(rules_of(approach_rule=approach))
     for what in [LOCALISED, ("start", ()), *prefix, *rest]:
         player.play(player.event(what))
     limit_s = player.now_s + player.mission.rules.mission_timeout_s + player.mission.rules.pause_timeout_s + 10.0
@@ -347,7 +348,7 @@ def test_left_alone_every_mission_ends_within_its_deadlines(
 def test_whatever_keeps_coming_every_mission_ends_within_its_deadlines(
     prefix: list[tuple[Any, ...]], stream: list[tuple[Any, ...]], approach: ApproachRule, docking: bool
 ) -> None:
-    player = Player(Rules(approach_rule=approach))
+    player = Player(rules_of(approach_rule=approach))
     for what in [LOCALISED, ("dock",) if docking else ("start", ()), *prefix]:
         player.play(player.event(what))
     limit_s = player.now_s + player.mission.rules.mission_timeout_s + player.mission.rules.pause_timeout_s + 10.0

@@ -13,9 +13,9 @@ from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.mission import Mission
 from coordinator.core.recording import MalformedRecordingError, Recording, Step
-from coordinator.core.rules import ApproachRule, Rules
+from coordinator.core.rules import ApproachRule
 from coordinator.core.step import step
-from support.mission_script import Script
+from support.mission_script import Script, rules_of
 
 RECORDINGS = Path(__file__).parents[2] / "data" / "recordings"
 
@@ -62,7 +62,7 @@ def test_other_rules_decide_otherwise_and_it_is_noticed() -> None:
             form=written.header.form,
             mission_id="m1",
             begun_s=written.header.begun_s,
-            rules=Rules(approach_rule="straight"),  # type: ignore[arg-type]
+            rules=rules_of(approach_rule="straight"),  # type: ignore[arg-type]
             robot=written.header.robot,
             calls=written.header.calls,
         ),

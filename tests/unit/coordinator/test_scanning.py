@@ -13,8 +13,7 @@ from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core.obstruction import furniture_before, hindrance
 from coordinator.core.plain.searching import sweep_speed_rad_s
-from coordinator.core.rules import Rules
-from support.mission_script import Script, box
+from support.mission_script import Script, box, rules_of
 
 SLOW = {"scan_rule": "slow_turn"}
 
@@ -40,9 +39,9 @@ def test_a_wide_camera_keeps_the_step_that_was_set() -> None:
 
 
 def test_the_slow_turn_shows_every_bearing_to_the_detector_often_enough() -> None:
-    rules = Rules(detector_period_s=0.5, scan_looks_min=3)
+    rules = rules_of(detector_period_s=0.5, scan_looks_min=3)
     assert rules.camera_hfov_rad / sweep_speed_rad_s(rules) >= 3 * 0.5
-    assert sweep_speed_rad_s(Rules()) == Rules().scan_speed_rad_s
+    assert sweep_speed_rad_s(rules_of()) == rules_of().scan_speed_rad_s
 
 
 def test_a_slow_turn_is_one_turn_of_420_degrees_and_then_the_search_goes_on() -> None:

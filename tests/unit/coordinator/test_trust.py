@@ -12,22 +12,22 @@ from coordinator.core.activities import Navigating
 from coordinator.core.events import GoalEnded
 from coordinator.core.mission import Mission, RobotSnapshot
 from coordinator.core.plausibility import checked_arrival, is_confirmed, is_of_now, plausible
-from coordinator.core.rules import Rules
+from support.mission_script import rules_of
 
 HERE = Pose2D(x=0.0, y=0.0, yaw=0.0)
-RULES = Rules()
+RULES = rules_of()
 
 
 @pytest.mark.parametrize(("stamp_s", "believed"), [(1000.0, True), (996.0, True), (990.0, False), (1003.0, False)])
 def test_a_frame_is_believed_around_now_on_the_robots_own_clock(stamp_s: float, believed: bool) -> None:
-    mission = Mission(robot=RobotSnapshot(offset_s=900.0))
+    mission = Mission(rules=RULES, robot=RobotSnapshot(offset_s=900.0))
     assert is_of_now(mission, stamp_s, now_s=100.0) is believed
 
 
 @pytest.mark.parametrize(("away_m", "status"), [(0.4, GoalStatus.SUCCEEDED), (2.0, GoalStatus.ABORTED)])
 def test_an_arrival_counts_where_the_robot_stands_there(away_m: float, status: GoalStatus) -> None:
     going = Navigating(1, 10.0, Pose2D(x=away_m, y=0.0, yaw=0.0))
-    mission = Mission(robot=RobotSnapshot(pose=HERE), activity=going)
+    mission = Mission(rules=RULES, robot=RobotSnapshot(pose=HERE), activity=going)
     assert checked_arrival(mission, GoalEnded(1, GoalStatus.SUCCEEDED)).status is status
     lost = replace(mission, robot=RobotSnapshot(pose=None))
     assert checked_arrival(lost, GoalEnded(1, GoalStatus.SUCCEEDED)).status is GoalStatus.SUCCEEDED

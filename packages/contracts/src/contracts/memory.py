@@ -55,7 +55,7 @@ class Look(Message):
     stamp_s: StampS
     image_width_px: ImageSidePx
     image_height_px: ImageSidePx
-    hfov_rad: float | None = Field(default=None, gt=0.05, lt=3.0, description="none: as in memory's settings")
+    hfov_rad: float | None = Field(default=None, gt=0.05, lt=3.0, description="none: the robot's")
     range_m: float | None = Field(default=None, gt=0.1, le=20.0, description="none: as in memory's settings")
     labels: tuple[Label, ...] | None = Field(
         default=None, max_length=100, description="what was looked for; none: everything the detector knows"

@@ -60,7 +60,7 @@ def create_app(
             tasks = await closing(Tasks(on_death=on_death))
             the_log = log if log is not None else await _log(settings, stack, tasks, the_clock)
             queue = MissionQueue(settings.queue_max)
-            looks = LookReporter(the_memory, the_clock, hfov_rad=settings.camera_hfov_rad)
+            looks = LookReporter(the_memory, the_clock)
             runner = MissionRunner(
                 settings=settings,
                 bus=the_bus,

@@ -1,4 +1,4 @@
-"""Settings from the environment, prefix COORDINATOR_; the mission's own numbers are `core.rules.Rules`."""
+"""Settings from the environment, prefix COORDINATOR_; the mission's own numbers are `core.rules.Policy`."""
 
 from pathlib import Path
 from urllib.parse import unquote
@@ -6,14 +6,14 @@ from urllib.parse import unquote
 from pydantic import Field, field_validator
 from pydantic_settings import SettingsConfigDict
 
-from coordinator.core.rules import Rules
+from coordinator.core.rules import Policy
 from mesh.settings import Port, ServiceSettings
 
 SQLITE = ("sqlite:///", "sqlite+aiosqlite:///")
 """The second as it was written when a driver of its own read the file."""
 
 
-class Settings(Rules, ServiceSettings):
+class Settings(Policy, ServiceSettings):
     """E.g. COORDINATOR_PORT, COORDINATOR_ROBOT_BRIDGE_URL, COORDINATOR_COVERAGE_RULE=lawnmower."""
 
     model_config = SettingsConfigDict(env_prefix="COORDINATOR_", frozen=True, extra="ignore")

@@ -7,6 +7,7 @@ from typing import TypedDict
 from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
+from contracts.topics import ROBOT_DESCRIPTION
 from memory.adapters.robot_bridge import RobotBridge
 from memory.adapters.store import SqlStore
 from memory.memory_service import MemoryService
@@ -50,6 +51,7 @@ def create_app(
             tasks.start("listen", memory.listen())
             tasks.start("look", memory.look_forever())
             tasks.start("hear-robot", memory.hear_robot())
+            tasks.start("hear-description", real_bus.listen(ROBOT_DESCRIPTION, memory.describe))
             tasks.start("watch-map", memory.watch_map_forever())
             tasks.start("flush", memory.flush_forever())
             tasks.start("tidy", memory.tidy_forever())

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from contracts.geometry import Pose2D
 from contracts.measuring import LocalizeRequest, Measurement
 from contracts.memory import Area, Look, Observation, SeenBox
+from contracts.problem import Dependency, DependencyState
 from contracts.vision import Detection, Detections
 from geometry.grids import OccupancyGrid
 from memory.frames import Camera, Exclusion, Frame, Tally, worth_keeping
@@ -14,6 +15,7 @@ from memory.ports import DepthAndMap, Store
 from memory.settings import Settings
 from mesh.errors import UnavailableError
 
+NOT_DESCRIBED = "it has not described its robot yet"
 AROUND_M = 5.0
 """Things farther from the robot than this are in no look."""
 THINGS_AROUND = 500
@@ -32,9 +34,12 @@ class FrameIngest:
         self._store = store
         self._senses = senses
         self._excluded = Exclusion.of(settings.excluded_labels)
-        self._camera = Camera(
-            hfov_rad=settings.camera_hfov_rad, height_m=settings.camera_height_m, forward_m=settings.camera_forward_m
-        )
+        self.camera: Camera | None = None
+        """None before the robot is described: nobody knows what is in view then."""
+
+    def dependency(self) -> Dependency:
+        state = DependencyState.READY if self.camera is not None else DependencyState.WARNING
+        return Dependency(name="robot.description", state=state, detail="" if self.camera else NOT_DESCRIBED)
 
     async def frame_of(self, message: Detections, map_number: int) -> Frame | None:
         """Every frame is a look, too; none where the robot did not know where it was."""
@@ -57,10 +62,12 @@ class FrameIngest:
     async def judge(self, look: Look, map_number: int, seen: tuple[Observation, ...] = ()) -> tuple[Frame, Tally]:
         """The look as a frame with its misses, and how many things it confirmed, missed or could not tell.
 
-        Raises `UnavailableError` where the database is away.
+        Raises `UnavailableError` where the database is away, and before the robot is described.
         """
+        if self.camera is None:
+            raise UnavailableError("robot_bridge", NOT_DESCRIBED)
         around = await self._store.things(None, _around(look.pose), THINGS_AROUND, map_number)
-        wanted = expected(look, around, self._camera, self._settings.look_range_m)
+        wanted = expected(look, around, self.camera, self._settings.look_range_m)
         depths, ground = await self._sight(look, wanted)
         confirmed, missing, undetermined = classify(look, wanted, lambda one: depths.get(one.thing.id), ground)
         frame = Frame(

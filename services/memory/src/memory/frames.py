@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
+from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.memory import Look, Observation
 from contracts.vision import Detection, Detections
@@ -91,11 +92,16 @@ def worth_keeping(message: Detections, excluded: Exclusion, confidence_min: floa
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A level pinhole camera on the robot's x axis; what robot_bridge's camera_info and tf say, as settings."""
+    """A level pinhole camera on the robot's x axis, as robot_bridge describes it."""
 
     hfov_rad: float
     height_m: float
     forward_m: float
+
+    @classmethod
+    def on(cls, robot: RobotDescription) -> "Camera":
+        place = robot.camera.position_in_base
+        return cls(hfov_rad=robot.camera.hfov_rad, height_m=place.z, forward_m=place.x)
 
     def of(self, look: Look) -> "Camera":
         return self if look.hfov_rad is None else replace(self, hfov_rad=look.hfov_rad)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import structlog
 from prometheus_client import Counter
 
+from contracts.description import RobotDescription
 from contracts.memory import (
     DeletedReply,
     ExportForm,
@@ -32,7 +33,7 @@ from contracts.topics import ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detections
 from memory import exchange, recall
 from memory.frame_ingest import FrameIngest
-from memory.frames import Exclusion, Frame, frames_of, not_after
+from memory.frames import Camera, Exclusion, Frame, frames_of, not_after
 from memory.objects import to_message
 from memory.picture import map_svg
 from memory.ports import DepthAndMap, Store
@@ -82,6 +83,9 @@ class MemoryService:
     async def hear_robot(self) -> None:
         """Takes in which map the robot is in, until cancelled."""
         await self._bus.listen(ROBOT_STATE, self._whereabouts.hear)
+
+    async def describe(self, robot: RobotDescription) -> None:
+        self._ingest.camera = self._blind.camera = Camera.on(robot)
 
     async def look_forever(self) -> None:
         """Finds out where the things of each frame are, and what is missing from it."""
@@ -298,7 +302,8 @@ class MemoryService:
             await self._store.check()
         except UnavailableError as error:
             trouble = error.detail
-        return [Dependency.of("database", ok=not trouble, detail=trouble), redis_dependency(self._bus)]
+        database = Dependency.of("database", ok=not trouble, detail=trouble)
+        return [database, self._ingest.dependency(), redis_dependency(self._bus)]
 
     async def take(self, message: Detections) -> None:
         """Puts a frame in line; the newest win."""

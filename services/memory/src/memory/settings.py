@@ -35,9 +35,6 @@ class Settings(ServiceSettings):
         default=64_000_000, ge=1_000, le=1_000_000_000, description="largest file that can be imported"
     )
 
-    camera_hfov_rad: float = Field(default=0.942, gt=0.1, lt=3.0, description="54 degrees")
-    camera_height_m: float = Field(default=0.244, ge=0.0, le=3.0, description="above the floor, looking level")
-    camera_forward_m: float = Field(default=0.06, ge=-1.0, le=1.0, description="before base_link")
     look_range_m: float = Field(default=2.3, gt=0.3, le=10.0, description="a cup not seen within it was missing")
     senses_timeout_s: float = Field(default=0.5, gt=0.0, le=5.0, description="for depth and map of one frame")
 

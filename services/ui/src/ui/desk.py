@@ -6,6 +6,7 @@ from typing import Any
 
 import structlog
 
+from contracts.description import RobotDescription
 from contracts.memory import LabelCount, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionStatus, MissionTarget
 from contracts.problem import Dependency, DependencyState
@@ -14,6 +15,7 @@ from contracts.topics import (
     MISSION_EVENTS,
     MISSION_STATE,
     MISSION_TARGET,
+    ROBOT_DESCRIPTION,
     ROBOT_EMERGENCY_STOP,
     ROBOT_NAVIGATION,
     ROBOT_STATE,
@@ -95,6 +97,7 @@ class Desk:
         self._tasks = tasks
         listen = self._bus.listen
         tasks.start("listen-robot", listen(ROBOT_STATE, self._on_robot))
+        tasks.start("listen-description", listen(ROBOT_DESCRIPTION, self._on_description))
         tasks.start("listen-stop", listen(ROBOT_EMERGENCY_STOP, self._on_stop))
         tasks.start("listen-navigation", listen(ROBOT_NAVIGATION, self._on_goal))
         tasks.start("listen-mission", listen(MISSION_STATE, self._on_mission))
@@ -104,6 +107,9 @@ class Desk:
 
     async def _on_robot(self, state: RobotState) -> None:
         self.facts.take_robot(state, self.clock.now_s())
+
+    async def _on_description(self, body: RobotDescription) -> None:
+        self.facts.body = body
 
     async def _on_stop(self, stop: EmergencyStop) -> None:
         self.facts.take_stop(stop, self.clock.now_s())

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
 from contracts.memory import LabelCount, RememberedObject, View
@@ -35,6 +36,7 @@ class LatestFacts:
     trail_points_max: int = 2000
     trail_step_m: float = 0.05
 
+    body: RobotDescription | None = None
     robot: RobotState | None = None
     robot_at_s: float = -math.inf
     stop: EmergencyStop | None = None

@@ -242,6 +242,8 @@ def why_not_by_hand(desk: Desk) -> str:
     """'' when nothing else is about to move the robot."""
     if desk.facts.stop is not None and desk.facts.stop.latched:
         return _("The robot is stopped. Resume first.")
+    if desk.facts.body is None:
+        return _("The robot has not said yet how fast it can drive.")
     return _("A mission is running. Pause it first.") if mission_drives(desk) else ""
 
 

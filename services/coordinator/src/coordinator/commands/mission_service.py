@@ -17,7 +17,6 @@ from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.orders import Orders
 from coordinator.core import events as ev
 from coordinator.core.mission import Order
-from coordinator.coverage.explored_space import ExploredSpace
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Inference, KnownRequest, Memory, MissionLog, Robot
 from coordinator.queue.mission_queue import MissionQueue, QueuedMission
@@ -146,6 +145,8 @@ class MissionService:
             raise ConflictError("the emergency stop is latched: reset it first")
         if self.runner.robot_state_age_s > self._settings.robot_state_age_s_max:
             raise UnavailableError("robot_bridge", "the robot's state is not coming in")
+        if self.runner.description is None:
+            raise UnavailableError("robot_bridge", "it has not described its robot yet")
         low = self._dispatcher.why_no_power()
         if low:
             raise ConflictError(f"{low}: it has to charge first")
@@ -255,7 +256,7 @@ class MissionService:
     async def coverage(self) -> CoveragePlan:
         """The plan for the current map from where the robot stands."""
         try:
-            plan = await ExploredSpace(self._robot, self._settings).plan(self.runner.mission.robot.pose, ())
+            plan = await self.runner.unexplored().plan(self.runner.mission.robot.pose, ())
         except MapError as error:
             raise UnavailableError("robot_bridge", f"the map is malformed: {error}") from error
         return CoveragePlan(
@@ -276,6 +277,7 @@ class MissionService:
             redis_dependency(self._bus),
             *others,
             Dependency.of("session", ok=self._robot.session_held, detail="with robot_bridge"),
+            Dependency.of("robot.description", ok=self.runner.description is not None, detail="its body"),
             Dependency.of("robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
         )
 

@@ -71,8 +71,7 @@ class MalformedRecordingError(ValueError):
 
 def header_of(mission: Mission, mission_id: str, now_s: float) -> Header:
     """Of a mission about to begin: `mission` is what the core holds before its `MissionStarted`."""
-    rules = Rules.model_validate(mission.rules.model_dump(include=set(Rules.model_fields)))
-    return Header(FORM, mission_id, now_s, rules, mission.robot, mission.calls)
+    return Header(FORM, mission_id, now_s, mission.rules, mission.robot, mission.calls)
 
 
 def replay(recording: Recording) -> Iterator[Replayed]:

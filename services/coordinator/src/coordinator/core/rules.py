@@ -4,6 +4,8 @@ from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from contracts.description import RobotDescription
+
 
 class CoverageRule(StrEnum):
     VIEWPOINTS = "viewpoints"
@@ -25,7 +27,7 @@ class ApproachRule(StrEnum):
     STRAIGHT = "straight"
 
 
-class Rules(BaseModel):
+class Policy(BaseModel):
     """Defaults are the requirements' numbers; where a better rule stands, the plain one stays selectable."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -83,17 +85,15 @@ class Rules(BaseModel):
     )
     scan_angle_rad: float = Field(default=7.3304, gt=0.0, le=12.5, description="420 degrees")
     scan_step_rad: float = Field(default=0.7331, gt=0.0, le=1.6, description="42 degrees; the camera sees about 54")
-    scan_speed_rad_s: float = Field(default=1.0, gt=0.0, le=1.9, description="of the turns while looking around")
+    scan_speed_rad_s: float = Field(
+        default=1.0, gt=0.0, le=4.0, description="of the turns while looking around, or as it can"
+    )
     scan_overlap_min: float = Field(default=0.15, ge=0.0, lt=0.9, description="of one look with the next, of the view")
     scan_looks_min: int = Field(default=3, ge=1, le=20, description="slow turn: looks in which a bearing is in view")
     detector_period_s: float = Field(default=0.2, gt=0.0, le=5.0, description="between looks while scanning")
     look_timeout_s: float = Field(default=5.0, gt=0.0, description="for a picture taken after a turn")
     look_settle_s: float = Field(default=0.15, ge=0.0, description="a frame this young after a turn may be blurred")
     blind_looks_max: int = Field(default=4, ge=1, description="looks in a row without a picture before giving up")
-    camera_hfov_rad: float = Field(default=0.942, gt=0.1, lt=3.0, description="54 degrees")
-    camera_forward_m: float = Field(
-        default=0.06, ge=-1.0, le=1.0, description="camera ahead of the base's centre; behind it: negative"
-    )
     moving_confidence_min: float = Field(default=0.45, ge=0.0, le=1.0, description="for stopping a drive at a sighting")
     moving_twice: bool = Field(default=True, description="and in two pictures in a row; else in one (requirement A13)")
 
@@ -123,7 +123,7 @@ class Rules(BaseModel):
         default=2.5, gt=0.0, description="farther than this it goes closer before it asks for the votes"
     )
     step_m: float = Field(default=1.0, gt=0.0, le=2.0, description="of one drive closer (DRIVING_1M)")
-    approach_speed_m_s: float = Field(default=0.15, gt=0.0, le=0.306, description="of the last drive")
+    approach_speed_m_s: float = Field(default=0.15, gt=0.0, le=2.0, description="of the last drive, or as it can")
     depth_period_s: float = Field(default=0.5, gt=0.0, description="between two measurements")
     drift_px: float = Field(default=50.0, gt=0.0, description="of a 320 px wide frame")
     depth_samples: int = Field(default=3, ge=1, le=9, description="measurements of one distance")
@@ -181,3 +181,25 @@ class Rules(BaseModel):
         lt=1.0,
         description="what was refused is judged again from within this share of the distance",
     )
+
+
+class Rules(Policy):
+    """The policy for one robot: with its camera, and no faster than it can."""
+
+    camera_hfov_rad: float = Field(gt=0.1, lt=3.1)
+    camera_forward_m: float = Field(description="camera ahead of the base's centre; behind it: negative")
+
+    @classmethod
+    def of(cls, policy: Policy, robot: RobotDescription) -> "Rules":
+        return cls(
+            **policy.model_dump(include=set(Policy.model_fields) - {"approach_speed_m_s", "scan_speed_rad_s"}),
+            approach_speed_m_s=min(policy.approach_speed_m_s, robot.speed_m_s_max),
+            scan_speed_rad_s=min(policy.scan_speed_rad_s, robot.turn_rad_s_max),
+            camera_hfov_rad=robot.camera.hfov_rad,
+            camera_forward_m=robot.camera.position_in_base.x,
+        )
+
+    @classmethod
+    def undescribed(cls, policy: Policy) -> "Rules":
+        """Before the robot is described: no search begins, and whoever asks for its camera gets an AttributeError."""
+        return cls.model_construct(**policy.model_dump(include=set(Policy.model_fields)))

@@ -2,6 +2,7 @@
 
 import asyncio
 
+from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.robot import Map
 from coordinator.core.rules import CoverageRule, Rules
@@ -10,6 +11,7 @@ from coordinator.coverage.lawnmower import Coverage, lawnmower
 from coordinator.coverage.viewpoints import viewpoints
 from coordinator.ports import Robot
 from geometry.grids import decode
+from mesh.errors import UnavailableError
 
 LOOKS_MAX = 5000
 PLANNING_TASK = "plan-coverage"
@@ -18,9 +20,10 @@ PLANNING_TASK = "plan-coverage"
 class ExploredSpace:
     """One per mission. Planning runs in a thread: a large map takes seconds."""
 
-    def __init__(self, robot: Robot, rules: Rules) -> None:
+    def __init__(self, robot: Robot, rules: Rules, body: RobotDescription | None) -> None:
         self._robot = robot
         self._rules = rules
+        self._body = body
         self._map: Map | None = None
         self._space: CoverageTracker | None = None
         self._looks: list[Pose2D] = []
@@ -49,21 +52,26 @@ class ExploredSpace:
 
     async def plan(self, start: Pose2D | None, avoid: tuple[Pose2D, ...]) -> Coverage:
         """What is still worth a scan, in order. Raises as `refresh` does."""
+        if self._body is None:
+            raise UnavailableError("robot_bridge", "it has not described its robot yet")
         space = await self.refresh()
-        planning = asyncio.to_thread(plan_coverage, space, self._rules, start, avoid)
+        planning = asyncio.to_thread(plan_coverage, space, self._rules, self._body.footprint_radius_m, start, avoid)
         return await asyncio.create_task(planning, name=PLANNING_TASK)
 
     def _mark(self, space: CoverageTracker, pose: Pose2D) -> None:
         space.mark(pose, hfov_rad=self._rules.camera_hfov_rad, reach_m=self._rules.look_range_m)
 
 
-def plan_coverage(space: CoverageTracker, rules: Rules, start: Pose2D | None, avoid: tuple[Pose2D, ...]) -> Coverage:
+def plan_coverage(
+    space: CoverageTracker, rules: Rules, radius_m: float, start: Pose2D | None, avoid: tuple[Pose2D, ...]
+) -> Coverage:
     match rules.coverage_rule:
         case CoverageRule.LAWNMOWER:
-            return lawnmower(space.grid)
+            return lawnmower(space.grid, radius_m=radius_m)
         case CoverageRule.VIEWPOINTS:
             return viewpoints(
                 space.grid,
+                radius_m=radius_m,
                 start=start,
                 reach_m=rules.look_range_m,
                 seen=space.seen.copy(),

@@ -11,7 +11,8 @@ from coordinator.coverage.untyped import label_regions, minimum_filter, region_b
 from geometry.grids import Mask, OccupancyGrid
 
 ROW_SPACING_M = 1.0
-CLEARANCE_M = 0.189 + 0.20
+ROOM_M = 0.20
+"""Beside the footprint."""
 REGION_CELLS_MIN = 256
 
 
@@ -26,8 +27,7 @@ class Coverage:
     """Why there are no points. None, and no points: nothing is left to be looked at."""
 
 
-def clearance_cells(resolution_m: float, clearance_m: float = CLEARANCE_M) -> int:
-    """8 at 0.05 m/cell."""
+def clearance_cells(resolution_m: float, clearance_m: float) -> int:
     return math.ceil(round(clearance_m / resolution_m, 6))
 
 
@@ -36,11 +36,11 @@ def safe_cells(free: Mask, cells: int) -> Mask:
     return minimum_filter(free, 2 * cells + 1)
 
 
-def lawnmower(grid: OccupancyGrid, *, spacing_m: float = ROW_SPACING_M, clearance_m: float = CLEARANCE_M) -> Coverage:
+def lawnmower(grid: OccupancyGrid, *, radius_m: float, spacing_m: float = ROW_SPACING_M) -> Coverage:
     """Rows 1.0 m apart over the safe cells, alternating direction; then a point in every safe region of more than
     256 cells that the rows missed: the cell of that region nearest its centroid.
     """
-    safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, clearance_m))
+    safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, radius_m + ROOM_M))
     stride = max(1, round(spacing_m / grid.resolution_m))
     cells: list[tuple[int, int]] = []
     for k, row in enumerate(range(stride // 2, safe.shape[0], stride)):

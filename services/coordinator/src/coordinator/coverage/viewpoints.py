@@ -17,8 +17,8 @@ from geometry.grids import Mask, OccupancyGrid
 
 COARSE_M = 0.15
 CANDIDATE_STRIDE_M = 0.45
-ROBOT_RADIUS_M = 0.189
-CLEARANCE_M = 0.28
+ROOM_M = 0.09
+"""Beside the footprint, where it stands and turns."""
 GAIN_MIN_M2 = 0.4
 WALKED_STOPS_MAX = 80
 BESIDE_CELLS = 4
@@ -41,6 +41,7 @@ class _Coarse:
 def viewpoints(
     grid: OccupancyGrid,
     *,
+    radius_m: float,
     start: Pose2D | None,
     reach_m: float,
     seen: Mask | None = None,
@@ -51,7 +52,7 @@ def viewpoints(
     """Points that together see all free space not in `seen` from within `reach_m`; where `start` is given, only what
     can be reached from there, in an order that begins near it.
     """
-    coarse = _coarsen(grid, start)
+    coarse = _coarsen(grid, radius_m, start)
     todo = coarse.free.copy()
     if seen is not None:
         todo &= _blocks(~seen & grid.free, coarse.factor).mean(axis=(1, 3)) > 0.5
@@ -75,12 +76,12 @@ def _blocks(mask: Mask, factor: int) -> NDArray[np.bool_]:
     return padded.reshape(rows, factor, columns, factor)
 
 
-def _coarsen(grid: OccupancyGrid, start: Pose2D | None) -> _Coarse:
+def _coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> _Coarse:
     factor = max(1, round(COARSE_M / grid.resolution_m))
     free: Mask = np.asarray(_blocks(grid.free, factor).mean(axis=(1, 3)) >= 0.5)
     blocked: Mask = np.asarray(~free | _blocks(grid.occupied, factor).any(axis=(1, 3)))
-    passable = _standing(grid, ROBOT_RADIUS_M, factor)
-    walkable = _standing(grid, CLEARANCE_M, factor)
+    passable = _standing(grid, radius_m, factor)
+    walkable = _standing(grid, radius_m + ROOM_M, factor)
     cell = grid.cell(start.x, start.y) if start is not None else None
     if cell is not None:
         labels, count = label_regions(passable)

@@ -22,17 +22,16 @@ NOT_THERE = frozenset({404, 405})
 class LookReporter:
     """Bounded: the oldest is dropped. A memory that takes no looks is asked again only now and then."""
 
-    def __init__(self, memory: Memory, clock: Clock, *, hfov_rad: float) -> None:
+    def __init__(self, memory: Memory, clock: Clock) -> None:
         self._memory = memory
         self._clock = clock
-        self._hfov_rad = hfov_rad
         self._waiting: list[Look] = []
         self._news = asyncio.Event()
         self._not_before_s = float("-inf")
 
     def add(self, look: RecordLook) -> None:
         if look.seen is not None:
-            self._waiting = [*self._waiting, as_look(look, look.seen, self._hfov_rad)][-WAITING_MAX:]
+            self._waiting = [*self._waiting, as_look(look, look.seen)][-WAITING_MAX:]
             self._news.set()
 
     async def send_forever(self) -> None:
@@ -54,12 +53,11 @@ class LookReporter:
             log.warning("a look was not told to memory", error=error.detail)
 
 
-def as_look(look: RecordLook, seen: Detections, hfov_rad: float) -> Look:
+def as_look(look: RecordLook, seen: Detections) -> Look:
     return Look(
         pose=look.pose,
         stamp_s=seen.stamp_s,
         image_width_px=seen.image_width_px,
         image_height_px=seen.image_height_px,
-        hfov_rad=hfov_rad,
         seen=tuple(SeenBox(label=d.label, bbox_xyxy=d.bbox_xyxy) for d in seen.detections),
     )

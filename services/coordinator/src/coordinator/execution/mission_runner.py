@@ -2,16 +2,19 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
+from dataclasses import replace
 from typing import Any, assert_never
 
 import structlog
 
 from contracts import mission as wire
 from contracts.causes import Refusal
+from contracts.description import RobotDescription
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionStatus
 from contracts.motion import BaseReply, Hazard
 from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
+    ROBOT_DESCRIPTION,
     ROBOT_EMERGENCY_STOP,
     ROBOT_NAVIGATION,
     ROBOT_STATE,
@@ -22,6 +25,7 @@ from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.mission import Mission
+from coordinator.core.rules import Rules
 from coordinator.core.step import step
 from coordinator.coverage.explored_space import ExploredSpace
 from coordinator.execution.box_measurements import BoxMeasurements
@@ -56,7 +60,8 @@ class MissionRunner:
         clock: Clock,
         tasks: Tasks,
     ) -> None:
-        self.mission = Mission(rules=settings)
+        self.mission = Mission(rules=Rules.undescribed(settings))
+        self.description: RobotDescription | None = None
         self.robot_state: RobotState | None = None
         self.robot_state_s = float("-inf")
         self._settings = settings
@@ -72,7 +77,7 @@ class MissionRunner:
             robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s,
             on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
         )  # fmt: skip
-        self._explored = ExploredSpace(robot, settings)
+        self._explored = ExploredSpace(robot, self.mission.rules, None)
         self._query: asyncio.Task[None] | None = None
         self._publisher = StatusPublisher(
             bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
@@ -88,18 +93,23 @@ class MissionRunner:
         self._publisher.start(self._tasks)
         self._tasks.start("looks", self._looks.send_forever())
         self._tasks.start("robot-state", self._bus.listen(ROBOT_STATE, self._on_robot_state))
+        self._tasks.start("robot-description", self._bus.listen(ROBOT_DESCRIPTION, self._on_description))
         self._tasks.start("robot-stop", self._bus.listen(ROBOT_EMERGENCY_STOP, self._on_stop))
         self._tasks.start("robot-navigation", self._bus.listen(ROBOT_NAVIGATION, self._on_navigation))
         self._tasks.start("detections", self._bus.listen(VISION_DETECTIONS, self._on_detections))
 
     def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
         """Starts a mission, and its recording. Only while the core is idle."""
-        self._explored = ExploredSpace(self._robot, self._settings)
+        self._explored = self.unexplored()
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
         self._recorded = event.mission_id
         self._log.record(self._recorded, recording.header_line(header))
         self.feed(event)
+
+    def unexplored(self) -> ExploredSpace:
+        """What nobody has looked at yet. Raises nothing: what needs the body says so when it is asked."""
+        return ExploredSpace(self._robot, self.mission.rules, self.description)
 
     def feed(self, event: ev.Event) -> None:
         before, now_s = self.mission, self._clock.now_s()
@@ -122,6 +132,12 @@ class MissionRunner:
         return self._clock.now_s() - self.robot_state_s
 
     # what comes in
+
+    async def _on_description(self, robot: RobotDescription) -> None:
+        """A mission under way goes on with the body it began with."""
+        if robot != self.description and not self.mission.running:
+            self.description = robot
+            self.mission = replace(self.mission, rules=Rules.of(self._settings, robot))
 
     async def _tick(self) -> None:
         while True:

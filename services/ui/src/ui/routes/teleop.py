@@ -84,12 +84,16 @@ class Hold:
             return Driven(ok=False, text=self._refused)
         if delay_s > settings.teleop_delay_s_max:
             return Driven(ok=False, text=_("The connection is too slow to drive by hand."))
-        self._refused = why_not_by_hand(self._desk)
-        if self._refused:
+        self._refused, body = why_not_by_hand(self._desk), self._desk.facts.body
+        if self._refused or body is None:
             return Driven(ok=False, text=self._refused)
         if self._epoch is None:
             self._epoch = (await self._desk.robot.stop_state()).epoch
-        wanted = twist(stick, speed_m_s=settings.teleop_m_s_max, turn_rad_s=settings.teleop_rad_s_max)
+        wanted = twist(
+            stick,
+            speed_m_s=settings.teleop_speed_share * body.speed_m_s_max,
+            turn_rad_s=settings.teleop_turn_share * body.turn_rad_s_max,
+        )
         return await self._send(wanted, self._epoch)
 
     async def _send(self, wanted: Twist2D, epoch: int) -> Driven:
