@@ -5,7 +5,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -22,12 +22,13 @@ from contracts.measuring import Measurement, NotMeasured, not_measured
 from contracts.motion import BaseEnd, BaseReply, DriveReply, MotionEnd, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import (
+    GOAL_ANSWER_S,
     Battery,
     EmergencyStop,
     Goal,
+    GoalRequest,
     GoalStatus,
     Map,
-    PathReply,
     RobotState,
     VelocityReply,
 )
@@ -36,6 +37,10 @@ from contracts.vision import Detection
 from geometry.boxes import iou
 from geometry.poses import compose
 from mesh.errors import UpstreamError
+from robot_bridge.navigation.goal_states import RETRIES
+from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, best_or_first
+from robot_bridge.ports import Path, Robot
+from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
 from robot_bridge.settings import Settings
 from sim.nav.codes import NavigationError
 from sim.nav.costmap import ROBOT_RADIUS_M
@@ -93,6 +98,9 @@ class SimulatedBridge:
         self._bus = bus
         bus.keep(ROBOT_DESCRIPTION, DESCRIPTION)
         self._sessions = 0
+        self.senses = SensorReadings()
+        self.senses.map.put(Grid(place.grid.data, place.grid.resolution_m, place.map_message.origin), 0.0)
+        self._paths = PathChecker(cast("Robot", self), Settings())
         self._goals: dict[str, Goal] = {}
         self._goal_id: str | None = None
         self._goal_until_s = math.inf
@@ -173,29 +181,29 @@ class SimulatedBridge:
 
         return await self.wire.call("GET /map", work)
 
-    async def path(self, goal: Pose2D) -> PathReply:
-        async def work() -> PathReply:
-            if self._faults.path_lie and self.rng.random() < self._faults.path_lie:
-                return PathReply(reachable=False, error_code=208, error_name="NO_VALID_PATH")
-            try:
-                way = self.place.way(self.wheels.believed(), goal)
-            except NavigationError as error:
-                return PathReply(reachable=False, error_code=int(error.code), error_name=error.code.name)
-            return PathReply(reachable=True, length_m=float(np.hypot(*np.diff(way, axis=0).T).sum()))
-
-        return await self.wire.call("POST /navigation/path", work)
-
-    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
+    async def navigate(self, request: GoalRequest) -> Goal:
         self.asked("navigate")
 
         async def work() -> Goal:
-            self._may_move(epoch)
+            self._may_move(request.epoch)
             await self._end_goal(GoalStatus.CANCELED, GoalCause.PREEMPTED)
             await asyncio.sleep(1.5)  # the costmaps are cleared first
-            self._may_move(epoch)
-            return await self._accept(pose, timeout_s)
+            radius_m = Settings().ring_radius_m if request.ring_radius_m is None else request.ring_radius_m
+            checked = await best_or_first(self._paths, GoalRegion(request.candidates, radius_m))
+            self._may_move(request.epoch)
+            return await self._accept(checked, request)
 
-        return await self.wire.call("POST /navigation/goals", work, timeout_s=15.0)
+        return await self.wire.call("POST /navigation/goals", work, timeout_s=GOAL_ANSWER_S)
+
+    async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
+        """As Nav2's planner answers the bridge."""
+        if self._faults.path_lie and self.rng.random() < self._faults.path_lie:
+            return Path((), 208)
+        try:
+            way = self.place.way(start or self.wheels.believed(), goal)
+        except NavigationError as error:
+            return Path((), int(error.code))
+        return Path((*(Pose2D(x=x, y=y, yaw=0.0) for x, y in way[:-1].tolist()), goal))
 
     async def goal(self, goal_id: str) -> Goal:
         async def work() -> Goal:
@@ -306,36 +314,48 @@ class SimulatedBridge:
             raise UpstreamError("robot_bridge", 404, f"no goal {goal_id}")
         return self._goals[goal_id]
 
-    async def _accept(self, pose: Pose2D, timeout_s: float) -> Goal:
-        now_s = asyncio.get_running_loop().time()
-        goal = Goal(id=f"goal-{now_s:.2f}", pose=pose, status=GoalStatus.EXECUTING, stamp_s=now_s)
+    async def _accept(self, checked: PathCheck, request: GoalRequest) -> Goal:
+        now_s, pose = asyncio.get_running_loop().time(), checked.pose or request.candidates[0].pose
+        goal = Goal(
+            id=f"goal-{now_s:.2f}", pose=pose, candidate=checked.candidate, status=GoalStatus.EXECUTING, stamp_s=now_s
+        )
         if self.rng.random() < self._faults.goal_rejected:
             cause = GoalCause.REJECTED
             over = {"status": GoalStatus.REJECTED, "cause": cause, "error_msg": cause.sentence}
             goal = goal.model_copy(update=over)
             self._goals[goal.id] = goal
             return goal
-        self._goals[goal.id], self._goal_id, self._goal_until_s = goal, goal.id, now_s + timeout_s
+        self._goals[goal.id], self._goal_id, self._goal_until_s = goal, goal.id, now_s + request.timeout_s
+        if checked.unreachable:
+            await self._end_goal(GoalStatus.ABORTED, GoalCause.UNREACHABLE, checked.error_code, checked.reason)
+        else:
+            await self._set_out(goal)
+        return self._goals[goal.id]
+
+    async def _set_out(self, goal: Goal) -> None:
+        """Once more where the planner fails, as the bridge does."""
+        code, retries = int(self.rng.choice([202, 207, 208])), 1
+        if all(self.rng.random() < self._faults.goal_aborted_2xx for _ in range(1 + retries)):
+            await self._end_goal(GoalStatus.ABORTED, GoalCause.NAV2, code, "the planner failed")
+            return
         try:
-            if self.rng.random() < self._faults.goal_aborted_2xx:
-                code = int(self.rng.choice([202, 207, 208]))
-                await self._end_goal(GoalStatus.ABORTED, GoalCause.NAV2, code, "the planner failed")
-                return self._goals[goal.id]
-            way = self.place.way(self.wheels.believed(), pose)
+            way = self.place.way(self.wheels.believed(), goal.pose)
         except NavigationError as error:
-            await self._end_goal(GoalStatus.ABORTED, GoalCause.UNREACHABLE, int(error.code), error.detail)
-            return self._goals[goal.id]
+            await self._end_goal(GoalStatus.ABORTED, GoalCause.NAV2, int(error.code), error.detail)
+            return
         patience = float(self.rng.uniform(0.05, 0.9)) if self.rng.random() < self._faults.goal_aborted_104 else None
         soon = float(self.rng.uniform(0.3, 0.9)) if self.rng.random() < self._faults.goal_false_success else None
-        self.wheels.begin(Going(way, pose.yaw, gives_up_after=patience, claims_after=soon))
-        return goal
+        self.wheels.begin(Going(way, goal.pose.yaw, gives_up_after=patience, claims_after=soon))
 
     async def _watch_goal(self, now_s: float) -> None:
         goal = self._goals.get(self._goal_id or "")
         if goal is None or goal.status in OVER:
             return
         ending = self.wheels.goal_ending
-        if ending is not None:
+        if ending and goal.attempt <= RETRIES.get(ending, 0):
+            self._goals[goal.id] = goal.model_copy(update={"attempt": goal.attempt + 1})
+            await self._set_out(self._goals[goal.id])
+        elif ending is not None:
             status, cause = (GoalStatus.ABORTED, GoalCause.NAV2) if ending else (GoalStatus.SUCCEEDED, None)
             await self._end_goal(status, cause, ending, "the controller lost its patience" if ending else "")
         elif now_s > self._goal_until_s:

@@ -29,11 +29,12 @@ from contracts.problem import Dependency
 from contracts.robot import (
     Battery,
     BoxQuery,
+    CandidatePose,
     EmergencyStop,
     Goal,
+    GoalRequest,
     GoalStatus,
     Map,
-    PathReply,
     RobotState,
     VelocityReply,
 )
@@ -241,6 +242,18 @@ class World:
         return True
 
 
+def around(wanted: Pose2D) -> tuple[CandidatePose, ...]:
+    """Where the bridge would go instead, nearest first."""
+    bearings = [k * math.tau / 8 for k in range(8)]
+    return tuple(
+        CandidatePose(
+            pose=Pose2D(x=wanted.x + away_m * math.cos(a), y=wanted.y + away_m * math.sin(a), yaw=wanted.yaw), rank=rank
+        )
+        for rank, away_m in ((999, 0.35), (1000, 0.7))
+        for a in bearings
+    )
+
+
 class FakeRobot:
     """The port `Robot` over a `World`. `fail_next` makes the next calls of a name fail; `aborts` ends goals badly."""
 
@@ -290,22 +303,24 @@ class FakeRobot:
         await self._check("map")
         return self.as_map if self.as_map is not None else encode(self.world.grid())
 
-    async def path(self, goal: Pose2D) -> PathReply:
-        await self._check("path")
-        if not self.world.is_free(goal.x, goal.y, 0.25):
-            return PathReply(reachable=False, error_code=206, error_name="GOAL_OCCUPIED")
-        return PathReply(reachable=True, length_m=math.hypot(goal.x - self.world.pose.x, goal.y - self.world.pose.y))
-
-    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
-        await self._check("navigate", epoch)
+    async def navigate(self, request: GoalRequest) -> Goal:
+        await self._check("navigate", request.epoch)
         if self.slow_to_accept_s:
             await self.world.clock.sleep(self.slow_to_accept_s)
-        status, code = self.aborts.pop(0) if self.aborts else (GoalStatus.EXECUTING, 0)
+        ring = around(request.candidates[0].pose) if request.ring_radius_m is None else ()
+        near = [each for each in (*request.candidates, *ring) if self.world.is_free(each.pose.x, each.pose.y, 0.25)]
+        unreachable = GoalStatus.ABORTED, 206
+        status, code = self.aborts.pop(0) if self.aborts else (GoalStatus.EXECUTING, 0) if near else unreachable
         if self.arrives_nowhere > 0:
             self.arrives_nowhere -= 1
             status = GoalStatus.SUCCEEDED
         goal = Goal(
-            id=f"goal-{len(self.goals)}", pose=pose, status=status, error_code=code, stamp_s=self.world.clock.now_s()
+            id=f"goal-{len(self.goals)}",
+            pose=min(near or request.candidates, key=self._cost).pose,
+            status=status,
+            error_code=code,
+            cause=None if near else GoalCause.UNREACHABLE,
+            stamp_s=self.world.clock.now_s(),
         )
         self.goals[goal.id] = goal
         if status is GoalStatus.EXECUTING:
@@ -313,6 +328,10 @@ class FakeRobot:
         if self.loses_navigate_reply:
             raise UnavailableError("robot_bridge", "no answer in time")
         return goal
+
+    def _cost(self, candidate: CandidatePose) -> tuple[int, float]:
+        here, pose = self.world.pose, candidate.pose
+        return candidate.rank, candidate.cost_m + math.hypot(pose.x - here.x, pose.y - here.y)
 
     async def _go(self, goal: Goal) -> None:
         world = self.world

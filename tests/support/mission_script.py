@@ -3,6 +3,7 @@
 import math
 from typing import TypeVar
 
+from contracts.causes import GoalCause
 from contracts.colours import Colour
 from contracts.geometry import Point3D, Pose2D
 from contracts.measuring import Measurement, NotMeasured
@@ -94,14 +95,15 @@ class Script:
         turned_rad = action.angle_rad if end.completed else 0.0
         return self.feed(ev.MotionEnded(action.call, end, turned_rad=turned_rad, text=end.sentence))
 
-    def arrived(self, status: GoalStatus = GoalStatus.SUCCEEDED, code: int = 0) -> "Script":
+    def arrived(self, status: GoalStatus = GoalStatus.SUCCEEDED, code: int = 0, *, at: int = 0) -> "Script":
         action = self.last(do.Navigate)
         if status is GoalStatus.SUCCEEDED:
-            self.robot(action.goal)
+            self.robot(action.candidates[at].pose)
         return self.feed(ev.GoalEnded(action.call, status, code))
 
-    def path(self, index: int | None = 0) -> "Script":
-        return self.feed(ev.PathChosen(self.last(do.ChoosePath).call, index, 1.0, "NO_VALID_PATH"))
+    def unreachable(self) -> "Script":
+        cause = GoalCause.UNREACHABLE
+        return self.feed(ev.GoalEnded(self.last(do.Navigate).call, GoalStatus.ABORTED, 208, cause.sentence, cause))
 
     def planned(self, *points: Pose2D) -> "Script":
         return self.feed(ev.CoveragePlanned(self.last(do.PlanCoverage).call, points, 20.0))

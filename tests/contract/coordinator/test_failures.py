@@ -14,14 +14,14 @@ FAR = Pose2D(x=7.5, y=6.0, yaw=0.7)
 LATEST_S = 130.0
 """The mission's own limit and a little: whatever happens, it is over by then."""
 
-CALLS = ["map", "path", "navigate", "rotate", "drive"]
+CALLS = ["map", "navigate", "rotate", "drive"]
 
 
 async def said(mesh: Mesh, mission_id: str) -> str:
     return "\n".join(event.text for event in await mesh.timeline(mission_id))
 
 
-@pytest.mark.parametrize("call", ["path", "rotate", "drive"])
+@pytest.mark.parametrize("call", ["rotate", "drive"])
 async def test_a_bridge_that_never_answers_one_kind_of_call_ends_in_time_and_is_named(
     open_mesh: OpenMesh, call: str
 ) -> None:

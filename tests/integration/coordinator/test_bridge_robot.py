@@ -9,8 +9,9 @@ from pathlib import Path
 import httpx
 import pytest
 
+from contracts.causes import GoalCause
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import GoalStatus
+from contracts.robot import CandidatePose, GoalRequest, GoalStatus
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.settings import Settings as CoordinatorSettings
 from geometry.grids import decode
@@ -56,6 +57,10 @@ async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
         await robot.aclose()
 
 
+def to(pose: Pose2D) -> GoalRequest:
+    return GoalRequest(candidates=(CandidatePose(pose=pose),), epoch=0)
+
+
 async def test_it_turns_and_drives(rig: Rig) -> None:
     turned = await rig.robot.rotate(0.3, speed_rad_s=1.0, timeout_s=30.0, epoch=0)
     assert turned.end.completed
@@ -71,7 +76,7 @@ async def test_cancelling_the_call_ends_the_motion(rig: Rig) -> None:
 
 
 async def test_when_the_session_is_gone_what_moved_stops(rig: Rig) -> None:
-    goal = await rig.robot.navigate(INSIDE, timeout_s=60.0, epoch=0)
+    goal = await rig.robot.navigate(to(INSIDE))
     assert goal.status is GoalStatus.EXECUTING
     await until(lambda: not rig.toy.at_rest)
     rig.session.cancel()
@@ -87,7 +92,7 @@ async def test_without_a_session_nothing_is_asked_for(rig: Rig) -> None:
 
 
 async def test_a_goal_is_cancelled(rig: Rig) -> None:
-    goal = await rig.robot.navigate(INSIDE, timeout_s=60.0, epoch=0)
+    goal = await rig.robot.navigate(to(INSIDE))
     assert (await rig.robot.cancel_goal(goal.id)).status is GoalStatus.CANCELED
 
 
@@ -102,11 +107,11 @@ async def test_a_lease_moves_it(rig: Rig) -> None:
     assert reply.accepted
 
 
-async def test_the_map_is_a_grid_and_a_pose_outside_it_is_not_reachable(rig: Rig) -> None:
+async def test_the_map_is_a_grid_and_a_pose_outside_it_is_unreachable(rig: Rig) -> None:
     grid = decode(await rig.robot.map())
     assert grid.free.any()
-    assert (await rig.robot.path(INSIDE)).reachable
-    assert not (await rig.robot.path(Pose2D(x=900.0, y=0.0, yaw=0.0))).reachable
+    outside = await rig.robot.navigate(to(Pose2D(x=900.0, y=0.0, yaw=0.0)))
+    assert (outside.status, outside.cause) == (GoalStatus.ABORTED, GoalCause.UNREACHABLE)
 
 
 async def test_celebrating_twice_is_no_failure(rig: Rig) -> None:

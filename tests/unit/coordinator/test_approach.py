@@ -102,21 +102,23 @@ def approaching(distance_m: float = 1.2, **rules: object) -> Script:
 
 def test_it_asks_for_a_reachable_place_round_the_object_facing_it() -> None:
     script = approaching()
-    choose = script.last(do.ChoosePath)
-    first = choose.groups[0][0]
+    asked = script.last(do.Navigate)
+    first = asked.candidates[0].pose
     assert math.hypot(first.x - 1.26, first.y) == pytest.approx(0.62)
     assert first.yaw == pytest.approx(0.0)
-    assert len(choose.costs_m) == len(choose.poses)
+    assert [each.rank for each in asked.candidates[::9]] == [0, 1]
+    assert (asked.candidates[0].cost_m, asked.candidates[1].cost_m) == (0.0, pytest.approx(0.35 * 0.4))
+    assert asked.ring_radius_m == 0.0
 
 
 def test_a_place_that_nav2_would_call_reached_at_once_is_turned_to_and_driven_up_to() -> None:
-    script = approaching(0.85).path()
+    script = approaching(0.85)
     assert script.asked(do.Navigate) == []
     assert script.see(box()).localized(0.85, 0.91).last(do.Drive).distance_m == pytest.approx(0.45, abs=0.01)
 
 
 def test_out_of_the_picture_it_finishes_on_the_place_and_odometry() -> None:
-    script = approaching().path().arrived().wait(3.0)
+    script = approaching().arrived().wait(3.0)
     drive = script.last(do.Drive)
     assert drive.distance_m == pytest.approx(0.62 - 0.06 - 0.40, abs=0.01)
     script.drove().wait(2.0)
@@ -127,64 +129,70 @@ def test_out_of_the_picture_it_finishes_on_the_place_and_odometry() -> None:
 
 
 def test_a_last_look_corrects_the_place() -> None:
-    script = approaching().path().arrived().see(box()).localized(0.66, 1.36)
+    script = approaching().arrived().see(box()).localized(0.66, 1.36)
     assert script.last(do.Drive).distance_m == pytest.approx(0.26, abs=0.01)
 
 
 def test_a_single_measurement_that_jumps_is_not_believed() -> None:
-    script = approaching().path().arrived().see(box()).localized(2.5, 3.2)
+    script = approaching().arrived().see(box()).localized(2.5, 3.2)
     assert not script.asked(do.Drive)
     script.see(box()).localized(0.56, 1.26)
     assert script.last(do.Drive).distance_m == pytest.approx(0.16, abs=0.02)
 
 
 def test_what_two_measurements_say_replaces_the_place_believed_so_far() -> None:
-    script = approaching().path().arrived().see(box()).localized(1.6, 2.3).see(box()).localized(1.6, 2.3)
+    script = approaching().arrived().see(box()).localized(1.6, 2.3).see(box()).localized(1.6, 2.3)
     assert script.mission.candidate is not None
     assert script.mission.candidate.map_xy == pytest.approx((2.3, 0.0))
     assert script.last(do.Drive).distance_m == pytest.approx(1.2, abs=0.1)
 
 
 def test_a_reach_shorter_than_the_stand_off_is_driven_to_all_the_same() -> None:
-    script = approaching(reach_m=0.2, rounds_max=3).path().arrived().see(box()).localized(0.56, 1.26)
+    script = approaching(reach_m=0.2, rounds_max=3).arrived().see(box()).localized(0.56, 1.26)
     script.drove().wait(3.0).drove().wait(3.0)
     assert script.mission.outcome is Outcome.FOUND
     assert "0.2" in script.mission.reason
 
 
 def test_a_blocked_drive_is_a_find_with_its_distance_and_the_reason() -> None:
-    script = approaching().path().arrived().wait(3.0).drove(MotionEnd.BLOCKED, moved=0.02).wait(2.0)
+    script = approaching().arrived().wait(3.0).drove(MotionEnd.BLOCKED, moved=0.02).wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
     assert "as near as the map allows: something is in the way" in script.mission.reason
 
 
 def test_stopped_far_off_it_tries_another_side_once() -> None:
-    script = approaching(1.45).path(None).wait(3.0).drove(MotionEnd.BLOCKED, moved=0.1).wait(2.0)
+    script = approaching(1.45).unreachable().wait(3.0).drove(MotionEnd.BLOCKED, moved=0.1).wait(2.0)
     assert script.mission.state is S.APPROACHING
-    script.path(None).wait(3.0).drove(MotionEnd.BLOCKED, moved=0.0).wait(2.0)
+    script.unreachable().wait(3.0).drove(MotionEnd.BLOCKED, moved=0.0).wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
 
 
 def test_the_step_to_a_far_target_ends_in_centring_even_when_blocked() -> None:
-    script = Script().begin().centred().measured(2.8).path(None)
+    script = Script().begin().centred().measured(2.8).unreachable()
     assert script.last(do.Drive).distance_m == pytest.approx(1.0)
     assert script.drove(MotionEnd.BLOCKED, moved=0.1).mission.state is S.CENTERING
 
 
-def test_an_aborted_step_is_tried_once_more() -> None:
-    script = Script().begin().centred().measured(2.8).path().arrived(GoalStatus.ABORTED, 104)
-    assert len(script.asked(do.Navigate)) == 2
-    assert script.arrived(GoalStatus.ABORTED, 104).mission.state is S.CENTERING
+def test_an_aborted_step_ends_in_another_look() -> None:
+    script = Script().begin().centred().measured(2.8).arrived(GoalStatus.ABORTED, 104)
+    assert script.mission.state is S.CENTERING
+
+
+def test_a_sighting_on_the_way_up_to_it_cancels_nothing_and_is_measured_on_arrival() -> None:
+    """Requirement A13; on the way to a place of the search it ends the drive: see test_search."""
+    script = approaching().see(box()).see(box())
+    assert (script.mission.state, script.asked(do.StopMotion)) == (S.APPROACHING, [])
+    assert script.arrived().see(box()).asked(do.Localize)
 
 
 def test_confirmed_and_then_out_of_sight_it_finishes_on_the_map() -> None:
-    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.YES).path().arrived().wait(4.5)
+    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.YES).arrived().wait(4.5)
     assert script.mission.state is S.APPROACHING
 
 
 def test_what_was_seen_from_afar_only_and_not_from_near_is_no_find() -> None:
-    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.YES).path().arrived().wait(4.5)
-    script.path().arrived().wait(3.0).drove().wait(3.0)
+    script = Script().begin().centred().measured(2.0, 3).voted(Verdict.YES).arrived().wait(4.5)
+    script.arrived().wait(3.0).drove().wait(3.0)
     assert script.mission.outcome is None
     assert "seen only from far away so far" in script.said()
     script.wait(6.0)
@@ -226,7 +234,7 @@ def test_a_candidate_that_never_gets_nearer_is_given_up() -> None:
             script.see(box())
         if script.mission.state is not S.DEPTH_CHECK:
             break
-        script.measured(2.9).path(None).drove(MotionEnd.BLOCKED, moved=0.0)
+        script.measured(2.9).unreachable().drove(MotionEnd.BLOCKED, moved=0.0)
     assert script.mission.search.rejections
 
 
@@ -244,7 +252,7 @@ def test_a_robot_that_is_not_localised_follows_what_it_sees() -> None:
 
 
 def test_a_drive_cut_off_by_something_else_than_an_obstacle_is_taken_up_again() -> None:
-    script = approaching().path().arrived().wait(3.0).drove(MotionEnd.SESSION_ENDED, moved=0.02)
+    script = approaching().arrived().wait(3.0).drove(MotionEnd.SESSION_ENDED, moved=0.02)
     assert script.mission.running
     script.wait(2.2)
     assert script.mission.state is S.APPROACHING
@@ -253,13 +261,13 @@ def test_a_drive_cut_off_by_something_else_than_an_obstacle_is_taken_up_again() 
 
 
 def test_a_rejected_step_nearer_is_driven_straight() -> None:
-    script = Script().begin().centred().measured(2.8).path().arrived(GoalStatus.REJECTED)
+    script = Script().begin().centred().measured(2.8).arrived(GoalStatus.REJECTED)
     assert script.mission.state is S.DRIVING_1M
     assert script.last(do.Drive).distance_m == pytest.approx(1.0)
 
 
 def test_a_goal_refused_twice_in_the_approach_is_done_without() -> None:
-    script = approaching().path().arrived(GoalStatus.REJECTED).wait(2.4).path().arrived(GoalStatus.REJECTED)
-    assert "REJECTED 0: driving straight ahead from here" in script.said()
+    script = approaching().arrived(GoalStatus.REJECTED).wait(2.4).arrived(GoalStatus.REJECTED)
+    assert "REJECTED: driving straight ahead from here" in script.said()
     script.wait(3.0)
     assert script.asked(do.Drive)

@@ -35,19 +35,19 @@ def centering() -> Script:
 
 
 def stepping() -> Script:
-    return Script().begin().centred().measured(2.8).path(None)
+    return Script().begin().centred().measured(2.8).unreachable()
 
 
 def facing() -> Script:
     """It stands before the thing, and turns to it."""
-    script = approaching().path()
-    goal = script.last(do.Navigate).goal
+    script = approaching()
+    goal = script.last(do.Navigate).candidates[0].pose
     script.robot(goal.model_copy(update={"yaw": goal.yaw + 0.5}))
     return script.feed(ev.GoalEnded(script.last(do.Navigate).call, GoalStatus.SUCCEEDED))
 
 
 def driving() -> Script:
-    return approaching().path().arrived().wait(3.0)
+    return approaching().arrived().wait(3.0)
 
 
 MOVING: dict[str, tuple[Callable[[], Script], MissionState]] = {
@@ -108,12 +108,12 @@ def test_time_that_is_up_half_a_metre_short_is_no_find_however_often() -> None:
 
 
 def test_an_obstacle_half_a_metre_short_is_as_near_as_the_map_allows() -> None:
-    script = approaching(alternatives_max=0).path().arrived().wait(3.0).drove(E.BLOCKED, moved=0.02).wait(3.0)
+    script = approaching(alternatives_max=0).arrived().wait(3.0).drove(E.BLOCKED, moved=0.02).wait(3.0)
     assert script.mission.outcome is Outcome.FOUND
 
 
 def again(script: Script) -> Script:
-    return script.path().arrived().wait(3.0)
+    return script.arrived().wait(3.0)
 
 
 @pytest.mark.parametrize("end", [E.NO_SCAN, E.PREEMPTED, E.BASE_BUSY, E.SESSION_ENDED])
@@ -139,7 +139,7 @@ def test_a_robot_that_was_carried_waits_for_a_person_and_forgets_where_the_thing
 
 
 def on_the_way() -> Script:
-    return Script().begin(Pose2D(x=3.0, y=0.0, yaw=0.0)).path()
+    return Script().begin(Pose2D(x=3.0, y=0.0, yaw=0.0))
 
 
 def judging() -> Script:

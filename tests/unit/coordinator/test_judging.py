@@ -99,7 +99,7 @@ def test_from_near_a_picture_that_did_not_show_it_is_no_refusal_until_it_happene
 def test_what_was_confirmed_is_not_dropped_for_standing_beside_something_refused() -> None:
     script = Script(closer_looks_max=0).begin().centred().measured(2.0, 3).voted(Verdict.NO)
     script.robot(Pose2D(x=1.0, y=0.0, yaw=0.0)).see(box()).localized(1.1, 2.16).see(box()).see(box()).see(box())
-    script.measured(1.7, 3).voted(Verdict.YES).path().arrived().see(box()).see(box()).see(box())
+    script.measured(1.7, 3).voted(Verdict.YES).arrived().see(box()).see(box()).see(box())
     for _ in range(3):
         script.localized(1.6, 2.2).see(box())
     assert "this one was already rejected" not in script.said()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from contracts.geometry import Pose2D, Twist2D
-from contracts.robot import Goal, GoalStatus, VelocityReply
+from contracts.robot import CandidatePose, Goal, GoalRequest, GoalStatus, VelocityReply
 from coordinator.execution.motion_client import MotionClient
 from coordinator.execution.motion_phases import FOLLOWS, MotionPhase
 from coordinator.ports import Robot
@@ -17,6 +17,7 @@ from mesh.errors import MeshError, UnavailableError, UpstreamError
 from support.fake_clock import FakeClock
 
 GOAL = Pose2D(x=1.0, y=0.0, yaw=0.0)
+REQUEST = GoalRequest(candidates=(CandidatePose(pose=GOAL),), epoch=0)
 
 
 class Bridge:
@@ -53,13 +54,13 @@ class Bridge:
         if (error := await call) is not None:
             raise error
 
-    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
+    async def navigate(self, request: GoalRequest) -> Goal:
         try:
             name = await self._moves("goal")
         except UpstreamError:
             self.moving = {one for one in self.moving if not one.startswith("goal")}
             raise
-        return Goal(id=name, pose=pose, status=GoalStatus.EXECUTING, stamp_s=0.0)
+        return Goal(id=name, pose=GOAL, status=GoalStatus.EXECUTING, stamp_s=0.0)
 
     async def goal(self, goal_id: str) -> Goal:
         """Raises what the question is answered with; the goal goes on."""
@@ -114,7 +115,7 @@ class Motions(RuleBasedStateMachine):
     def begin(self, goal: bool) -> None:
         async def work() -> None:
             try:
-                await (self.client.navigate(GOAL, 10.0, 0) if goal else self.bridge.rotate())
+                await (self.client.navigate(REQUEST) if goal else self.bridge.rotate())
             except UnavailableError:
                 self.client.mark_uncertain(0)
             except UpstreamError:

@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 
 from contracts.geometry import Pose2D
-from contracts.robot import Goal, GoalStatus
+from contracts.robot import CandidatePose, Goal, GoalRequest, GoalStatus
 from coordinator.execution.motion_client import MotionClient
 from coordinator.ports import Robot
 from mesh.errors import MeshError, UnavailableError, UpstreamError
@@ -26,7 +26,8 @@ class Bridge:
         self.loses: set[str] = set()
         self.asked_about: MeshError = UnavailableError("robot_bridge", "no answer in time")
 
-    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
+    async def navigate(self, request: GoalRequest) -> Goal:
+        pose = request.candidates[0].pose
         name = f"to {pose.x:.0f}"
         self.told.append(name)
         await self.answers.wait()
@@ -59,7 +60,7 @@ class Bench:
     def go(self, pose: Pose2D) -> None:
         async def work() -> None:
             try:
-                await self.motions.navigate(pose, 10.0, 0)
+                await self.motions.navigate(GoalRequest(candidates=(CandidatePose(pose=pose),), epoch=0))
             except UnavailableError:
                 self.motions.mark_uncertain(0)
             except UpstreamError:

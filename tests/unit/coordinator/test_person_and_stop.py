@@ -20,7 +20,7 @@ VIEW = Pose2D(x=3.0, y=0.0, yaw=1.0)
 
 
 def exploring() -> Script:
-    script = Script().begin(VIEW).path(None)
+    script = Script().begin(VIEW).unreachable()
     for _ in range(11):
         script.see()
         if isinstance(script.actions[-1], do.Rotate):
@@ -29,13 +29,13 @@ def exploring() -> Script:
 
 
 REACH: dict[MissionState, Callable[[], Script]] = {
-    S.MEMORY_NAV: lambda: Script().begin(VIEW).path(),
+    S.MEMORY_NAV: lambda: Script().begin(VIEW),
     S.SCANNING: lambda: Script().begin(),
     S.MOVING_TO_SCAN: exploring,
     S.CENTERING: lambda: Script().begin().see(box(40)).see(box(40)),
     S.DEPTH_CHECK: lambda: Script().begin().centred(),
-    S.APPROACHING: lambda: Script().begin().centred().measured(1.2, 3).voted(Verdict.YES).path(),
-    S.DRIVING_1M: lambda: Script().begin().centred().measured(2.8).path(),
+    S.APPROACHING: lambda: Script().begin().centred().measured(1.2, 3).voted(Verdict.YES),
+    S.DRIVING_1M: lambda: Script().begin().centred().measured(2.8),
 }
 
 
@@ -156,7 +156,7 @@ def test_a_robot_that_falls_silent_aborts_the_mission() -> None:
 
 
 def test_answers_to_calls_given_up_are_ignored() -> None:
-    script = Script().begin(VIEW).path()
+    script = Script().begin(VIEW)
     late = script.last(do.Navigate).call
     script.feed(ev.PauseRequested()).feed(ev.ResumeRequested())
     assert script.feed(ev.CallFailed(late, "robot_bridge", "late")).mission.failures == 0
@@ -178,7 +178,7 @@ def test_metres_are_counted_by_odometry_and_jumps_are_not() -> None:
 
 @pytest.mark.parametrize("state", [S.MEMORY_NAV, S.MOVING_TO_SCAN, S.APPROACHING])
 def test_a_goal_that_a_stop_cancelled_is_not_said_to_be_tried_again(state: MissionState) -> None:
-    script = REACH[state]().path()
+    script = REACH[state]()
     call = script.last(do.Navigate).call
     script.feed(ev.GoalEnded(call, GoalStatus.CANCELED, cause=GoalCause.STOPPED)).feed(ev.StopLatched(1, "a person"))
     assert "navigation: cut off by the emergency stop" in script.said()

@@ -21,7 +21,6 @@ from coordinator.core.actions import MOTION
 from coordinator.core.activities import (
     AwaitingFrame,
     CheckingPlace,
-    ChoosingPath,
     Docking,
     Driving,
     Idle,
@@ -85,7 +84,6 @@ noise = st.one_of(
     st.tuples(st.just("undocked"), calls),
     st.tuples(st.just("docked"), calls),
     st.tuples(st.just("lie"), st.sampled_from([-1e6, -60.0, 60.0, 1e6])),
-    st.tuples(st.just("path"), calls, st.none() | st.integers(0, 40)),
     st.tuples(st.just("goal"), calls, st.sampled_from(GoalStatus), st.none() | st.sampled_from(GoalCause)),
     st.tuples(st.just("motion"), calls, st.sampled_from(MotionEnd), st.floats(-1, 2)),
     st.tuples(st.just("localized"), calls, st.none() | st.floats(0.2, 4.0), poses),
@@ -116,7 +114,6 @@ prefixes = st.tuples(st.integers(0, 40), st.sampled_from([0.4, 1.3, 2.0, 2.8])).
 ANSWERS: dict[str, Callable[..., ev.Event]] = {
     "undocked": ev.Undocked,
     "docked": ev.Docked,
-    "path": lambda call, index: ev.PathChosen(call, index, 1.0, "NO_VALID_PATH"),
     "goal": lambda call, status, cause: ev.GoalEnded(call, status, cause=cause),
     "motion": lambda call, end, metres: ev.MotionEnded(call, end, driven_m=metres),
     "localized": localized,
@@ -187,12 +184,10 @@ class Player:
                 return ev.Undocked(call)
             case PlanningCoverage():
                 return ev.CoveragePlanned(call, (point,), 10.0)
-            case ChoosingPath():
-                return ev.PathChosen(call, 0 if good else None, 1.0, "NO_VALID_PATH")
             case Docking():
                 return ev.Docked(call) if good else ev.CallFailed(call, "robot_bridge", "the base gave up")
-            case Navigating(goal=goal) if good and self.mission.robot.pose != goal:
-                return self.on_robot(goal, False, 0.0)
+            case Navigating(candidates=(first, *_)) if good and self.mission.robot.pose != first.pose:
+                return self.on_robot(first.pose, False, 0.0)
             case Navigating():
                 return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
             case Rotating() | Driving():

@@ -42,7 +42,7 @@ class Recorded(Script):
 
 def found() -> Recorded:
     script = Recorded().begun()
-    script.centred().measured(1.2, 3).voted(Verdict.YES).path().arrived()
+    script.centred().measured(1.2, 3).voted(Verdict.YES).arrived()
     script.see().wait(6.0).drove(moved=0.7).wait(6.0)
     return script
 
@@ -100,7 +100,7 @@ def test_what_changed_nothing_may_be_left_out() -> None:
         [],
         ["{"],
         ['{"form": 99}'],
-        [found().lines[0].replace('"form":3', '"form":4')],
+        [found().lines[0].replace('"form":4', '"form":5')],
         [found().lines[0], '{"now_s": 1}'],
         [found().lines[0], '{"now_s": 1, "event": {"is": "Explode"}, "actions": [], "state": "IDLE"}'],
         [found().lines[0], '{"now_s": 1, "event": {"is": "Tick"}, "actions": [], "state": "ASLEEP"}'],
@@ -133,7 +133,7 @@ def test_a_recording_of_the_first_form_still_opens_with_its_ends_as_types(
 ) -> None:
     event = {"is": "MotionEnded", "call": 7, "completed": completed, "moved": 0.4, "reason": reason}
     line = json.dumps({"now_s": 101.0, "event": event, "actions": [], "state": "APPROACHING"})
-    header = found().lines[0].replace('"form":3', '"form":1').replace(',"lifted_s":null', "")
+    header = found().lines[0].replace('"form":4', '"form":1').replace(',"lifted_s":null', "")
     read = recording.read([header, line])
     assert read.steps[0].event == ev.MotionEnded(7, end, turned_rad=0.4, driven_m=0.4, text=reason)
     assert len(list(recording.replay(read))) == 1
@@ -146,3 +146,12 @@ def test_a_mission_recorded_by_the_version_before_is_decided_the_same_way() -> N
     assert all(one.same for one in again)
     assert again[-1].after.rules.approach_rule is ApproachRule.STRAIGHT
     assert again[-1].after.outcome is Outcome.CANCELED
+
+
+def test_a_mission_of_form_3_in_which_the_core_chose_the_paths_is_decided_the_same_way() -> None:
+    """A place without a path, goals tried again after an abort, a step straight ahead, an approach."""
+    lines = (RECORDINGS / "form-3.jsonl").read_text(encoding="utf-8").splitlines()
+    again = list(recording.replay(recording.read(lines)))
+    assert all(one.after.state is one.recorded.state for one in again)
+    sent = [one for one in again if not one.same]  # one circle fewer: what is too near for a goal is no candidate now
+    assert [type(one.recorded.event) for one in sent] == [ev.Validated]

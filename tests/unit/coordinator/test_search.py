@@ -36,20 +36,20 @@ def test_without_memory_it_looks_round_where_it_stands() -> None:
 
 
 def test_with_memory_it_drives_to_the_best_view_first() -> None:
-    script = Script().begin(VIEW, OTHER).path()
+    script = Script().begin(VIEW, OTHER)
     assert script.mission.state is S.MEMORY_NAV
-    assert script.last(do.Navigate).goal == VIEW
+    assert script.last(do.Navigate).candidates[0].pose == VIEW
 
 
 def test_it_leaves_the_dock_before_anything_else() -> None:
     script = Script().robot(docked=True).begin(VIEW)
-    assert not script.asked(do.ChoosePath)
+    assert not script.asked(do.Navigate)
     script.feed(ev.Undocked(script.last(do.Undock).call)).see()
-    assert script.last(do.ChoosePath).groups[0] == (VIEW,)
+    assert script.last(do.Navigate).candidates[0].pose == VIEW
 
 
 def test_a_scan_turns_420_degrees_in_equal_steps_from_the_remembered_heading() -> None:
-    script = Script().begin(VIEW).path().arrived()
+    script = Script().begin(VIEW).arrived()
     headings = script.mission.search.headings
     assert headings[0] == VIEW.yaw
     assert math.degrees(headings[-1] - headings[0]) == pytest.approx(420.0, abs=0.01)
@@ -70,47 +70,44 @@ def test_a_frame_taken_while_turning_does_not_count_as_a_look() -> None:
 
 
 def test_after_a_scan_comes_the_next_view_and_then_exploration() -> None:
-    script = scan(Script().begin(VIEW, OTHER).path().arrived())
+    script = scan(Script().begin(VIEW, OTHER).arrived())
     assert script.mission.state is S.MEMORY_NAV
-    scan(script.path().arrived())
+    scan(script.arrived())
     assert script.mission.state is S.MOVING_TO_SCAN
     assert script.asked(do.PlanCoverage)
 
 
 def test_a_view_beside_a_place_already_looked_at_is_not_looked_at_again() -> None:
     near = Pose2D(x=3.2, y=0.1, yaw=2.0)
-    script = scan(Script().begin(VIEW, near).path().arrived())
+    script = scan(Script().begin(VIEW, near).arrived())
     assert script.mission.state is S.MOVING_TO_SCAN
 
 
 def test_the_plan_is_asked_without_what_was_looked_at_or_unreachable() -> None:
     script = scan(Script().begin())
-    script.planned(VIEW, OTHER).path(None)
+    script.planned(VIEW, OTHER).unreachable()
     assert script.mission.state is S.MOVING_TO_SCAN
     assert set(script.last(do.PlanCoverage).avoid) == {ORIGIN, VIEW}
 
 
-def test_an_abort_by_the_controller_is_tried_once_more_from_where_it_stands() -> None:
-    script = Script().begin(VIEW, OTHER).path().arrived(GoalStatus.ABORTED, 104)
-    assert len(script.asked(do.Navigate)) == 2
-    assert script.last(do.Navigate).goal == VIEW
-    script.arrived(GoalStatus.ABORTED, 104).path()
-    assert script.last(do.Navigate).goal == OTHER
+def test_a_place_that_nav2_gave_up_is_skipped_for_the_bridge_has_tried_again_by_then() -> None:
+    script = Script().begin(VIEW, OTHER).arrived(GoalStatus.ABORTED, 104)
+    assert script.last(do.Navigate).candidates[0].pose == OTHER
 
 
 def test_an_unreachable_view_is_skipped_with_the_reason() -> None:
-    script = Script().begin(VIEW, OTHER).path(None)
-    assert script.last(do.ChoosePath).groups[0] == (OTHER,)
-    assert "NO_VALID_PATH" in script.said()
+    script = Script().begin(VIEW, OTHER).unreachable()
+    assert script.last(do.Navigate).candidates[0].pose == OTHER
+    assert "there is no path to it" in script.said()
 
 
 def test_when_no_view_is_reachable_it_looks_round_here() -> None:
-    script = Script().begin(VIEW).path(None)
+    script = Script().begin(VIEW).unreachable()
     assert script.mission.state is S.SCANNING
 
 
 def test_a_sighting_on_the_way_stops_the_drive_when_the_next_picture_shows_it_too() -> None:
-    script = Script().begin(VIEW).path().see(box(40))
+    script = Script().begin(VIEW).see(box(40))
     assert script.mission.state is S.MEMORY_NAV
     script.see(box(50))
     assert script.mission.state is S.CENTERING
@@ -118,23 +115,23 @@ def test_a_sighting_on_the_way_stops_the_drive_when_the_next_picture_shows_it_to
 
 
 def test_the_plain_rule_stops_the_drive_at_the_first_sighting() -> None:
-    assert Script(moving_twice=False).begin(VIEW).path().see(box(40)).mission.state is S.CENTERING
+    assert Script(moving_twice=False).begin(VIEW).see(box(40)).mission.state is S.CENTERING
 
 
 @pytest.mark.parametrize("then", [(), (box(300),)])
 def test_a_flicker_on_the_way_does_not_stop_the_drive(then: tuple[Detection, ...]) -> None:
-    script = Script().begin(VIEW).path().see(box(40)).see(*then)
+    script = Script().begin(VIEW).see(box(40)).see(*then)
     assert script.mission.state is S.MEMORY_NAV
 
 
 def test_the_same_picture_told_twice_is_one_sighting() -> None:
-    script = Script().begin(VIEW).path().see(box(40))
+    script = Script().begin(VIEW).see(box(40))
     script.feed(script.fed[-1])
     assert script.mission.state is S.MEMORY_NAV
 
 
 def test_another_colour_or_an_unsure_box_does_not_stop_the_drive() -> None:
-    script = Script().begin(VIEW).path().see(box(colour="blue"), box(confidence=0.35), box(label="cup"))
+    script = Script().begin(VIEW).see(box(colour="blue"), box(confidence=0.35), box(label="cup"))
     assert script.mission.state is S.MEMORY_NAV
 
 
@@ -152,10 +149,10 @@ def test_with_nothing_left_to_look_at_it_says_not_found_and_how_much_it_saw() ->
 
 def test_lawnmower_points_are_planned_once_and_taken_in_order() -> None:
     script = scan(Script(coverage_rule="lawnmower").begin())
-    script.planned(VIEW, OTHER).path().arrived()
+    script.planned(VIEW, OTHER).arrived()
     scan(script)
     assert len(script.asked(do.PlanCoverage)) == 1
-    assert script.last(do.ChoosePath).groups[0] == (OTHER,)
+    assert script.last(do.Navigate).candidates[0].pose == OTHER
 
 
 def test_a_blind_robot_gives_up_after_a_few_looks() -> None:
@@ -169,7 +166,7 @@ def test_nav2_refusing_every_goal_ends_the_mission_with_the_cause() -> None:
     for _ in range(30):
         if script.mission.outcome is not None:
             break
-        script.path().arrived(GoalStatus.REJECTED).wait(2.5)
+        script.arrived(GoalStatus.REJECTED).wait(2.5)
     assert script.mission.outcome is Outcome.ABORTED
     assert "refused" in script.mission.reason
 
@@ -181,9 +178,9 @@ def test_the_mission_deadline_ends_a_search() -> None:
 
 
 def test_a_goal_that_others_cancelled_is_sent_again_after_a_pause() -> None:
-    script = Script().begin(VIEW).path().arrived(GoalStatus.CANCELED).wait(2.2).path()
+    script = Script().begin(VIEW).arrived(GoalStatus.CANCELED).wait(2.2)
     assert script.mission.state is S.MEMORY_NAV
-    assert [n.goal for n in script.asked(do.Navigate)] == [VIEW, VIEW]
+    assert [n.candidates[0].pose for n in script.asked(do.Navigate)] == [VIEW, VIEW]
 
 
 def test_a_turn_cut_off_is_done_again_and_its_heading_not_skipped() -> None:
@@ -205,7 +202,7 @@ def test_a_robot_that_never_turns_ends_the_mission_with_the_cause() -> None:
 
 def test_a_dock_status_that_lags_does_not_undock_twice() -> None:
     script = Script().robot(docked=True).begin(VIEW)
-    script.feed(ev.Undocked(script.last(do.Undock).call)).robot(docked=True).see().path(None)
+    script.feed(ev.Undocked(script.last(do.Undock).call)).robot(docked=True).see().unreachable()
     assert len(script.asked(do.Undock)) == 1
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from contracts.geometry import Point3D, Pose2D
 from contracts.measuring import Measurement
-from contracts.robot import GoalStatus
+from contracts.robot import CandidatePose, GoalStatus
 from contracts.vision import Validation, Verdict, Vote
 from coordinator.core.activities import Navigating
 from coordinator.core.events import GoalEnded
@@ -26,7 +26,7 @@ def test_a_frame_is_believed_around_now_on_the_robots_own_clock(stamp_s: float, 
 
 @pytest.mark.parametrize(("away_m", "status"), [(0.4, GoalStatus.SUCCEEDED), (2.0, GoalStatus.ABORTED)])
 def test_an_arrival_counts_where_the_robot_stands_there(away_m: float, status: GoalStatus) -> None:
-    going = Navigating(1, 10.0, Pose2D(x=away_m, y=0.0, yaw=0.0))
+    going = Navigating(1, 10.0, (CandidatePose(pose=Pose2D(x=away_m, y=0.0, yaw=0.0)),))
     mission = Mission(rules=RULES, robot=RobotSnapshot(pose=HERE), activity=going)
     assert checked_arrival(mission, GoalEnded(1, GoalStatus.SUCCEEDED)).status is status
     lost = replace(mission, robot=RobotSnapshot(pose=None))

@@ -4,13 +4,13 @@ from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from contracts.geometry import Pose2D, Twist2D
+from contracts.geometry import Twist2D
 from contracts.language import ReasonReply, ReasonRequest
 from contracts.memory import LabelCount, LookBatch, RecallReply, RecallRequest, RememberedObject, View
 from contracts.mission import Mission, MissionEvent
 from contracts.motion import BaseReply, DriveReply, RotateReply
 from contracts.problem import Dependency
-from contracts.robot import EmergencyStop, Goal, Map, PathReply, VelocityReply
+from contracts.robot import EmergencyStop, Goal, GoalRequest, Map, VelocityReply
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
 
 
@@ -32,8 +32,10 @@ class Robot(Protocol):
         ...
 
     async def map(self) -> Map: ...
-    async def path(self, goal: Pose2D) -> PathReply: ...
-    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal: ...
+    async def navigate(self, request: GoalRequest) -> Goal:
+        """In this process's session. A goal outside the map is ABORTED as unreachable."""
+        ...
+
     async def goal(self, goal_id: str) -> Goal: ...
     async def cancel_goal(self, goal_id: str) -> Goal: ...
     async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply: ...

@@ -9,19 +9,18 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
 from contracts.base import Message
-from contracts.geometry import Pose2D, Twist2D
+from contracts.causes import GoalCause, Refusal
+from contracts.geometry import Twist2D
 from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, RotateRequest
 from contracts.robot import (
     GOAL_ANSWER_S,
-    CandidatePose,
     EmergencyStop,
     EmergencyStopReply,
     EmergencyStopRequest,
     Goal,
     GoalRequest,
+    GoalStatus,
     Map,
-    PathReply,
-    PathRequest,
     Priority,
     VelocityReply,
     VelocityRequest,
@@ -37,7 +36,6 @@ MARGIN_S: Final = 2.0
 STOP_S: Final = 1.0
 """Whoever waits longer for a stop does something else instead."""
 CONFLICT: Final = 409
-UNPROCESSABLE: Final = 422
 
 
 class SessionGreeting(Message):
@@ -101,20 +99,15 @@ class RobotBridgeClient(ServiceClient):
     async def map(self) -> Map:
         return await self.get("/map", Map)
 
-    async def path(self, goal: Pose2D) -> PathReply:
-        """A pose outside the map is not reachable; that is an answer, not a failure."""
+    async def navigate(self, request: GoalRequest) -> Goal:
+        request = request.model_copy(update={"session_id": self._session()})
         try:
-            return await self.post("/navigation/path", PathRequest(goal=goal), PathReply)
+            return await self.post("/navigation/goals", request, Goal, timeout_s=GOAL_ANSWER_S)
         except UpstreamError as error:
-            if error.upstream_status == UNPROCESSABLE:
-                return PathReply(reachable=False, error_code=204, error_name=error.detail[:200])
-            raise
-
-    async def navigate(self, pose: Pose2D, *, timeout_s: float, epoch: int) -> Goal:
-        request = GoalRequest(
-            candidates=(CandidatePose(pose=pose),), epoch=epoch, timeout_s=timeout_s, session_id=self._session()
-        )
-        return await self.post("/navigation/goals", request, Goal, timeout_s=GOAL_ANSWER_S)
+            if error.code != Refusal.OUTSIDE_MAP:
+                raise
+            pose, cause = request.candidates[0].pose, GoalCause.UNREACHABLE
+            return Goal(id="", pose=pose, status=GoalStatus.ABORTED, cause=cause, error_msg=error.detail, stamp_s=0.0)
 
     async def goal(self, goal_id: str) -> Goal:
         return await self.get(f"/navigation/goals/{goal_id}", Goal)

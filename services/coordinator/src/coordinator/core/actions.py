@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from contracts.geometry import Pose2D, Twist2D
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState
-from contracts.robot import BoxQuery
+from contracts.robot import BoxQuery, CandidatePose
 from contracts.vision import Detections, Target
 
 
@@ -21,24 +21,13 @@ class Dock:
 
 
 @dataclass(frozen=True, slots=True)
-class ChoosePath:
-    """Preflight: of the first group with a reachable pose, the one with the least path length plus its cost."""
-
-    call: int
-    groups: tuple[tuple[Pose2D, ...], ...]
-    costs_m: tuple[float, ...]
-    timeout_s: float
-
-    @property
-    def poses(self) -> tuple[Pose2D, ...]:
-        return tuple(pose for group in self.groups for pose in group)
-
-
-@dataclass(frozen=True, slots=True)
 class Navigate:
+    """To the best of the candidates, or up to `ring_radius_m` from the first; none = as the bridge is set."""
+
     call: int
-    goal: Pose2D
+    candidates: tuple[CandidatePose, ...]
     timeout_s: float
+    ring_radius_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +116,7 @@ class Say:
 
 
 Action = (
-    Undock | Dock | ChoosePath | Navigate | Rotate | Drive | SetVelocity | StopMotion | Localize | Validate
+    Undock | Dock | Navigate | Rotate | Drive | SetVelocity | StopMotion | Localize | Validate
     | PlanCoverage | RecordLook | KeepPicture | Celebrate | Say
 )  # fmt: skip
 

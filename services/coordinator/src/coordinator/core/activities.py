@@ -6,8 +6,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from contracts.geometry import Pose2D
 from contracts.motion import MotionEnd
+from contracts.robot import CandidatePose
 
 FOREVER_S = float("inf")
 
@@ -74,20 +74,10 @@ class PlanningCoverage:
 
 
 @dataclass(frozen=True, slots=True)
-class ChoosingPath:
-    call: int
-    until_s: float
-    poses: tuple[Pose2D, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Navigating:
-    """`tries` counts the times this goal was given up and sent again."""
-
     call: int
     until_s: float
-    goal: Pose2D
-    tries: int = 0
+    candidates: tuple[CandidatePose, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +139,7 @@ class Steering:
 
 
 Activity = (
-    Idle | Starting | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | ChoosingPath | Navigating
+    Idle | Starting | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | Navigating
     | Rotating | AwaitingFrame | CheckingPlace | Measuring | Validating | Driving | Steering
 )  # fmt: skip
 

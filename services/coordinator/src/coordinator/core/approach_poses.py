@@ -3,9 +3,10 @@
 import math
 
 from contracts.geometry import Pose2D
-from coordinator.core.geometry import Relative, relative, ring
+from contracts.robot import CandidatePose
+from coordinator.core.geometry import Relative, relative
 from coordinator.core.step_context import StepContext
-from geometry.poses import apart_m, wrap
+from geometry.poses import wrap
 
 EXCLUDED_RAD = 0.5
 
@@ -26,32 +27,30 @@ def surface_distance_m(context: StepContext) -> float | None:
     return max(0.0, there.distance_m - context.rules.camera_forward_m) if there is not None else None
 
 
-def too_near_for_a_goal(context: StepContext, pose: Pose2D) -> bool:
-    """Nav2 calls a goal reached from within its tolerance (0.25 m): so short a way is turned and driven instead."""
-    here = context.mission.robot.pose
-    return here is not None and apart_m(here, pose) < context.rules.goal_m_min
-
-
 def approach_candidates(
     context: StepContext, radii_m: tuple[float, ...], tried_rad: tuple[float, ...] = ()
-) -> tuple[tuple[tuple[Pose2D, ...], ...], tuple[float, ...]]:
-    """Groups of poses facing the object, nearest ring first, and what each costs in metres of path for lying further
-    round it; only radii nearer than the robot stands, and only directions not within 0.5 rad of a tried one.
+) -> tuple[CandidatePose, ...]:
+    """Poses facing the object, the nearest circle first; lying farther round it costs metres of path. Only circles so
+    much nearer than the robot stands that Nav2 does not call the way done (its tolerance is 0.25 m), and only
+    directions not within 0.5 rad of a tried one.
     """
-    candidate, pose = context.candidate, context.mission.robot.pose
+    candidate, pose, rules = context.candidate, context.mission.robot.pose, context.rules
     if candidate.map_xy is None or pose is None:
-        return (), ()
+        return ()
     x, y = candidate.map_xy
     seen_from = math.atan2(pose.y - y, pose.x - x)
     away_m = math.hypot(pose.x - x, pose.y - y)
-    offsets = tuple(
-        a
-        for a in context.rules.ring_angles_rad
+    return tuple(
+        CandidatePose(
+            pose=Pose2D(
+                x=x + radius_m * math.cos(seen_from + a),
+                y=y + radius_m * math.sin(seen_from + a),
+                yaw=wrap(seen_from + a + math.pi),
+            ),
+            cost_m=abs(a) * rules.ring_turn_cost_m_rad,
+            rank=rank,
+        )
+        for rank, radius_m in enumerate(r for r in radii_m if tried_rad or r < away_m - rules.goal_m_min)
+        for a in rules.ring_angles_rad
         if all(abs(wrap(seen_from + a - tried)) > EXCLUDED_RAD for tried in tried_rad)
     )
-    if not offsets:
-        return (), ()
-    nearer = tuple(r for r in radii_m if tried_rad or r < away_m - 0.1)
-    groups = tuple(ring(x, y, r, tuple(seen_from + a for a in offsets)) for r in nearer)
-    costs = tuple(abs(a) * context.rules.ring_turn_cost_m_rad for a in offsets) * len(groups)
-    return groups, costs

@@ -102,16 +102,6 @@ class Docked:
 
 
 @dataclass(frozen=True, slots=True)
-class PathChosen:
-    """`index` of the chosen candidate, none when none is reachable; `error` is the planner's last word."""
-
-    call: int
-    index: int | None
-    length_m: float = 0.0
-    error: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class GoalEnded:
     """`cause` is what ended it where it did not arrive, `error_code` Nav2's, `error` the same for a person."""
 
@@ -182,7 +172,7 @@ class CallFailed:
 
 
 Answer = (
-    Undocked | Docked | PathChosen | GoalEnded | MotionEnded | Localized | Validated | CoveragePlanned | CallFailed
+    Undocked | Docked | GoalEnded | MotionEnded | Localized | Validated | CoveragePlanned | CallFailed
 )  # fmt: skip
 """To a call the core asked for, by its number."""
 

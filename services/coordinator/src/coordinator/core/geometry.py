@@ -28,19 +28,3 @@ class Relative:
 def relative(point_x: float, point_y: float, base: Pose2D) -> Relative:
     dx, dy = point_x - base.x, point_y - base.y
     return Relative(math.hypot(dx, dy), wrap(math.atan2(dy, dx) - base.yaw))
-
-
-def ring(target_x: float, target_y: float, radius_m: float, directions_rad: tuple[float, ...]) -> tuple[Pose2D, ...]:
-    """Poses on a circle round the target, each facing it; a direction is where the pose lies, seen from the target."""
-    return tuple(
-        Pose2D(x=target_x + radius_m * math.cos(a), y=target_y + radius_m * math.sin(a), yaw=wrap(a + math.pi))
-        for a in directions_rad
-    )
-
-
-def around(pose: Pose2D, radius_m: float, count: int) -> tuple[Pose2D, ...]:
-    """`count` poses on a circle round a wanted one, with its heading."""
-    steps = (2 * math.pi * k / count for k in range(count))
-    return tuple(
-        Pose2D(x=pose.x + radius_m * math.cos(a), y=pose.y + radius_m * math.sin(a), yaw=pose.yaw) for a in steps
-    )

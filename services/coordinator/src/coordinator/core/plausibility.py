@@ -23,7 +23,7 @@ def checked_arrival(mission: Mission, event: GoalEnded) -> GoalEnded:
     going, here = mission.activity, mission.robot.pose
     if not isinstance(going, Navigating) or here is None or event.status is not GoalStatus.SUCCEEDED:
         return event
-    off_m = apart_m(here, going.goal)
+    off_m = min(apart_m(here, each.pose) for each in going.candidates)
     if off_m <= mission.rules.arrived_m:
         return event
     return replace(event, status=GoalStatus.ABORTED, error=f"said it arrived, but stands {off_m:.1f} m from there")

@@ -15,11 +15,11 @@ from contracts.mission import MissionState
 from coordinator.core.actions import Action, Say
 from coordinator.core.events import Event
 from coordinator.core.mission import Mission, RobotSnapshot
-from coordinator.core.old_recordings import OLD_FORMS, translated_header, translated_step
+from coordinator.core.old_recordings import OLD_FORMS, translated_header, translated_steps
 from coordinator.core.rules import Rules
 from coordinator.core.step import step
 
-FORM = 3
+FORM = 4
 """Of what is written. Raise it when a recorded name or field changes; `old_recordings` reads the forms before."""
 
 
@@ -106,7 +106,9 @@ def read(lines: Iterable[str]) -> Recording:
         if header.form not in {*OLD_FORMS, FORM}:
             raise MalformedRecordingError(f"form {header.form} of a recording; this program reads 1 to {FORM}")
         plain = (_PLAIN.validate_json(row) for row in rows if row.strip())
-        return Recording(header, tuple(_step(translated_step(header.form, one)) for one in plain))
+        return Recording(
+            header, tuple(_step(one) for one in translated_steps(header.form, header.rules.goal_timeout_s, plain))
+        )
     except StopIteration:
         raise MalformedRecordingError("it is empty") from None
     except (KeyError, TypeError) as error:

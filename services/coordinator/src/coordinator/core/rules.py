@@ -52,7 +52,6 @@ class Policy(BaseModel):
     undock_timeout_s: float = Field(default=95.0, gt=0.0, description="to leave the dock")
     wake_s_max: float = Field(default=60.0, ge=0.0, description="for the first picture after the dock: a power saver")
     goal_timeout_s: float = Field(default=120.0, gt=0.0, description="of one drive by Nav2")
-    path_timeout_s: float = Field(default=30.0, gt=0.0, description="for the paths to all places that may be next")
     plan_timeout_s: float = Field(default=20.0, gt=0.0, description="to compute where to look")
     turn_timeout_s: float = Field(default=15.0, gt=0.0, description="of one turn")
     localize_timeout_s: float = Field(default=4.0, gt=0.0, description="to measure one box")

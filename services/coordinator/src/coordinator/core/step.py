@@ -9,7 +9,6 @@ from coordinator.core import operator_commands, robot_updates
 from coordinator.core.activities import (
     AwaitingFrame,
     CheckingPlace,
-    ChoosingPath,
     Docking,
     Driving,
     Idle,
@@ -157,7 +156,7 @@ def _overdue(context: StepContext) -> None:
             awake(context)
         case AwaitingFrame() | Steering():
             state_of(context.mission).on_timeout(context)
-        case Rotating() | Driving() | Navigating() | Undocking() | Docking() | ChoosingPath():
+        case Rotating() | Driving() | Navigating() | Undocking() | Docking():
             context.stop_motion()
             _call_failed(context, "robot_bridge", "no answer in time")
         case Measuring() | CheckingPlace():

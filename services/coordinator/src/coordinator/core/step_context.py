@@ -7,14 +7,12 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Concatenate, ParamSpec
 
-from contracts.geometry import Pose2D
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState
-from contracts.robot import BoxQuery
+from contracts.robot import GOAL_ANSWER_S, BoxQuery, CandidatePose
 from coordinator.core import actions as do
 from coordinator.core.activities import (
     Activity,
     AwaitingFrame,
-    ChoosingPath,
     Driving,
     Measuring,
     Navigating,
@@ -149,15 +147,11 @@ class StepContext:
         self.request(do.Drive(call, distance_m, speed, limit_s))
         self.set_activity(Driving(call, self._until(limit_s)))
 
-    def choose_path(self, groups: tuple[tuple[Pose2D, ...], ...], costs_m: tuple[float, ...]) -> None:
-        action = do.ChoosePath(self.call(), groups, costs_m, self.rules.path_timeout_s)
-        self.request(action)
-        self.set_activity(ChoosingPath(action.call, self._until(action.timeout_s), action.poses))
-
-    def navigate(self, goal: Pose2D, *, tries: int = 0) -> None:
+    def navigate(self, candidates: tuple[CandidatePose, ...], ring_radius_m: float | None = None) -> None:
+        """The bridge checks them first, so its answer may take a while."""
         call, limit_s = self.call(), self.rules.goal_timeout_s
-        self.request(do.Navigate(call, goal, limit_s))
-        self.set_activity(Navigating(call, self._until(limit_s), goal, tries))
+        self.request(do.Navigate(call, candidates, limit_s, ring_radius_m))
+        self.set_activity(Navigating(call, self._until(GOAL_ANSWER_S + limit_s), candidates))
 
     def localize(self, box: BoxQuery) -> None:
         call, limit_s = self.call(), self.rules.localize_timeout_s

@@ -12,7 +12,7 @@ from contracts.causes import Refusal
 from contracts.description import RobotDescription
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionStatus
 from contracts.motion import BaseReply, Hazard
-from contracts.robot import EmergencyStop, Goal, RobotState
+from contracts.robot import EmergencyStop, Goal, GoalRequest, RobotState
 from contracts.topics import (
     ROBOT_DESCRIPTION,
     ROBOT_EMERGENCY_STOP,
@@ -191,7 +191,7 @@ class MissionRunner:
                     self._spawn(self._celebrate())
             case do.Undock() | do.Dock() | do.Navigate() | do.Rotate() | do.Drive():
                 self._motion.start(lambda: self._call(action.call, lambda: self._move(action, epoch)), epoch)
-            case do.ChoosePath() | do.Localize() | do.Validate() | do.PlanCoverage():
+            case do.Localize() | do.Validate() | do.PlanCoverage():
                 if self._query is not None:
                     self._query.cancel()
                 self._query = self._spawn(self._call(action.call, lambda: self._ask(action)))
@@ -236,8 +236,15 @@ class MissionRunner:
             case do.Dock(call=call, timeout_s=timeout_s):
                 reply = await self._robot.dock(timeout_s=timeout_s)
                 return ev.Docked(call) if reply.end.completed else _base_gave_up(call, reply)
-            case do.Navigate(call=call, goal=pose, timeout_s=timeout_s):
-                goal = await self._motion.navigate(pose, timeout_s, epoch)
+            case do.Navigate(call=call):
+                goal = await self._motion.navigate(
+                    GoalRequest(
+                        candidates=action.candidates,
+                        epoch=epoch,
+                        timeout_s=action.timeout_s,
+                        ring_radius_m=action.ring_radius_m,
+                    )
+                )
                 return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg, goal.cause)
             case do.Rotate(call=call, angle_rad=angle, speed_rad_s=speed, timeout_s=timeout_s):
                 reply = await self._robot.rotate(angle, speed_rad_s=speed, timeout_s=timeout_s, epoch=epoch)
@@ -246,11 +253,9 @@ class MissionRunner:
                 reply = await self._robot.drive(distance, speed_m_s=speed, timeout_s=timeout_s, epoch=epoch)
                 return ev.MotionEnded(call, reply.end, driven_m=reply.driven_m, text=reply.text)
 
-    async def _ask(self, action: do.ChoosePath | do.Localize | do.Validate | do.PlanCoverage) -> ev.Event:
+    async def _ask(self, action: do.Localize | do.Validate | do.PlanCoverage) -> ev.Event:
         async with asyncio.timeout(action.timeout_s):
             match action:
-                case do.ChoosePath():
-                    return await self._choose_path(action)
                 case do.Localize(call=call, box=box):
                     return ev.Localized(call, self._measured.of(box))
                 case do.Validate(call=call, target=target, box=box):
@@ -260,22 +265,6 @@ class MissionRunner:
                     pose = self.mission.robot.pose
                     plan = await self._explored.plan(pose, avoid)
                     return ev.CoveragePlanned(call, plan.points, plan.free_area_m2, plan.trouble)
-
-    async def _choose_path(self, action: do.ChoosePath) -> ev.PathChosen:
-        first, error = 0, "no pose was given"
-        for group in action.groups:
-            best: tuple[float, int, float] | None = None
-            for offset, pose in enumerate(group):
-                reply = await self._robot.path(pose)
-                if reply.reachable and reply.length_m is not None:
-                    found = (reply.length_m + action.costs_m[first + offset], first + offset, reply.length_m)
-                    best = min(best, found) if best is not None else found
-                else:
-                    error = reply.error_name or f"error {reply.error_code}"
-            if best is not None:
-                return ev.PathChosen(action.call, best[1], best[2])
-            first += len(group)
-        return ev.PathChosen(action.call, None, error=error)
 
     async def _celebrate(self) -> None:
         try:

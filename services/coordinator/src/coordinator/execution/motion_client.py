@@ -7,9 +7,9 @@ from typing import Any
 import structlog
 
 from contracts.causes import SafetyCause
-from contracts.geometry import Pose2D, Twist2D
+from contracts.geometry import Twist2D
 from contracts.motion import MotionEnd
-from contracts.robot import Goal, GoalStatus, VelocityReply
+from contracts.robot import Goal, GoalRequest, GoalStatus, VelocityReply
 from coordinator.execution.motion_phases import (
     FOLLOWS,
     Calling,
@@ -91,13 +91,13 @@ class MotionClient:
             case _:
                 pass
 
-    async def navigate(self, pose: Pose2D, timeout_s: float, epoch: int) -> Goal:
+    async def navigate(self, request: GoalRequest) -> Goal:
         """The goal when it is over. Only inside the work of a `start`. A goal whose sending is interrupted is cancelled
         as soon as its id is known.
         """
         calling = self._motion
         assert isinstance(calling, Calling)
-        answer = self._spawn(self._send(pose, timeout_s, epoch))
+        answer = self._spawn(self._send(request))
         self._become(Sending(calling.task, answer))
         goal = await asyncio.shield(answer)
         if isinstance(goal, MeshError):
@@ -115,10 +115,10 @@ class MotionClient:
         self._become(calling)
         return goal
 
-    async def _send(self, pose: Pose2D, timeout_s: float, epoch: int) -> Goal | MeshError:
+    async def _send(self, request: GoalRequest) -> Goal | MeshError:
         """The failure is given back, not raised: whoever waited for it may be gone."""
         try:
-            return await self._robot.navigate(pose, timeout_s=timeout_s, epoch=epoch)
+            return await self._robot.navigate(request)
         except MeshError as error:
             return error
 

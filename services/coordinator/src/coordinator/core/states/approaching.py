@@ -7,9 +7,9 @@ import math
 from contracts.measuring import Measurement
 from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.robot import GoalStatus
-from coordinator.core.activities import AwaitingFrame, ChoosingPath, Driving, Measuring, Navigating, Rotating, Stage
-from coordinator.core.approach_poses import approach_candidates, surface_distance_m, target_in_base, too_near_for_a_goal
-from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, PathChosen, Tick
+from coordinator.core.activities import AwaitingFrame, Driving, Measuring, Navigating, Rotating, Stage
+from coordinator.core.approach_poses import approach_candidates, surface_distance_m, target_in_base
+from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, Tick
 from coordinator.core.mission import Approach
 from coordinator.core.obstruction import furniture_before, hindrance
 from coordinator.core.outcomes import found
@@ -36,30 +36,18 @@ class Approaching(State):
             context.transition_to(MissionState.CENTERING, "its position is unknown: looking again")
             return
         context.update(approach=Approach(until_s=context.now_s + APPROACH_TIMEOUT_S))
-        groups, costs = approach_candidates(context, context.rules.ring_radii_m)
-        if there.distance_m <= context.rules.ring_skip_m or not groups:
+        candidates = approach_candidates(context, context.rules.ring_radii_m)
+        if there.distance_m <= context.rules.ring_skip_m or not candidates:
             _face(context)
         else:
-            context.choose_path(groups, costs)
+            context.log_event(EventKind.NAVIGATION, "driving to a place in front of it")
+            context.navigate(candidates, ring_radius_m=0.0)
 
     def handle(self, context: StepContext, event: Event) -> None:
         stage = context.approach.stage
         match context.mission.activity, event:
             case _, Tick() if context.now_s >= context.approach.until_s:
                 _on_overtime(context)
-            case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
-                if too_near_for_a_goal(context, poses[index]):
-                    _face(context)
-                    return
-                context.log_event(
-                    EventKind.NAVIGATION, "driving to a place in front of it", EventFacts(goal=poses[index])
-                )
-                context.navigate(poses[index])
-            case ChoosingPath(), PathChosen(error=error):
-                context.log_event(
-                    EventKind.NAVIGATION, f"no place around it can be reached ({error}): driving straight ahead"
-                )
-                _face(context)
             case Navigating(), GoalEnded():
                 _goal_ended(context, event)
             case Rotating(), MotionEnded() as ended:
@@ -124,20 +112,13 @@ def _on_overtime(context: StepContext) -> None:
 
 
 def _goal_ended(context: StepContext, event: GoalEnded) -> None:
-    going = context.mission.activity
-    assert isinstance(going, Navigating)
-    if event.status is GoalStatus.ABORTED and going.tries == 0:
-        why = f"Nav2 error {event.error_code}: clearing the costmaps and trying again"
-        context.log_event(EventKind.NAVIGATION, why, EventFacts(error_code=event.error_code))
-        context.navigate(going.goal, tries=1)
-        return
     refused = event.status in {GoalStatus.CANCELED, GoalStatus.REJECTED} and context.search.refusals == 0
     context.update_search(refusals=1 if refused else 0)
     if refused:
         context.retry_later("navigation", f"{event.status.value} {event.error}".strip(), stopped=event.stopped)
         return
     if event.status is not GoalStatus.SUCCEEDED:
-        why = f"{event.status.value} {event.error_code}: driving straight ahead from here"
+        why = f"{event.error or event.status.value}: driving straight ahead from here"
         context.log_event(EventKind.NAVIGATION, why, EventFacts(error_code=event.error_code))
     _face(context)
 
@@ -267,11 +248,11 @@ def _other_side(context: StepContext) -> bool:
         return False
     here_rad = math.atan2(pose.y - xy[1], pose.x - xy[0])
     tried = (*context.approach.tried_rad, here_rad)
-    groups, costs = approach_candidates(context, context.rules.ring_radii_m[:2], tried)
-    if not groups:
+    candidates = approach_candidates(context, context.rules.ring_radii_m[:2], tried)
+    if not candidates:
         return False
     alternatives = context.approach.alternatives + 1
     context.update_approach(stage=Stage.RING, alternatives=alternatives, tried_rad=tried, ended=None, drives=0)
     context.log_event(EventKind.NAVIGATION, "stopped too far away: trying from another side")
-    context.choose_path(groups, costs)
+    context.navigate(candidates, ring_radius_m=0.0)
     return True

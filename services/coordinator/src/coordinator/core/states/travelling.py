@@ -2,11 +2,11 @@
 
 from contracts.geometry import Pose2D
 from contracts.mission import EndCause, EventFacts, EventKind, MissionState
-from contracts.robot import GoalStatus
+from contracts.robot import CandidatePose, GoalStatus
 from coordinator.core import actions as do
-from coordinator.core.activities import ChoosingPath, Navigating, PlanningCoverage, Undocking, Waking
-from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, PathChosen, Undocked
-from coordinator.core.geometry import around, near_any
+from coordinator.core.activities import Navigating, PlanningCoverage, Undocking, Waking
+from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, Undocked
+from coordinator.core.geometry import near_any
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, abort_for_the_map, give_up
 from coordinator.core.search import awake, drop_views_looked_at, new_scan, undock_first, undocked
@@ -43,13 +43,9 @@ class Travelling(State):
                 undocked(context)
             case Waking(), DetectionsSeen():
                 awake(context)
-            case ChoosingPath(poses=poses), PathChosen(index=index) if index is not None and index < len(poses):
-                context.navigate(poses[index])
-            case ChoosingPath(), PathChosen(error=error):
-                self._skip(context, f"no path there ({error or 'no reason given'})")
-            case Navigating() as navigating, GoalEnded():
-                self._goal_ended(context, navigating, event)
-            case ((ChoosingPath() | Navigating() | PlanningCoverage()), DetectionsSeen()):
+            case Navigating(), GoalEnded():
+                self._goal_ended(context, event)
+            case ((Navigating() | PlanningCoverage()), DetectionsSeen()):
                 stop_if_seen(context, event)
             case _:
                 pass
@@ -58,24 +54,19 @@ class Travelling(State):
         """Another place is tried when the call for this one failed twice in a row."""
         del detail
         context.update_search(place_failures=context.search.place_failures + 1)
-        on_the_way = isinstance(context.mission.activity, Navigating | ChoosingPath)
-        if context.search.place_failures <= 1 or not on_the_way:
+        if context.search.place_failures <= 1 or not isinstance(context.mission.activity, Navigating):
             return False
         self._skip(context, "two requests failed")
         context.count_failure()
         return True
 
-    def _goal_ended(self, context: StepContext, navigating: Navigating, event: GoalEnded) -> None:
+    def _goal_ended(self, context: StepContext, event: GoalEnded) -> None:
         what = f"{event.status.value} {event.error_code or ''} {event.error}".strip()
         if event.status not in {GoalStatus.REJECTED, GoalStatus.CANCELED}:
             context.update_search(refusals=0)
         match event.status:
             case GoalStatus.SUCCEEDED:
                 self.arrive(context)
-            case GoalStatus.ABORTED if navigating.tries == 0:
-                once_more = f"{what}: clearing the costmaps and trying again"
-                context.log_event(EventKind.NAVIGATION, once_more, EventFacts(error_code=event.error_code))
-                context.navigate(navigating.goal, tries=1)
             case GoalStatus.REJECTED | GoalStatus.CANCELED:
                 self._refused(context, what, stopped=event.stopped)
             case _:
@@ -123,7 +114,7 @@ class MemoryNav(Travelling):
         context.log_event(
             EventKind.NAVIGATION, f"driving to a remembered place: {place.reason}", EventFacts(goal=place.pose)
         )
-        choose_path_near(context, place.pose)
+        context.navigate((CandidatePose(pose=place.pose),))
 
     def on_arrival(self, context: StepContext) -> None:
         place, *others = context.search.views
@@ -171,7 +162,7 @@ class MovingToScan(Travelling):
         if is_here(context, points[0]):
             self.arrive(context)
         else:
-            choose_path_near(context, points[0])
+            context.navigate((CandidatePose(pose=points[0]),))
 
     def on_arrival(self, context: StepContext) -> None:
         context.update_search(points=context.search.points[1:])
@@ -187,12 +178,6 @@ class MovingToScan(Travelling):
 def is_here(context: StepContext, pose: Pose2D) -> bool:
     here = context.mission.robot.pose
     return here is not None and apart_m(here, pose) <= ARRIVED_M
-
-
-def choose_path_near(context: StepContext, pose: Pose2D) -> None:
-    """To the wanted pose itself, else to one of a ring round it (half the failures in A19 were path rejections)."""
-    groups = ((pose,), around(pose, 0.35, 6), around(pose, 0.7, 8))
-    context.choose_path(groups, tuple(0.0 for group in groups for _ in group))
 
 
 def stop_if_seen(context: StepContext, event: DetectionsSeen) -> None:
