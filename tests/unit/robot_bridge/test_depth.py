@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from contracts.base import SIGMA_M_MAX
 from robot_bridge.sensing.depth import core, depths_in_box, localise, measure, near_mode, scaled_box
 from robot_bridge.sensing.sensor_readings import Intrinsics
 from robot_bridge.sensing.transforms import matrix
@@ -68,6 +69,15 @@ def test_holes_are_no_distance() -> None:
     depth[:, ::2] = np.nan
     found = depths_in_box(depth, (0, 0, 250, 250), COLOUR, DEPTH, None)
     assert (found.depths_m.size, found.holes) == (0, 1.0)
+
+
+def test_a_distance_no_depth_picture_can_say_is_a_hole() -> None:
+    depth = np.full((400, 640), 1e30, np.float32)
+    depth[:, :10] = 2.0
+    found = depths_in_box(depth, (0, 0, 250, 250), COLOUR, DEPTH, None)
+    assert set(np.unique(found.depths_m)) <= {2.0}
+    assert measure(found, NOISE).holes == found.holes
+    assert NOISE.sigma_m(1e30) == SIGMA_M_MAX
 
 
 def test_the_share_of_holes_is_told_beside_the_distance() -> None:

@@ -27,4 +27,7 @@ BboxXyxy = Annotated[
     tuple[float, float, float, float],
     Field(description="x_min, y_min, x_max, y_max in pixels of the frame the message names"),
 ]
+SIGMA_M_MAX = 1e6
+SigmaM = Annotated[float, Field(ge=0.0, le=SIGMA_M_MAX)]
+"""A standard deviation, whose square is far from an overflow."""
 ImageSidePx = Annotated[int, Field(ge=1, le=8192, description="pixels")]

@@ -4,7 +4,7 @@ import math
 
 from pydantic import Field
 
-from contracts.base import ImageSidePx, Message
+from contracts.base import SIGMA_M_MAX, ImageSidePx, Message
 from contracts.geometry import Point3D
 
 
@@ -15,7 +15,7 @@ class DepthNoise(Message):
     exponent: float = Field(ge=0.0, le=6.0, description="by which it grows with the distance")
 
     def sigma_m(self, distance_m: float) -> float:
-        return self.at_1m_m * distance_m**self.exponent
+        return min(self.at_1m_m * distance_m**self.exponent, SIGMA_M_MAX)
 
 
 class CameraModel(Message):

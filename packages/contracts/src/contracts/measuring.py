@@ -4,7 +4,7 @@ from enum import StrEnum
 
 from pydantic import Field
 
-from contracts.base import BboxXyxy, ImageSidePx, Message
+from contracts.base import BboxXyxy, ImageSidePx, Message, SigmaM
 from contracts.geometry import Point3D
 
 TEXT_MAX = 500
@@ -36,7 +36,7 @@ class Measurement(Message):
         default=None, description="from the camera to the near surface, horizontal; none = not measured"
     )
     depth_m: float | None = Field(default=None, description="the same along the optical axis")
-    sigma_m: float | None = Field(default=None, ge=0.0, description="grows with the distance")
+    sigma_m: SigmaM | None = Field(default=None, description="grows with the distance")
     bearing_rad: float | None = Field(
         default=None, description="of the box centre from the robot's x axis, counter-clockwise positive"
     )

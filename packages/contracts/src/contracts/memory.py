@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from contracts.base import NO_CONTROL_CHARACTERS, BboxXyxy, Confidence, ImageSidePx, Label, Message, StampS
+from contracts.base import NO_CONTROL_CHARACTERS, BboxXyxy, Confidence, ImageSidePx, Label, Message, SigmaM, StampS
 from contracts.geometry import Point3D, Pose2D
 from contracts.vision import Target
 
@@ -29,7 +29,7 @@ class Observation(Message):
     stamp_s: StampS
     colour: ColourWord | None = None
     position: Point3D | None = Field(default=None, description="of the thing's near surface, in map, where measured")
-    sigma_m: float | None = Field(default=None, ge=0.0, le=1e6, description="standard deviation of the position")
+    sigma_m: SigmaM | None = Field(default=None, description="standard deviation of the position")
     embedding: Embedding | None = Field(default=None, description="of what the box shows")
 
 

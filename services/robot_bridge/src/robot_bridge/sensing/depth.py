@@ -17,6 +17,8 @@ CORE_HEIGHT = 0.6
 """The part of a box that is looked at: its borders show the background."""
 SAMPLES_MIN = 12
 SAMPLES_MAX = 4000
+DEPTH_M_MAX = 65.535
+"""What a depth picture in millimetres can say; a pixel that says more measured nothing."""
 HOLE_M = 1.0
 """Where a hole is taken to be when nothing round it was measured either."""
 MODE_SHARE_MIN = 0.15
@@ -75,7 +77,7 @@ def depths_in_box(
     rows, columns = _window(depth_m.shape, box, colour, depth)
     part = depth_m[rows, columns].astype(np.float64)
     v, u = np.mgrid[rows, columns]
-    good = np.isfinite(part) & (part > 0.0)
+    good = (part > 0.0) & (part <= DEPTH_M_MAX)
     inside, z = _projected(part[good], u[good], v[good], box, colour, depth, depth_in_colour)
     typical_m = float(np.median(part[good])) if good.any() else HOLE_M
     missing = np.full(int((~good).sum()), typical_m)
