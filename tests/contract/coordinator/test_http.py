@@ -91,7 +91,16 @@ async def test_ready_names_each_dependency(open_mesh: OpenMesh) -> None:
         ready = await mesh.client.get("/ready")
         assert ready.status_code == 200
         names = {d["name"] for d in ready.json()["dependencies"]}
-        assert names == {"redis", "robot_bridge", "inference", "memory", "database", "session", "robot.state"}
+        assert names == {
+            "redis",
+            "robot_bridge",
+            "inference",
+            "memory",
+            "database",
+            "session",
+            "robot.state",
+            "robot.description",
+        }
         mesh.robot.session_held = False
         unready = await mesh.client.get("/ready")
         assert unready.status_code == 503

@@ -182,7 +182,7 @@ FIRST = Order()
 class Mission:
     """`id` is empty until the first mission; after an ending the outcome stays until the next one starts."""
 
-    rules: Rules = field(kw_only=True)
+    rules: Rules
     robot: RobotSnapshot = RobotSnapshot()
     state: MissionState = MissionState.IDLE
     activity: Activity = field(default_factory=Idle)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Concatenate, ParamSpec
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState
 from contracts.robot import GOAL_ANSWER_S, BoxQuery, CandidatePose
@@ -21,7 +21,7 @@ from coordinator.core.activities import (
     Starting,
     Waiting,
 )  # fmt: skip
-from coordinator.core.mission import Approach, Candidate, Mission, Search, Sighting
+from coordinator.core.mission import Approach, Candidate, Mission, Search
 from coordinator.core.rules import Rules
 from coordinator.core.transitions import ALLOWED
 
@@ -31,6 +31,7 @@ class ForbiddenTransitionError(AssertionError):
 
 
 P = ParamSpec("P")
+First = TypeVar("First")
 
 
 def _writer(part: str, constructor: Callable[P, object]) -> Callable[Concatenate[StepContext, P], None]:
@@ -44,8 +45,8 @@ def _writer(part: str, constructor: Callable[P, object]) -> Callable[Concatenate
     return update
 
 
-def _all_but_the_sighting(constructor: Callable[Concatenate[Sighting, P], object]) -> Callable[P, object]:
-    """The one field of a candidate that has no default: `follow` sets it."""
+def _all_but_the_first(constructor: Callable[Concatenate[First, P], object]) -> Callable[P, object]:
+    """The one field that has no default: a mission's rules and a candidate's sighting are not set one by one."""
     return partial(constructor)  # pyright: ignore[reportReturnType, reportCallIssue]
 
 
@@ -79,9 +80,9 @@ class StepContext:
         """The present on the clock that stamps frames."""
         return self.now_s + self.mission.robot.offset_s
 
-    update = _writer("mission", Mission)
+    update = _writer("mission", _all_but_the_first(Mission))
     update_search = _writer("search", Search)
-    update_candidate = _writer("candidate", _all_but_the_sighting(Candidate))
+    update_candidate = _writer("candidate", _all_but_the_first(Candidate))
     update_approach = _writer("approach", Approach)
 
     def request(self, action: do.Action) -> None:
