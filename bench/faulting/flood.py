@@ -26,6 +26,7 @@ def routes(epoch: int, gains: object) -> dict[str, object]:
         "GET /state": None,
         "GET /description": None,
         "GET /scan": None,
+        "GET /obstacles": None,
         "GET /map": None,
         "GET /map.png": None,
         "GET /maps": None,

@@ -17,9 +17,9 @@ from mesh.bus import open_bus
 from mesh.clock import SystemClock
 from mesh.errors import UpstreamError
 from mesh.tasks import Tasks
-from support.bus import MemoryBus
 from support.coordinator_world import FakeInference, FakeMemory, World
 from support.coordinator_world import FakeRobot as CoordinatorsRobot
+from support.described import described_bus
 from support.fake_clock import FakeClock
 from support.fake_robot import FakeRobot as ToyBehindTheBridge
 from support.memory_log import MemoryLog
@@ -59,7 +59,7 @@ class Coordinator:
 
 @pytest.fixture
 async def the_coordinator() -> AsyncIterator[Coordinator]:
-    clock, bus = FakeClock(), MemoryBus()
+    clock, bus = FakeClock(), described_bus()
     world = World(clock, bus, things=[], keep_out=[], colours_unknown=False)
     app = coordinator.app.create_app(
         coordinator.settings.Settings(),
