@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import SettingsConfigDict
 
 from contracts.description import DepthNoise
 from contracts.geometry import Pose2D
+from mesh.settings import Port, ServiceSettings
 from robot_bridge.sensing.laser_rules import LaserMask, ZeroRange
 from robot_bridge.sensing.snapshot import AgeLimits
 
@@ -91,7 +92,7 @@ class RosSettings(BaseModel):
     nav2_lifecycle_nodes: tuple[str, ...] = ("bt_navigator", "planner_server", "controller_server")
 
 
-class Settings(BaseSettings):
+class Settings(ServiceSettings):
     model_config = SettingsConfigDict(
         env_prefix="ROBOT_BRIDGE_",
         env_nested_delimiter="__",
@@ -99,11 +100,9 @@ class Settings(BaseSettings):
         frozen=True,
     )
 
-    host: str = "127.0.0.1"
-    port: int = Field(default=8004, ge=1, le=65535)
+    port: Port = 8004
     log_level: str = "INFO"
     nice: int = Field(default=-10, ge=-20, le=19, description="the process's priority, where it is permitted to set it")
-    redis_url: str = "redis://127.0.0.1:6379/0"
     state_dir: Path = Field(default=Path("var/robot_bridge"), description="holds the emergency stop's latch")
     body_bytes_max: int = Field(default=200_000, ge=1000)
 
