@@ -239,6 +239,8 @@ class GoalExecutor:
         try:
             while not end.done() and self._active is active:
                 await asyncio.wait({end}, timeout=0.25)
+                if self._active is not active:
+                    return None
                 now_s = self._clock.now_s()
                 if now_s > active.deadline_s and not isinstance(active.state, Ending):
                     self._end_soon(active, GoalStatus.TIMED_OUT, GoalCause.TIMED_OUT)
