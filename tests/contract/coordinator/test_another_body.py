@@ -69,3 +69,18 @@ def test_memory_looks_from_where_the_camera_is(body: RobotDescription) -> None:
     assert before is not None
     assert (seen.v, seen.distance_m) == pytest.approx((125.0, 2.0 - AHEAD_M))
     assert before.v < 100.0
+
+
+async def test_the_way_to_the_dock_needs_no_description_and_one_that_comes_meanwhile_counts_afterwards(
+    open_mesh: OpenMesh, body: RobotDescription
+) -> None:
+    async with open_mesh(RED, described=False) as mesh:
+        docking = await mesh.post_mission("go to the dock")
+        await mesh.bus.publish(ROBOT_DESCRIPTION, body)
+        ended = await mesh.until_over(docking.id)
+        assert ended.outcome is Outcome.DOCKED
+        docked = recording.read((await mesh.client.get(f"/missions/{docking.id}/recording")).text.splitlines())
+        assert docked.header.rules.camera_hfov_rad == 0.0
+        search = await mesh.post_mission()
+        taken = recording.read((await mesh.client.get(f"/missions/{search.id}/recording")).text.splitlines())
+    assert taken.header.rules.camera_hfov_rad == body.camera.hfov_rad

@@ -8,8 +8,9 @@ import pytest
 
 from contracts.causes import Refusal
 from contracts.description import RobotDescription
-from contracts.topics import ROBOT_DESCRIPTION
+from contracts.topics import ROBOT_DESCRIPTION, ROBOT_STATE
 from robot_bridge.settings import Settings
+from support import fake_robot
 from support.bridge_behaviour import Rig, running
 from support.fake_robot import FakeRobot
 from support.toy_robot import CAMERA_X_M, CAMERA_Z_M, FX, ToyRobot
@@ -49,3 +50,29 @@ async def test_a_faster_base_drives_faster(tmp_path: Path) -> None:
     async with running(tmp_path, toy, FakeRobot(toy), speed_m_s_max=0.5) as rig:
         await rig.client.post("/drive", json={"distance_m": 0.6, "speed_m_s": 0.45, "epoch": 0})
     assert max(linear_x for linear_x, _ in toy.velocities) > 0.4
+
+
+async def test_a_camera_that_sleeps_is_described_as_it_was_last_known(tmp_path: Path) -> None:
+    async with serving(Settings(state_dir=tmp_path), ToyRobot()) as awake:
+        await until(lambda: awake.bus.of(ROBOT_DESCRIPTION) != [])
+    async with serving(Settings(state_dir=tmp_path), ToyRobot(silent={"rgb"})) as asleep:
+        await until(lambda: asleep.bus.of(ROBOT_DESCRIPTION) != [])
+        assert asleep.bus.of(ROBOT_DESCRIPTION)[0] == awake.bus.of(ROBOT_DESCRIPTION)[0]
+
+
+@pytest.mark.parametrize("stored", [b"", b"{", b'{"fx": 1}', b"\xff\x00"])
+async def test_a_camera_that_cannot_be_read_is_none(tmp_path: Path, stored: bytes) -> None:
+    (tmp_path / "camera.json").write_bytes(stored)
+    async with serving(Settings(state_dir=tmp_path), ToyRobot(silent={"rgb"})) as served, httpx.AsyncClient() as http:
+        assert (await http.get(f"http://{served.address}/description")).status_code == 503
+
+
+async def test_a_camera_where_none_can_be_ends_nothing_and_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fake_robot, "CAMERA_Z_M", 244.0)
+    async with serving(Settings(state_dir=tmp_path), ToyRobot()) as served, httpx.AsyncClient() as http:
+        await until(lambda: served.bus.of(ROBOT_STATE) != [])
+        answer = await http.get(f"http://{served.address}/description")
+        assert (answer.status_code, served.bus.of(ROBOT_DESCRIPTION)) == (503, [])
+        assert "no such camera" in answer.json()["detail"]

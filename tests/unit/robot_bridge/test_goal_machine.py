@@ -212,3 +212,14 @@ def test_the_table_names_every_phase_and_every_phase_but_the_last_can_be_left() 
 
 def test_the_page_shows_the_table() -> None:
     assert (ROOT / "docs/goal-phases.md").read_text(encoding="utf-8") == page()
+
+
+def test_a_goal_that_another_task_ended_when_its_time_was_up_ends_nothing_more() -> None:
+    goals = Goals()
+    goals.a_goal_is_sent(0)
+    goals.nav2_takes_it()
+    goals.loop.run_until_complete(goals.clock.advance(REQUEST.timeout_s + 1.0))
+    goals.the_emergency_stop()
+    goals.nav2_ends_it(GoalStatus.SUCCEEDED, 0)
+    goals.no_task_of_it_dies()
+    goals.teardown()

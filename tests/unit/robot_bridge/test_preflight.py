@@ -2,15 +2,16 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from contracts.geometry import Pose2D
 from contracts.robot import CandidatePose
-from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker
-from robot_bridge.ports import Path
+from mesh.errors import UnavailableError
+from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, best_or_first
+from robot_bridge.ports import Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
 from robot_bridge.settings import Settings
 
@@ -124,3 +125,13 @@ async def test_the_number_of_questions_is_bounded() -> None:
     planner = Planner(lambda goal: Path((), 206))
     found = await best(planner, *(candidate(2.0 + k / 10.0, k) for k in range(9)), preflight_poses_max=5)
     assert (found.pose, found.tried, len(planner.asked)) == (None, 5, 5)
+
+
+async def test_without_a_planner_the_first_candidate_in_the_map_is_driven_to() -> None:
+    def away(_: Pose2D) -> Path:
+        raise UnavailableError("nav2", "no planner")
+
+    outside = CandidatePose(pose=Pose2D(x=900.0, y=0.0, yaw=0.0))
+    region = GoalRegion((outside, CandidatePose(pose=WANTED)), 0.6)
+    found = await best_or_first(PathChecker(cast("Robot", Planner(away)), Settings()), region)
+    assert (found.pose, found.candidate) == (WANTED, 1)

@@ -35,6 +35,7 @@ from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 from robot_bridge.safety.obstacles import obstacles
 from robot_bridge.sensing import health
 from robot_bridge.sensing.camera import Camera
+from robot_bridge.sensing.camera_file import CameraFile
 from robot_bridge.sensing.object_localizer import ObjectLocalizer
 from robot_bridge.sensing.sensor_readings import Scan
 from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
@@ -67,6 +68,7 @@ class Bridge:
     maps: MapBook
     recordings: Recordings
     measuring: ObjectLocalizer
+    camera_file: CameraFile
     celebrated_s: float | None = None
 
     def end_session(self, session_id: str) -> None:
@@ -131,13 +133,21 @@ class Bridge:
         )
 
     def description(self) -> RobotDescription:
-        """The settings' body, with the camera as it tells itself. Raises `UnavailableError` before it does."""
+        """The settings' body, with the camera as it tells itself, or told itself last.
+
+        Raises `UnavailableError` where it never has.
+        """
         settings = self.settings
+        try:
+            camera = self.measuring.camera()
+        except UnavailableError:
+            if (camera := self.camera_file.camera) is None:
+                raise
         return RobotDescription(
             footprint_radius_m=settings.footprint_radius_m,
             speed_m_s_max=settings.speed_m_s_max,
             turn_rad_s_max=settings.turn_rad_s_max,
-            camera=self.measuring.camera(),
+            camera=camera,
             depth_noise=settings.depth_noise,
         )
 
@@ -177,7 +187,9 @@ class Bridge:
         """Only once it is whole: what another service knows is never less than before."""
         while True:
             with contextlib.suppress(UnavailableError):
-                await self.bus.publish(ROBOT_DESCRIPTION, self.description())
+                description = self.description()
+                self.camera_file.keep(description.camera)
+                await self.bus.publish(ROBOT_DESCRIPTION, description)
             await self.clock.sleep(1.0)
 
 
@@ -261,6 +273,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         measuring=ObjectLocalizer(
             senses, clock, settings.depth_match_s_max, settings.image_age_s_max, settings.depth_noise
         ),
+        camera_file=CameraFile(settings.state_dir),
         recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
     wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=bridge.session_ended)

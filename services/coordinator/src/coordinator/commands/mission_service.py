@@ -114,14 +114,14 @@ class MissionService:
         """`reading` is none for the way to the dock."""
         if not self.log.opened:
             raise UnavailableError("database", "the history of missions is not open yet")
-        self._refuse_now(ended_before)
+        self._refuse_now(ended_before, searches=reading is not None)
         tasks = [None] if reading is None else await self._read(reading)
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
             QueuedMission(uuid.uuid4().hex, command, task, Order(request_id, part, len(tasks), asked_s))
             for part, task in enumerate(tasks, start=1)
         )
-        self._refuse_now(ended_before)
+        self._refuse_now(ended_before, searches=reading is not None)
         self._queue.add(made)
         self._tell_queued({one.id for one in made})
         return made
@@ -136,7 +136,7 @@ class MissionService:
             else:
                 self.log.upsert(record)
 
-    def _refuse_now(self, ended_before: int) -> None:
+    def _refuse_now(self, ended_before: int, *, searches: bool) -> None:
         if self._dispatcher.orders_to_end != ended_before:
             raise ConflictError(
                 "a person said stop while it was being read", code=CommandRefusal.STOPPED_MEANWHILE.value
@@ -145,8 +145,11 @@ class MissionService:
             raise ConflictError("the emergency stop is latched: reset it first")
         if self.runner.robot_state_age_s > self._settings.robot_state_age_s_max:
             raise UnavailableError("robot_bridge", "the robot's state is not coming in")
-        if self.runner.description is None:
-            raise UnavailableError("robot_bridge", "it has not described its robot yet")
+        if searches and self.runner.description is None:
+            raise UnavailableError(
+                "robot_bridge",
+                "it has not described its robot yet; a camera that sleeps on the dock tells itself after undocking",
+            )
         low = self._dispatcher.why_no_power()
         if low:
             raise ConflictError(f"{low}: it has to charge first")

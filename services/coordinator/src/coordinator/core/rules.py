@@ -1,5 +1,6 @@
 """Every number the mission core decides by: requirements A5 to A12, each with its unit in the name."""
 
+import math
 from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -185,20 +186,21 @@ class Policy(BaseModel):
 class Rules(Policy):
     """The policy for one robot: with its camera, and no faster than it can."""
 
-    camera_hfov_rad: float = Field(gt=0.1, lt=3.1)
-    camera_forward_m: float = Field(description="camera ahead of the base's centre; behind it: negative")
+    camera_hfov_rad: float = Field(default=0.0, ge=0.0, le=math.pi, description="0: not described, it sees nothing")
+    camera_forward_m: float = Field(default=0.0, description="camera ahead of the base's centre; behind it: negative")
 
     @classmethod
-    def of(cls, policy: Policy, robot: RobotDescription) -> "Rules":
-        return cls(
-            **policy.model_dump(include=set(Policy.model_fields) - {"approach_speed_m_s", "scan_speed_rad_s"}),
-            approach_speed_m_s=min(policy.approach_speed_m_s, robot.speed_m_s_max),
-            scan_speed_rad_s=min(policy.scan_speed_rad_s, robot.turn_rad_s_max),
-            camera_hfov_rad=robot.camera.hfov_rad,
-            camera_forward_m=robot.camera.position_in_base.x,
+    def of(cls, policy: Policy, robot: RobotDescription | None) -> "Rules":
+        """Without a description no search may begin: a camera that sees nothing finds nothing."""
+        told = policy.model_dump(include=set(Policy.model_fields))
+        if robot is None:
+            return cls.model_validate(told)
+        return cls.model_validate(
+            told
+            | {
+                "approach_speed_m_s": min(policy.approach_speed_m_s, robot.speed_m_s_max),
+                "scan_speed_rad_s": min(policy.scan_speed_rad_s, robot.turn_rad_s_max),
+                "camera_hfov_rad": robot.camera.hfov_rad,
+                "camera_forward_m": robot.camera.position_in_base.x,
+            }
         )
-
-    @classmethod
-    def undescribed(cls, policy: Policy) -> "Rules":
-        """Before the robot is described: no search begins, and whoever asks for its camera gets an AttributeError."""
-        return cls.model_construct(**policy.model_dump(include=set(Policy.model_fields)))

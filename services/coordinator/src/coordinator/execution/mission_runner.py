@@ -60,7 +60,7 @@ class MissionRunner:
         clock: Clock,
         tasks: Tasks,
     ) -> None:
-        self.mission = Mission(rules=Rules.undescribed(settings))
+        self.mission = Mission(rules=Rules.of(settings, None))
         self.description: RobotDescription | None = None
         self.robot_state: RobotState | None = None
         self.robot_state_s = float("-inf")
@@ -100,6 +100,7 @@ class MissionRunner:
 
     def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
         """Starts a mission, and its recording. Only while the core is idle."""
+        self._take_rules()
         self._explored = self.unexplored()
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
@@ -135,9 +136,13 @@ class MissionRunner:
 
     async def _on_description(self, robot: RobotDescription) -> None:
         """A mission under way goes on with the body it began with."""
-        if robot != self.description and not self.mission.running:
-            self.description = robot
-            self.mission = replace(self.mission, rules=Rules.of(self._settings, robot))
+        self.description = robot
+        self._take_rules()
+
+    def _take_rules(self) -> None:
+        if self.description is not None and not self.mission.running:
+            rules = Rules.of(self._settings, self.description)
+            self.mission = self.mission if rules == self.mission.rules else replace(self.mission, rules=rules)
 
     async def _tick(self) -> None:
         while True:

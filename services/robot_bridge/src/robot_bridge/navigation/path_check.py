@@ -97,6 +97,12 @@ class PathChecker:
                 first.append(Choice(each.rank, each.cost_m + crow_m, each.pose, each.cost_m, number))
         return await self._best(sorted(first, key=lambda each: each[:2]) + _in_turn(self._ring(region)), start)
 
+    def first(self, region: GoalRegion) -> int:
+        """The number of the first candidate that lies in the map."""
+        grid = self._robot.senses.map.value
+        inside = (k for k, each in enumerate(region.candidates) if grid is None or why_not_in(grid, each.pose) is None)
+        return next(inside, 0)
+
     async def roomier(self, region: GoalRegion, than: Pose2D) -> PathCheck:
         """A reachable pose of the ring with more room about it than `than` has."""
         room = self._known_room()
@@ -212,12 +218,13 @@ def _end_off_m(plan: Path, pose: Pose2D) -> float | None:
 
 
 async def best_or_first(preflight: PathChecker, region: GoalRegion) -> PathCheck:
-    """As `best`; the first candidate where the planner does not answer, or its trouble is not with the goal."""
+    """As `best`; the first candidate in the map where the planner does not answer, or the goal is not to blame."""
     try:
         checked = await preflight.best(region)
     except UnavailableError as error:
         log.warning("no preflight: the planner does not answer", error=error.detail)
         checked = None
     if checked is None or (checked.pose is None and not checked.unreachable):
-        return PathCheck(region.candidates[0].pose, 0)
+        number = preflight.first(region)
+        return PathCheck(region.candidates[number].pose, number)
     return checked

@@ -4,6 +4,7 @@ import asyncio
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import ValidationError
 
 from contracts.base import BboxXyxy
 from contracts.description import CameraModel, DepthNoise
@@ -70,10 +71,13 @@ class ObjectLocalizer:
         if info is None:
             raise UnavailableError("rgb_info", self._why_no_info())
         x, y, z = (float(one) for one in self._mount(info)[:3, 3])
-        return CameraModel(
-            width_px=info.width_px, height_px=info.height_px, fx=info.fx, fy=info.fy, cx=info.cx, cy=info.cy,
-            position_in_base=Point3D(x=x, y=y, z=z),
-        )  # fmt: skip
+        try:
+            return CameraModel(
+                width_px=info.width_px, height_px=info.height_px, fx=info.fx, fy=info.fy, cx=info.cx, cy=info.cy,
+                position_in_base=Point3D(x=x, y=y, z=z),
+            )  # fmt: skip
+        except ValidationError as error:
+            raise UnavailableError("rgb_info", f"there is no such camera: {error.errors()[0]['msg']}") from error
 
     def _mount(self, camera: Intrinsics) -> Matrix:
         mount = self.senses.frames.in_base(camera.frame_id)
