@@ -19,7 +19,7 @@ import numpy as np
 from bench.memory_story import HandClock
 from bench.missions.bridge import DESCRIPTION, Frame, SimulatedBridge
 from bench.missions.bus import SimulatedBus
-from bench.missions.clock import run_simulated
+from bench.world.clock import run_simulated
 from bench.missions.eyes import SimulatedEyes, detections_of
 from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace

@@ -18,7 +18,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from bench.missions.clock import NothingLeftError, SpinningError, run_simulated
+from bench.world.clock import NothingLeftError, SpinningError, run_simulated
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run, run_mission
 from bench.missions.scenario import HOMES, Scenario, scenario, wanted_in

@@ -9,10 +9,10 @@ import numpy as np
 
 from bench.missions.bridge import SimulatedBridge
 from bench.missions.bus import SimulatedBus
-from bench.missions.clock import SimulatedClock
 from bench.missions.eyes import SimulatedEyes, SimulatedMemory
 from bench.missions.place import SimulatedPlace
 from bench.missions.scenario import Scenario, remembered_views
+from bench.world.clock import SimulatedClock
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
 from contracts.vision import ParsedTarget

@@ -26,7 +26,7 @@ class LatestValue(Generic[T]):
     def __init__(self) -> None:
         self._newest: Reading[T] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._waiters: set[asyncio.Future[None]] = set()
+        self._waiters: dict[asyncio.Future[None], None] = {}  # in the order of waiting
 
     @property
     def newest(self) -> Reading[T] | None:
@@ -53,7 +53,7 @@ class LatestValue(Generic[T]):
         deadline_s = loop.time() + timeout_s
         while True:
             waiter: asyncio.Future[None] = loop.create_future()
-            self._waiters.add(waiter)  # before looking, so that a value put in between is not missed
+            self._waiters[waiter] = None  # before looking, so that a value put in between is not missed
             try:
                 if (newest := self._newest) is not None and wanted(newest):
                     return newest
@@ -62,7 +62,7 @@ class LatestValue(Generic[T]):
                     return None
                 await asyncio.wait({waiter}, timeout=remaining_s)
             finally:
-                self._waiters.discard(waiter)
+                self._waiters.pop(waiter, None)
                 waiter.cancel()
 
     def _wake(self) -> None:

@@ -27,6 +27,7 @@ def create_app(
     *,
     bus: Bus | None = None,
     robot: Robot | None = None,
+    clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
     """The real bus and the real robot unless others are given; nothing is opened before the app starts."""
@@ -36,9 +37,10 @@ def create_app(
         async with contextlib.AsyncExitStack() as stack:
             the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
-            clock = SystemClock()
-            the_robot = robot if robot is not None else _ros_robot(settings, clock, on_death)
-            yield {"bridge": await stack.enter_async_context(open_bridge(settings, the_robot, the_bus, clock, tasks))}
+            the_clock = clock if clock is not None else SystemClock()
+            the_robot = robot if robot is not None else _ros_robot(settings, the_clock, on_death)
+            bridge = await stack.enter_async_context(open_bridge(settings, the_robot, the_bus, the_clock, tasks))
+            yield {"bridge": bridge}
 
     app = make_app(
         "robot_bridge",

@@ -1,6 +1,5 @@
 """AMCL's part: where the robot is in the map, as it believes; corrections dated ahead, poses on movement only."""
 
-import math
 import time
 
 import structlog
@@ -9,7 +8,7 @@ from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
 from contracts.geometry import Pose2D
-from geometry.poses import compose, inverse
+from sim.nav.localiser import Localiser
 from sim.ros import messages
 from sim.ros.quality import REPUBLISHED
 from sim.ros.realtime import RealTime
@@ -18,27 +17,21 @@ from sim.world import World
 
 log = structlog.get_logger()
 
-MOVED_M, TURNED_RAD = 0.25, 0.2
-"""TurtleBot 4's update_min_d and update_min_a: without so much movement AMCL believes what it believed."""
 
-
-class Localiser:
+class LocaliserInterface:
     """`turn` and `localise` in the World's thread. With `amcl_initial_pose` off it waits for an initial pose."""
 
     def __init__(self, node: Node, settings: SimSettings, realtime: RealTime) -> None:
         self._settings = settings
         self._realtime = realtime
-        self._map_to_odom = Pose2D(x=0.0, y=0.0, yaw=0.0)
-        self._known = settings.amcl_initial_pose
-        self._updated_at: Pose2D | None = None
-        """In odom; none = the next turn of the laser is looked at, however little the robot has moved."""
+        self._localiser = Localiser(known=settings.amcl_initial_pose)
         self._amcl = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", REPUBLISHED)
         self._tf = node.create_publisher(TFMessage, "tf", 100)
         node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 10)
 
     @property
     def map_to_odom(self) -> Pose2D:
-        return self._map_to_odom
+        return self._localiser.map_to_odom
 
     def begin(self, world: World) -> None:
         """Before the first turn of the laser."""
@@ -47,24 +40,17 @@ class Localiser:
     def localise(self, world: World, stamp_ns: int) -> None:
         """Looks where it is, where it has moved enough since it last looked."""
         odometry = world.odometry().pose
-        if not self._known or not self._has_moved(odometry):
+        if not self._localiser.is_due(odometry):
             return
         estimate = world.localization()
-        self._updated_at = odometry
-        self._map_to_odom = compose(estimate.pose, inverse(odometry))
+        self._localiser.update(estimate, odometry)
         self._amcl.publish(messages.amcl_pose(estimate, stamp_ns))
 
     def turn(self, stamp_ns: int) -> None:
         """With each turn of the laser: the correction, dated so far ahead that it outlives the next turn."""
-        if self._known:
+        if self._localiser.known:
             ahead_ns = round(self._settings.amcl_ahead_s * 1e9)
-            self._tf.publish(messages.correction(self._map_to_odom, stamp_ns + ahead_ns))
-
-    def _has_moved(self, odometry: Pose2D) -> bool:
-        if (last := self._updated_at) is None:
-            return True
-        turned_rad = math.remainder(odometry.yaw - last.yaw, math.tau)
-        return math.hypot(odometry.x - last.x, odometry.y - last.y) >= MOVED_M or abs(turned_rad) >= TURNED_RAD
+            self._tf.publish(messages.correction(self.map_to_odom, stamp_ns + ahead_ns))
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         """Takes the pose as the estimate; the localiser then finds back to its own within its next turn."""
@@ -74,9 +60,5 @@ class Localiser:
             log.warning("ignored an initial pose that is none")
             return
 
-        def reset(world: World) -> None:
-            self._map_to_odom = compose(given, inverse(world.odometry().pose))
-            self._known, self._updated_at = True, None
-
-        self._realtime.call(reset)
+        self._realtime.call(lambda world: self._localiser.take_initial_pose(given, world.odometry().pose))
         log.info("initial pose taken", x=round(given.x, 2), y=round(given.y, 2), yaw=round(given.yaw, 2))

@@ -17,7 +17,7 @@ from contracts.geometry import Pose2D
 from geometry.poses import compose
 from sim.ros import messages
 from sim.ros.base import BaseInterface
-from sim.ros.localiser import Localiser
+from sim.ros.localiser import LocaliserInterface
 from sim.ros.quality import COMMAND, DRIVER, REPUBLISHED
 from sim.ros.realtime import Duty, RealTime
 from sim.settings import SimSettings
@@ -34,7 +34,7 @@ class RobotInterface:
         self._settings = settings
         self._realtime = realtime
         self._base = BaseInterface(node, settings, realtime)
-        self._localiser = Localiser(node, settings, realtime)
+        self._localiser = LocaliserInterface(node, settings, realtime)
         self._undocked_s = 0.0
         """When it was last seen on its dock."""
         self.pose = Pose2D(x=0.0, y=0.0, yaw=0.0)

@@ -20,12 +20,16 @@ _REST_Z_M = 0.0005
 class Body:
     """Compiles the scene and owns MuJoCo's model and data."""
 
-    def __init__(self, scene: Scene, start: Pose2D) -> None:
+    def __init__(self, scene: Scene, start: Pose2D, *, light: float = 1.0) -> None:
         self.model = mujoco.MjModel.from_xml_string(scene.xml, dict(scene.assets))
+        lamp = self.model.vis.headlight
+        for shines in (self.model.light_diffuse, self.model.light_specular, lamp.ambient, lamp.diffuse):
+            np.multiply(shines, light, out=shines)
         self.model.opt.timestep = TIMESTEP_S
         # The implicit integrators move a servo-driven wheel by less than the contact solver reckoned with: it slips.
         self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         self.data = mujoco.MjData(self.model)
+        self._then = mujoco.MjData(self.model)
         self.root = int(self.model.body(ROBOT_BODY).id)
         joint = self.model.joint("base")
         self._q, self._v = int(joint.qposadr[0]), int(joint.dofadr[0])
@@ -56,6 +60,13 @@ class Body:
             *(math.cos(pose.yaw / 2), 0.0, 0.0, math.sin(pose.yaw / 2)),
         )
         mujoco.mj_forward(self.model, data)
+
+    def data_at(self, qpos: NDArray[np.float64]) -> mujoco.MjData:
+        """Where everything was in another state, for a picture of it; good until the next call."""
+        self._then.qpos[:] = qpos
+        mujoco.mj_kinematics(self.model, self._then)
+        mujoco.mj_camlight(self.model, self._then)
+        return self._then
 
     def pose(self) -> Pose2D:
         """base_link in the map."""

@@ -221,6 +221,8 @@ class WorldOptions:
     depth_max_m: float = 3.0
     rgb_noise_sigma: float = 0.0
     """Grey levels of 255 added to each pixel of the colour picture."""
+    light: float = 1.0
+    """Share of the home's usual light."""
     battery_percentage: float = 92.0
     base_timeout_s: float = 0.5
     """iRobot's default of `wheels_stop_threshold_sec`: so long the base follows its last command."""

@@ -1,8 +1,9 @@
 """The world: a robot in a home, advanced step by step on a simulated clock; everything a TurtleBot4 Lite would say."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -46,6 +47,9 @@ from sim.world.types import (
     WorldOptions,
 )
 
+Pixels = NDArray[np.uint8]
+Qpos = NDArray[np.float64]
+
 _SLOW_EVERY = 10
 """Physics steps (5 ms) between updates of odometry, battery and localiser."""
 _STALL_AFTER_S = 0.6
@@ -53,6 +57,23 @@ _STILL_M_S, _STILL_RAD_S = 0.005, 0.02
 _DOCKED_WITHIN_M, _DOCKED_WITHIN_RAD = 0.06, 0.25
 _DOCK_SEEN_WITHIN_M, _DOCK_SEEN_WITHIN_RAD = 2.0, 1.0
 _SCAN_ANGLES = -math.pi + np.arange(SCAN_RAYS) * (2 * math.pi / SCAN_RAYS)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What the cameras would have seen then; noise is drawn when a picture is taken."""
+
+    _take_rgb: Callable[[Qpos], Pixels]
+    _take_depth: Callable[[Qpos], Floats]
+    _qpos: Qpos
+
+    def rgb(self) -> Pixels:
+        """As `World.rgb`."""
+        return self._take_rgb(self._qpos)
+
+    def depth(self) -> Floats:
+        """As `World.depth`."""
+        return self._take_depth(self._qpos)
 
 
 class World:
@@ -80,7 +101,7 @@ class World:
         odometry, localization, self._scan_rng, self._depth_rng, self._imu_rng, self._rgb_rng = (
             np.random.Generator(np.random.SFC64(stream)) for stream in streams
         )
-        self._body = Body(self.scene, start or self.scene.dock)
+        self._body = Body(self.scene, start or self.scene.dock, light=self.options.light)
         self._base = Base(self.options.base_timeout_s)
         self._odometry = OdometryDrift(self.options, odometry)
         self._localization = LocalizationError(self.options, localization)
@@ -136,26 +157,40 @@ class World:
 
     # --- sensors
 
-    def rgb(self) -> "np.ndarray[Any, np.dtype[np.uint8]]":
+    def rgb(self) -> Pixels:
         """The colour preview: uint8 (250, 250, 3), RGB. Raises RenderingUnavailableError."""
-        if self._rgb_renderer is None:
-            self._rgb_renderer = open_renderer(self._body.model, RGB_CAMERA.width_px, RGB_CAMERA.height_px)
-        picture = render_rgb(self._rgb_renderer, self._body.data, "rgb")
-        if self.options.rgb_noise_sigma > 0.0:
-            grain = self.options.rgb_noise_sigma * self._rgb_rng.standard_normal(picture.shape, dtype=np.float32)
-            picture = np.clip(picture + grain, 0, 255).astype(np.uint8)
-        return picture
+        return self._rgb(self._body.data)
 
     def depth(self) -> Floats:
         """Stereo depth: float32 (400, 640), m along the optical axis, 0.0 = no return; an array of its own.
 
         Raises RenderingUnavailableError.
         """
+        return self._depth_image(self._body.data)
+
+    def moment(self) -> "Moment":
+        """The World as it is now: its pictures can be taken at any later time."""
+        return Moment(
+            lambda qpos: self._rgb(self._body.data_at(qpos)),
+            lambda qpos: self._depth_image(self._body.data_at(qpos)),
+            self._body.data.qpos.copy(),
+        )
+
+    def _rgb(self, data: mujoco.MjData) -> Pixels:
+        if self._rgb_renderer is None:
+            self._rgb_renderer = open_renderer(self._body.model, RGB_CAMERA.width_px, RGB_CAMERA.height_px)
+        picture = render_rgb(self._rgb_renderer, data, "rgb")
+        if self.options.rgb_noise_sigma > 0.0:
+            grain = self.options.rgb_noise_sigma * self._rgb_rng.standard_normal(picture.shape, dtype=np.float32)
+            picture = np.clip(picture + grain, 0, 255).astype(np.uint8)
+        return picture
+
+    def _depth_image(self, data: mujoco.MjData) -> Floats:
         if self._depth is None:
             size = DEPTH_CAMERA.height_px, DEPTH_CAMERA.width_px
             self._depth = DepthRenderer(self._body.model, *size), DepthNoise(*size, self.options, self._depth_rng)
         renderer, noise = self._depth
-        return noise.apply(renderer.render(self._body.data, "depth"), self._depth_rng)
+        return noise.apply(renderer.render(data, "depth"), self._depth_rng)
 
     def scan(self) -> Scan:
         """One turn of the lidar, taken at one instant; see `Scan` for its frame."""

@@ -1,5 +1,7 @@
 """inference over HTTP."""
 
+import httpx
+
 from contracts.language import ReasonReply, ReasonRequest
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
 from coordinator.settings import Settings
@@ -10,8 +12,8 @@ from mesh.http import ServiceClient
 class InferenceClient(ServiceClient):
     """The port `Inference`, for real."""
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__("inference", settings.inference_url, timeout_s=settings.call_timeout_s)
+    def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
+        super().__init__("inference", settings.inference_url, timeout_s=settings.call_timeout_s, transport=transport)
         self._parse_timeout_s = settings.parse_timeout_s
         self._reason_timeout_s = settings.reason_timeout_s
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import httpx
+
 from contracts.memory import LabelCount, LookBatch, RecallReply, RecallRequest, RememberedObject, View
 from coordinator.settings import Settings
 from mesh.http import ServiceClient
@@ -10,8 +12,8 @@ from mesh.http import ServiceClient
 class MemoryClient(ServiceClient):
     """The port `Memory`, for real."""
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__("memory", settings.memory_url, timeout_s=settings.recall_timeout_s)
+    def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
+        super().__init__("memory", settings.memory_url, timeout_s=settings.recall_timeout_s, transport=transport)
 
     async def labels(self) -> Sequence[LabelCount]:
         return await self.get_list("/labels", LabelCount)

@@ -1,8 +1,11 @@
 """robot_bridge over HTTP, and the session that ends everything asked for when this process does."""
 
 import asyncio
-from typing import Final
+from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
+from typing import Final, Protocol
 
+import httpx
 import structlog
 from pydantic import ValidationError
 from websockets.asyncio.client import connect
@@ -44,11 +47,34 @@ class SessionGreeting(Message):
     session_id: str
 
 
+class Socket(Protocol):
+    """An open WebSocket."""
+
+    async def recv(self) -> str | bytes: ...
+    async def send(self, message: str) -> None: ...
+
+
+OpenSocket = Callable[[str], AbstractAsyncContextManager[Socket]]
+
+
+def open_websocket(url: str) -> AbstractAsyncContextManager[Socket]:
+    return connect(url, open_timeout=2.0, close_timeout=1.0, ping_interval=None, proxy=None)
+
+
 class RobotBridgeClient(ServiceClient):
     """The port `Robot`, for real."""
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__("robot_bridge", settings.robot_bridge_url, timeout_s=settings.call_timeout_s)
+    def __init__(
+        self,
+        settings: Settings,
+        *,
+        transport: httpx.AsyncBaseTransport | None = None,
+        open_socket: OpenSocket = open_websocket,
+    ) -> None:
+        super().__init__(
+            "robot_bridge", settings.robot_bridge_url, timeout_s=settings.call_timeout_s, transport=transport
+        )
+        self._open_socket = open_socket
         self._session_url = f"{settings.robot_bridge_url.replace('http', 'ws', 1).rstrip('/')}/session?source={SOURCE}"
         self._heartbeat_s = settings.heartbeat_s
         self._reconnect_s = settings.reconnect_s
@@ -72,9 +98,7 @@ class RobotBridgeClient(ServiceClient):
             await asyncio.sleep(self._reconnect_s)
 
     async def _one_session(self) -> None:
-        async with connect(
-            self._session_url, open_timeout=2.0, close_timeout=1.0, ping_interval=None, proxy=None
-        ) as ws:
+        async with self._open_socket(self._session_url) as ws:
             try:
                 greeting = await asyncio.wait_for(ws.recv(), 2.0)
                 self._session_id = SessionGreeting.model_validate_json(greeting).session_id
