@@ -78,7 +78,7 @@ def _place(state: Placement, kind: str, colour: str | None) -> bool:
         _book_variant(d, h) if kind == "book" else int(state.rng.integers(entry.variants)),
     )  # fmt: skip
     places = [entry.places[int(k)] for k in state.rng.permutation(len(entry.places))]
-    return any(_place_at(state, entry, thing, place) for place in dict.fromkeys(places))
+    return any(place_at(state, entry, thing, place) for place in dict.fromkeys(places))
 
 
 def _book_size(variant: int, w: float, d: float, h: float) -> tuple[float, float, float]:
@@ -90,7 +90,8 @@ def _book_variant(d: float, h: float) -> int:
     return 0 if d <= 0.05 else 1 if h > 0.15 else 2
 
 
-def _place_at(state: Placement, entry: Kind, thing: Thing, place: Place) -> bool:
+def place_at(state: Placement, entry: Kind, thing: Thing, place: Place) -> bool:
+    """Puts it somewhere of that sort; false where it finds no place."""
     match place:
         case Place.FLOOR:
             return _on_floor(state, thing)

@@ -61,6 +61,13 @@ class Body:
         )
         mujoco.mj_forward(self.model, data)
 
+    def move(self, name: str, at_m: tuple[float, float, float], yaw: float) -> None:
+        """Of a body that nothing joins to the world."""
+        body = int(self.model.body(name).id)
+        self.model.body_pos[body] = at_m
+        self.model.body_quat[body] = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
+        mujoco.mj_forward(self.model, self.data)
+
     def data_at(self, qpos: NDArray[np.float64]) -> mujoco.MjData:
         """Where everything was in another state, for a picture of it; good until the next call."""
         self._then.qpos[:] = qpos

@@ -155,6 +155,12 @@ class World:
         self._touching, self._stalled_s = self._body.touching(), 0.0
         self._update_dock()
 
+    def move_thing(self, thing_id: str, x_m: float, y_m: float, z_m: float, yaw: float) -> None:
+        """Somebody carries a thing: its base's centre is there from now on. KeyError for an unknown id."""
+        self._body.move(thing_id, (x_m, y_m, z_m), yaw)
+        for read_before in ("grid", "_things"):
+            self.__dict__.pop(read_before, None)
+
     # --- sensors
 
     def rgb(self) -> Pixels:
