@@ -16,7 +16,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search
 .PHONY: test-ui screens bench-ui
 
 help: ## list the targets
@@ -61,6 +61,10 @@ bench-coordinator: setup ## how long a step and a coverage plan take: out/bench/
 
 bench-campaign: setup ## hundreds of simulated missions with faults injected, judged: out/bench/campaign.json
 	$(PY) -m bench.campaign --missions $(or $(MISSIONS),500)
+
+bench-search: setup ## searches with the robot's own eyes: EPISODES= SETS= POLICY= HOMES=test|tune DETECTOR=sim|coco JOBS=; goes on where it was ended
+	$(PY) -m bench.search play --episodes $(or $(EPISODES),20) --sets $(or $(SETS),all) --policy $(or $(POLICY),viewpoints) \
+		--homes $(or $(HOMES),test) --detector $(or $(DETECTOR),sim) $(if $(JOBS),--jobs $(JOBS))
 
 bench-calls: setup ## how many HTTP calls a mission makes, by caller and route: out/bench/calls.json
 	$(PY) -m bench.calls --missions $(or $(MISSIONS),6)

@@ -59,7 +59,11 @@ class Stage:
         """A mission is judged where it ends, not where the robot is later."""
         if event.kind in {EventKind.FOUND, EventKind.END} and event.mission_id not in self.judged:
             truth = self.world.truth
-            self.judged[event.mission_id] = {"pose": truth.pose, "metres": truth.path_length_m, "stamp_s": event.stamp_s}
+            self.judged[event.mission_id] = {
+                "pose": truth.pose,
+                "metres": truth.path_length_m,
+                "stamp_s": event.stamp_s,
+            }
             mission = await self.mesh.missions.get(event.mission_id)
             if mission.target is not None and mission.outcome is Outcome.FOUND:
                 colour = mission.target.colour.value if mission.target.colour else None

@@ -193,9 +193,7 @@ SETS: dict[str, Draw] = {
 
 
 def _carried(thing: Thing) -> Carried:
-    return Carried(
-        thing_id=thing.id, x_m=thing.x_m, y_m=thing.y_m, z_m=thing.z_m, yaw=thing.yaw, support=thing.support
-    )
+    return Carried(thing_id=thing.id, x_m=thing.x_m, y_m=thing.y_m, z_m=thing.z_m, yaw=thing.yaw, support=thing.support)
 
 
 def _seen_share(at: Site, thing: Thing) -> float:

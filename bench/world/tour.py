@@ -1,6 +1,7 @@
 """The tour somebody drove before: what it left on the robot's disk, played once a home and copied from then on."""
 
 import asyncio
+import fcntl
 import hashlib
 import json
 import shutil
@@ -8,6 +9,10 @@ from pathlib import Path
 
 import cv2
 
+import inference
+import memory
+import robot_bridge
+import sim
 from bench.world.clock import TOOK_S, run_simulated
 from bench.world.drawn import drawn_from
 from bench.world.mesh import MeshSettings, open_mesh
@@ -18,7 +23,6 @@ from sim.home import Home
 from sim.world import World
 from sim.world.tour import tour_frames
 
-FORM = 1
 FRAME_S = 0.02
 TOURED_S = 1_000_000.0
 """When it was; episodes are an hour later."""
@@ -27,17 +31,24 @@ TOURED_S = 1_000_000.0
 def toured(home: Home, models: Loaded, settings: MeshSettings, kept_in: Path) -> Path:
     """A folder with what the robot remembers of `home`; made where it is not there yet."""
     folder = kept_in / f"{home.seed}-{_digest(home, settings)}"
-    if not folder.exists():
-        partial = kept_in / f"{folder.name}.partial"
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        at_work = MeshSettings(partial, settings.coordinator, settings.inference, settings.memory, settings.bridge)
-        with drawn_from(home.seed):
-            run_simulated(lambda: _tour(home, models, at_work), start_s=TOURED_S, took_s=TOOK_S)
-        for left in partial.glob("coordinator.db*"):
-            left.unlink()
-        partial.rename(folder)
+    kept_in.mkdir(parents=True, exist_ok=True)
+    with (kept_in / f"{folder.name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # another process may be at it
+        if not folder.exists():
+            _make(home, models, settings, folder)
     return folder
+
+
+def _make(home: Home, models: Loaded, settings: MeshSettings, folder: Path) -> None:
+    partial = folder.with_name(f"{folder.name}.partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    at_work = MeshSettings(partial, settings.coordinator, settings.inference, settings.memory, settings.bridge)
+    with drawn_from(home.seed):
+        run_simulated(lambda: _tour(home, models, at_work), start_s=TOURED_S, took_s=TOOK_S)
+    for left in partial.glob("coordinator.db*"):
+        left.unlink()
+    partial.rename(folder)
 
 
 async def _tour(home: Home, models: Loaded, settings: MeshSettings) -> None:
@@ -45,12 +56,10 @@ async def _tour(home: Home, models: Loaded, settings: MeshSettings) -> None:
     with World(home, seed=home.seed) as parked, World(home, seed=home.seed) as driven:
         async with open_mesh(parked, parked.grid, models, settings) as mesh:
             await asyncio.sleep(2.0)
-            inference, memory = mesh.client(mesh.inference), mesh.client(mesh.memory)
+            eyes, remembering = mesh.client(mesh.inference), mesh.client(mesh.memory)
             for estimate, rgb in tour_frames(driven):
-                _, jpeg = cv2.imencode(
-                    ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 90]
-                )
-                seen = await inference.post("/detect", jpeg.tobytes(), Detections)
+                _, jpeg = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 90])
+                seen = await eyes.post("/detect", jpeg.tobytes(), Detections)
                 now_s = asyncio.get_running_loop().time()
                 told = tuple(
                     Observation(
@@ -59,14 +68,20 @@ async def _tour(home: Home, models: Loaded, settings: MeshSettings) -> None:
                     for one in seen.detections
                 )
                 if told:
-                    await memory.post("/observations", ObservationBatch(observations=told), ObservationsReply)
+                    await remembering.post("/observations", ObservationBatch(observations=told), ObservationsReply)
                 await asyncio.sleep(FRAME_S)
             await asyncio.sleep(2.0)
 
 
 def _digest(home: Home, settings: MeshSettings) -> str:
-    """Of all that a tour depends on, but the code."""
-    files = (settings.inference.detector_file, settings.inference.clip_file)
-    parts = [FORM, repr(home), settings.inference.model_dump_json(exclude={"openai_api_key"}),
-             *(hashlib.sha256(file.read_bytes()).hexdigest() for file in files)]  # fmt: skip
+    """Of all that a tour depends on: the home, the weights, what is set, and the code of who takes part."""
+    weights = (settings.inference.detector_file, settings.inference.clip_file)
+    packages = (sim, inference, memory, robot_bridge)
+    code = (file for package in packages for file in sorted(Path(package.__path__[0]).rglob("*.py")))
+    parts = [
+        repr(home),
+        settings.inference.model_dump_json(exclude={"openai_api_key", "exports_dir"}),
+        settings.memory.model_dump_json(exclude={"database_url"}),
+        *(hashlib.sha256(file.read_bytes()).hexdigest() for file in (*weights, Path(__file__), *code)),
+    ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:12]
