@@ -115,17 +115,10 @@ async def open_mesh(
                 coordinator_app.create_app(
                     deciding, bus=bus, clock=clock, on_death=partial(dies, "coordinator"),
                     robot=RobotBridgeClient(
-                        URL, timeout_s=deciding.call_timeout_s, heartbeat_s=deciding.heartbeat_s,
-                        reconnect_s=deciding.reconnect_s, transport=Wire("coordinator", bridge),
-                        open_socket=partial(open_socket, bridge),
+                        deciding, transport=Wire("coordinator", bridge), open_socket=partial(open_socket, bridge)
                     ),
-                    inference=InferenceClient(
-                        URL, timeout_s=deciding.call_timeout_s, parse_timeout_s=deciding.parse_timeout_s,
-                        reason_timeout_s=deciding.reason_timeout_s, transport=Wire("coordinator", inference),
-                    ),
-                    memory=MemoryClient(
-                        URL, timeout_s=deciding.recall_timeout_s, transport=Wire("coordinator", memory)
-                    ),
+                    inference=InferenceClient(deciding, transport=Wire("coordinator", inference)),
+                    memory=MemoryClient(deciding, transport=Wire("coordinator", memory)),
                 ),
                 calls,
             )
