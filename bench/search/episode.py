@@ -1,5 +1,7 @@
 """What an episode is: everything needed to play it again, and nothing else."""
 
+from dataclasses import replace
+
 from contracts.base import Message
 from contracts.geometry import Pose2D
 from sim.home import Home
@@ -41,8 +43,10 @@ class Carried(Message):
         if self.gone:
             return without(home, self.thing_id)
         thing = next(one for one in home.things if one.id == self.thing_id)
-        changes = {"x_m": self.x_m, "y_m": self.y_m, "z_m": self.z_m, "yaw": self.yaw, "support": self.support}
-        return with_thing(home, type(thing)(**(vars(thing) | changes)))
+        moved = replace(
+            thing, x_m=self.x_m, y_m=self.y_m, z_m=self.z_m, yaw=self.yaw, support=self.support
+        )  # fmt: skip
+        return with_thing(home, moved)
 
 
 class Between(Message):

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from bench.search.activity import Activity
 from bench.search.episode import Asked, Command, Episode
@@ -286,10 +286,11 @@ def _version(package: str) -> str:
 
 
 def _without_wall_time(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _without_wall_time(one) for key, one in value.items() if key not in UNTOLD}
+    if isinstance(value, dict):
+        fields = cast("dict[str, Any]", value)
+        return {key: _without_wall_time(one) for key, one in fields.items() if key not in UNTOLD}
     if isinstance(value, list | tuple):
-        return [_without_wall_time(one) for one in value]
+        return [_without_wall_time(one) for one in cast("list[Any]", value)]
     return value
 
 

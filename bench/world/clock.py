@@ -50,7 +50,7 @@ class SimulatedTimeLoop(asyncio.SelectorEventLoop):
 
     def jump(self, timeout_s: float) -> None:
         """To the very moment that is due next."""
-        due = self._scheduled  # type: ignore[attr-defined] # the loop's own heap: adding up timeouts would round
+        due: list[asyncio.TimerHandle] = self.__dict__["_scheduled"]  # its own heap: adding up timeouts would round
         self.simulated_s = max(self.simulated_s, due[0].when()) if due else self.simulated_s + timeout_s
 
     def call_soon_threadsafe(self, callback: Callable[..., object], *args: Any, context: Any = None) -> asyncio.Handle:

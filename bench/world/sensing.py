@@ -16,7 +16,7 @@ from robot_bridge.sensing.transforms import matrix
 from sim import world as sim_world
 from sim.world import CameraModel, OccupancyGrid, World
 from sim.world.robot import LIDAR_X_M
-from sim.world.world import Moment
+from sim.world.world import Moment, Pixels
 
 RGB_OPTICAL, STEREO_OPTICAL = "oakd_rgb_camera_optical_frame", "oakd_stereo_camera_optical_frame"
 OPTICAL_XYZW = (-0.5, 0.5, -0.5, 0.5)
@@ -33,39 +33,36 @@ class ColourAt(read.ColourImage):
     """A colour picture that is taken when somebody looks at it."""
 
     def __init__(self, stamp_s: float, moment: Moment, camera: CameraModel) -> None:
-        for name, value in {"stamp_s": stamp_s, "frame_id": RGB_OPTICAL, "moment": moment, "camera": camera}.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(_moment=moment, _size_px=(camera.width_px, camera.height_px))
+        object.__setattr__(self, "stamp_s", stamp_s)
+        object.__setattr__(self, "frame_id", RGB_OPTICAL)
 
     @cached_property
-    def pixels(self) -> NDArray[np.uint8]:  # type: ignore[override]
-        moment: Moment = self.moment  # type: ignore[attr-defined]
-        return cv2.cvtColor(moment.rgb(), cv2.COLOR_RGB2BGR).astype(np.uint8)
+    def pixels(self) -> Pixels:  # pyright: ignore[reportIncompatibleVariableOverride]
+        moment: Moment = vars(self)["_moment"]
+        return np.asarray(cv2.cvtColor(moment.rgb(), cv2.COLOR_RGB2BGR), np.uint8)
 
     @property
     def size_px(self) -> tuple[int, int]:
-        return self.camera.width_px, self.camera.height_px  # type: ignore[attr-defined]
+        return vars(self)["_size_px"]
 
 
 class DepthAt(read.DepthImage):
     """A depth picture that is taken when somebody looks at it, in whole millimetres."""
 
     def __init__(self, stamp_s: float, moment: Moment, camera: CameraModel) -> None:
-        for name, value in {
-            "stamp_s": stamp_s,
-            "frame_id": STEREO_OPTICAL,
-            "moment": moment,
-            "camera": camera,
-        }.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(_moment=moment, _size_px=(camera.width_px, camera.height_px))
+        object.__setattr__(self, "stamp_s", stamp_s)
+        object.__setattr__(self, "frame_id", STEREO_OPTICAL)
 
     @cached_property
-    def depth_m(self) -> NDArray[np.float32]:  # type: ignore[override]
-        moment: Moment = self.moment  # type: ignore[attr-defined]
+    def depth_m(self) -> NDArray[np.float32]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        moment: Moment = vars(self)["_moment"]
         return (np.rint(moment.depth() * 1000.0) / 1000.0).astype(np.float32)
 
     @property
     def size_px(self) -> tuple[int, int]:
-        return self.camera.width_px, self.camera.height_px  # type: ignore[attr-defined]
+        return vars(self)["_size_px"]
 
 
 class Sensing:
@@ -85,7 +82,7 @@ class Sensing:
         senses.depth_intrinsics.put(_intrinsics(STEREO_OPTICAL, world.depth_camera), now_s)
         height, width = recorded.data.shape
         origin = Pose2D(x=recorded.origin_x_m, y=recorded.origin_y_m, yaw=0.0)
-        grid = maps.understood(recorded.data.ravel(), width, height, recorded.resolution_m, origin)
+        grid = maps.understood(recorded.data.ravel().tolist(), width, height, recorded.resolution_m, origin)
         senses.map.put(grid, now_s)
         senses.localiser_listens.put(True, now_s)
         self.alive(now_s)
