@@ -6,9 +6,7 @@ python -m bench.search report
 """
 
 import argparse
-import asyncio
 import json
-import logging
 import os
 import sys
 import time
@@ -18,7 +16,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import structlog
+from bench.search.episode import Episode
+from bench.search.play import played
+from bench.search.report import by_set, misses, records_in, table
+from bench.search.running import begin, file_of, loaded, prepare_exports, say, worked
+from bench.search.sets import SETS, TEST_HOMES, TUNE_HOMES
 
 OUT = Path("out/bench/search")
 DETECTORS = ("sim", "coco")
@@ -43,7 +45,7 @@ def main() -> int:
     again.add_argument("--keep", type=Path, help="a folder for the robot's disk: its databases and the recording")
     doing.add_parser("report")
     options = parser.parse_args()
-    quiet()
+    begin()
     match options.doing:
         case "play":
             return play(options)
@@ -56,8 +58,6 @@ def main() -> int:
 def play(options: argparse.Namespace) -> int:
     """Those of one home one after another in one process, so that a home's tour is made once."""
     os.environ["PYTHONHASHSEED"] = "0"  # of the workers
-    from bench.search.sets import SETS, TEST_HOMES, TUNE_HOMES
-
     homes = TEST_HOMES if options.homes == "test" else TUNE_HOMES
     names = list(SETS) if options.sets == "all" else options.sets.split(",")
     numbers = range(options.first, options.first + options.episodes)
@@ -68,7 +68,7 @@ def play(options: argparse.Namespace) -> int:
         prepare_exports(options.detector)
     until_s = time.monotonic() + options.minutes * 60.0
     began_s, done, broken = time.monotonic(), 0, 0
-    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn"), initializer=quiet) as pool:
+    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn"), initializer=begin) as pool:
         by_home: dict[int, list[tuple[str, int]]] = {}
         for name, number in left:
             by_home.setdefault(number % len(homes), []).append((name, number))
@@ -86,33 +86,7 @@ def play(options: argparse.Namespace) -> int:
     return 1 if broken else 0
 
 
-def worked(
-    jobs: list[tuple[str, int]], policy: str, detector: str, homes: tuple[int, ...], out: Path, until_s: float
-) -> list[dict[str, Any]]:
-    """In a process of its own; `until_s` is monotonic time, the same in every process."""
-    from bench.search.play import played
-    from bench.search.sets import episode
-
-    records: list[dict[str, Any]] = []
-    for name, number in jobs:
-        if time.monotonic() > until_s:
-            break
-        one = episode(name, number, homes).model_copy(update={"policy": policy, "detector": detector})
-        models, settings = loaded(detector)
-        record = played(one, models, settings, tours=out / "tours")
-        file = file_of(out, policy, name, number)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        partial = file.with_suffix(".partial")
-        partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
-        partial.replace(file)
-        records.append(record)
-    return records
-
-
 def replay(options: argparse.Namespace) -> int:
-    from bench.search.episode import Episode
-    from bench.search.play import played
-
     before = json.loads(options.record.read_text(encoding="utf-8"))
     one = Episode.model_validate(before["episode"])
     models, settings = loaded(one.detector)
@@ -124,8 +98,6 @@ def replay(options: argparse.Namespace) -> int:
 
 
 def report(out: Path) -> int:
-    from bench.search.report import by_set, misses, records_in, table
-
     records = records_in(out)
     told = by_set(records)
     out.mkdir(parents=True, exist_ok=True)
@@ -134,42 +106,6 @@ def report(out: Path) -> int:
     (out / "report.md").write_text(text + "\n", encoding="utf-8")
     say(text)
     return 0
-
-
-_LOADED: dict[str, Any] = {}
-
-
-def loaded(detector: str) -> Any:
-    """The models and every service's settings, once a process."""
-    if detector not in _LOADED:
-        from bench.world.mesh import MeshSettings
-        from inference.adapters.loading import loader
-
-        settings = inference_settings(detector)
-        _LOADED[detector] = loader(settings)(), MeshSettings(Path(), inference=settings)
-    return _LOADED[detector]
-
-
-def inference_settings(detector: str) -> Any:
-    """One backend by name: which is the fastest is not the same each time."""
-    from inference.settings import Backend, ModelSet, Settings
-
-    return Settings(model_set=ModelSet(detector), detector_backend=Backend.OPENVINO)
-
-
-def prepare_exports(detector: str) -> None:
-    from inference.adapters.loading import detector_exports
-
-    exports = detector_exports(inference_settings(detector))
-    if exports.missing():
-        say("exporting the detector")
-        trouble = asyncio.run(exports.make())
-        if trouble:
-            raise SystemExit(f"the detector could not be exported: {trouble}")
-
-
-def file_of(out: Path, policy: str, set_name: str, number: int) -> Path:
-    return out / policy / set_name / f"{number:04d}.json"
 
 
 def line_of(record: dict[str, Any]) -> str:
@@ -195,18 +131,6 @@ def _differences(one: Any, other: Any, path: str) -> Iterator[str]:
             yield from _differences(a, b, f"{path}/{k}")
     elif one != other:
         yield f"{path}: {str(one)[:80]} and {str(other)[:80]}"
-
-
-def say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
-
-
-def quiet() -> None:
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
-    logging.disable(logging.CRITICAL)
 
 
 if __name__ == "__main__":
