@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.search.episode import Episode
+from bench.search.gallery import gallery
 from bench.search.play import played
 from bench.search.report import by_set, misses, records_in, table
 from bench.search.running import begin, file_of, loaded, prepare_exports, say, worked
@@ -102,9 +103,10 @@ def report(out: Path) -> int:
     told = by_set(records)
     out.mkdir(parents=True, exist_ok=True)
     (out / "report.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    page = gallery(records, out / "gallery")
     text = "\n".join([table(told), "", "Not as it should be:", "", *misses(records)])
     (out / "report.md").write_text(text + "\n", encoding="utf-8")
-    say(text)
+    say(f"{text}\n\n{page}")
     return 0
 
 

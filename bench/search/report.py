@@ -24,6 +24,11 @@ def is_found(row: Row, within: str) -> bool:
     return row["outcome"] == "found" and bool(row.get("score", {}).get("within", {}).get(within))
 
 
+def is_right(row: Row) -> bool:
+    """Found within reach, or honestly not found where it is not there."""
+    return is_found(row, NEAR) if row["there"] else row["outcome"] in HONEST
+
+
 def is_false_find(row: Row) -> bool:
     """It says found, and no such thing is before it."""
     return row["outcome"] == "found" and bool(row.get("score", {}).get("false_find", not row["there"]))
@@ -128,8 +133,7 @@ def misses(records: Iterable[dict[str, Any]]) -> list[str]:
     for record in records:
         episode = record["episode"]
         for row in record["missions"]:
-            right = is_found(row, NEAR) if row["there"] else row["outcome"] in HONEST
-            if right:
+            if is_right(row):
                 continue
             score, away = row.get("score", {}), ""
             if "true_distance_m" in score:
