@@ -1,6 +1,7 @@
 """What a worker process does: loads the models once, plays episodes, writes their records."""
 
 import asyncio
+import gc
 import json
 import logging
 import os
@@ -76,5 +77,6 @@ def begin() -> None:
     """One thread a process: the cores are shared out among processes."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(50_000, 20, 50)  # the usual 700 costs a tenth of the time
     without_logs()
     logging.disable(logging.CRITICAL)

@@ -23,6 +23,9 @@ HOLE_M = 1.0
 """Where a hole is taken to be when nothing round it was measured either."""
 MODE_SHARE_MIN = 0.15
 """A nearer group of depths counts as the thing from this share of the samples on; fewer are noise at the edges."""
+NEAR_M = 0.3
+TURN_AT_EDGE = 2.0
+"""So much more than in its middle a turn moves what is seen at the edge of a picture 90 degrees wide."""
 SHIFTS_MAX = 20
 """Of the window towards the middle of the group it was first laid over the near edge of."""
 
@@ -74,7 +77,7 @@ def depths_in_box(
     projected into the colour picture. A hole has no depth to be projected with: it counts as being as far as the
     median of the window, which is right to within the parallax of the two cameras.
     """
-    rows, columns = _window(depth_m.shape, box, colour, depth)
+    rows, columns = _window(depth_m.shape, box, colour, depth, depth_in_colour)
     part = depth_m[rows, columns].astype(np.float64)
     v, u = np.mgrid[rows, columns]
     good = (part > 0.0) & (part <= DEPTH_M_MAX)
@@ -174,10 +177,19 @@ def localise(box: Box, distance_m: float | None, camera: Intrinsics, camera_in_b
     return Localised(bearing, horizontal, Point3D(x=float(point[0]), y=float(point[1]), z=float(point[2])))
 
 
-def _window(shape: tuple[int, ...], box: Box, colour: Intrinsics, depth: Intrinsics) -> tuple[slice, slice]:
-    """The rows and columns of the depth image that can show the box, with room for 10 cm between the cameras."""
-    room_u = 0.1 * depth.fx / 0.3 + 4.0
-    room_v = 0.1 * depth.fy / 0.3 + 4.0
+def _window(
+    shape: tuple[int, ...],
+    box: Box,
+    colour: Intrinsics,
+    depth: Intrinsics,
+    depth_in_colour: NDArray[np.float64] | None,
+) -> tuple[slice, slice]:
+    """The rows and columns of the depth image that can show the box, of what is `NEAR_M` away or farther."""
+    aside = 0.0  # as the tangent of an angle
+    if depth_in_colour is not None:
+        turned = math.acos(max(-1.0, min(1.0, (float(np.trace(depth_in_colour[:3, :3])) - 1.0) / 2.0)))
+        aside = float(np.linalg.norm(depth_in_colour[:3, 3])) / NEAR_M + TURN_AT_EDGE * math.tan(min(turned, 1.0))
+    room_u, room_v = aside * depth.fx + 4.0, aside * depth.fy + 4.0
     u0 = (box[0] - colour.cx) / colour.fx * depth.fx + depth.cx - room_u
     u1 = (box[2] - colour.cx) / colour.fx * depth.fx + depth.cx + room_u
     v0 = (box[1] - colour.cy) / colour.fy * depth.fy + depth.cy - room_v

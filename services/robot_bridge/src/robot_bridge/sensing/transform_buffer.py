@@ -87,6 +87,10 @@ class TransformTrack(TimeVaryingTransform):
             fresh = stamp_s == NEWEST or stamp_s - self._stamps_s[-1] <= allowed_s or self._stamps_s[-1] == -math.inf
             return cast(Matrix, transform_from_pq(self._pqs[-1])) if fresh else None
         between = slice(after - 1, after + 1)
+        first, second = self._pqs[between]
+        if _is_upright(first) and _is_upright(second):
+            before_s, after_s = self._stamps_s[between]
+            return _upright_between(first, second, (stamp_s - before_s) / (after_s - before_s))
         series = NumpyTimeseriesTransform(np.array(self._stamps_s[between]), np.array(self._pqs[between]))
         return cast(Matrix, series.as_matrix(stamp_s))
 
@@ -99,6 +103,35 @@ class TransformTrack(TimeVaryingTransform):
     def check_transforms(self) -> "TransformTrack":
         """Samples are checked where they come in."""
         return self
+
+
+def _is_upright(pq: Any) -> bool:
+    """Of a robot on a floor, as every sample of odometry and of the localiser is."""
+    return bool(pq[2] == pq[4] == pq[5] == 0.0)
+
+
+def _upright_between(first: Any, second: Any, share: float) -> Matrix:
+    """The same screw motion in the plane, for a hundredth of the time: an arc of constant speed and turn."""
+    x, y, yaw = float(first[0]), float(first[1]), 2.0 * math.atan2(first[6], first[3])
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    dx, dy = float(second[0]) - x, float(second[1]) - y
+    ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
+    turned = math.remainder(2.0 * math.atan2(second[6], second[3]) - yaw, math.tau)
+    if abs(turned) > 1e-9:  # along the arc, not the chord
+        half, part = turned / 2.0, share * turned
+        pull = half / math.tan(half)
+        speed_x, speed_y = pull * ahead + half * left, pull * left - half * ahead
+        ahead = (math.sin(part) * speed_x - (1.0 - math.cos(part)) * speed_y) / turned
+        left = ((1.0 - math.cos(part)) * speed_x + math.sin(part) * speed_y) / turned
+    else:
+        ahead, left = share * ahead, share * left
+    then_cos, then_sin = math.cos(yaw + share * turned), math.sin(yaw + share * turned)
+    return np.array([
+        [then_cos, -then_sin, 0.0, x + cos * ahead - sin * left],
+        [then_sin, then_cos, 0.0, y + sin * ahead + cos * left],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ])  # fmt: skip
 
 
 class TransformBuffer:
