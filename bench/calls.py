@@ -19,7 +19,6 @@ import numpy as np
 from bench.memory_story import HandClock
 from bench.missions.bridge import DESCRIPTION, Frame, SimulatedBridge
 from bench.missions.bus import SimulatedBus
-from bench.world.clock import run_simulated
 from bench.missions.eyes import SimulatedEyes, detections_of
 from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
@@ -27,6 +26,7 @@ from bench.missions.run import Run, run_mission
 from bench.missions.scenario import HOMES, scenario, wanted_in
 from bench.missions.seeing import Errors, detect
 from bench.results import quiet, save
+from bench.world.clock import run_simulated
 from contracts.measuring import LocalizeReply, LocalizeRequest
 from contracts.memory import LookBatch
 from contracts.vision import Detections

@@ -18,12 +18,12 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from bench.world.clock import NothingLeftError, SpinningError, run_simulated
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run, run_mission
 from bench.missions.scenario import HOMES, Scenario, scenario, wanted_in
 from bench.missions.verdict import Verdict, judge
 from bench.results import quiet, save
+from bench.world.clock import NothingLeftError, SpinningError, run_simulated
 from coordinator.core.recording import read, replay
 
 MUST_BE_NONE = ("hangs", "crashes", "motion_while_stopped", "replays_that_differ", "dishonest")

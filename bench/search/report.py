@@ -17,7 +17,9 @@ HONEST = frozenset({"not_found", "unsure"})
 
 
 def records_in(folder: Path) -> list[dict[str, Any]]:
-    return [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*/*/*.json"))]
+    return [
+        json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*/*/[0-9][0-9][0-9][0-9].json"))
+    ]
 
 
 def is_found(row: Row, within: str) -> bool:
