@@ -11,21 +11,21 @@ from bench.world.bus import WorldBus
 from bench.world.clock import SimulatedClock
 from bench.world.robot import WorldRobot
 from bench.world.wire import Served, Wire, open_socket, served
-from coordinator import app as coordinator_app
 from coordinator.adapters.inference import InferenceClient
 from coordinator.adapters.memory import MemoryClient
 from coordinator.adapters.robot_bridge import RobotBridgeClient
+from coordinator.app import create_app as create_coordinator
 from coordinator.commands.mission_service import MissionService
 from coordinator.settings import Settings as CoordinatorSettings
-from inference import app as inference_app
 from inference.adapters.bridge_camera import BridgeCamera
+from inference.app import create_app as create_inference
 from inference.perception.models import Loaded
 from inference.settings import Settings as InferenceSettings
-from memory import app as memory_app
 from memory.adapters.robot_bridge import RobotBridge
+from memory.app import create_app as create_memory
 from memory.settings import Settings as MemorySettings
 from mesh.http import ServiceClient
-from robot_bridge import app as bridge_app
+from robot_bridge.app import create_app as create_bridge
 from robot_bridge.settings import Settings as BridgeSettings
 from sim.world import OccupancyGrid, World
 
@@ -77,7 +77,7 @@ async def open_mesh(
         bridge = await stack.enter_async_context(
             served(
                 "robot_bridge",
-                bridge_app.create_app(
+                create_bridge(
                     settings.bridge.model_copy(update={"state_dir": disk}),
                     bus=bus, robot=robot, clock=clock, on_death=partial(dies, "robot_bridge"),
                 ),
@@ -87,7 +87,7 @@ async def open_mesh(
         inference = await stack.enter_async_context(
             served(
                 "inference",
-                inference_app.create_app(
+                create_inference(
                     settings.inference,
                     bus=bus, camera=BridgeCamera(URL, transport=Wire("inference", bridge)), models=lambda: models,
                     clock=clock, on_death=partial(dies, "inference"),
@@ -99,7 +99,7 @@ async def open_mesh(
         memory = await stack.enter_async_context(
             served(
                 "memory",
-                memory_app.create_app(
+                create_memory(
                     remembering, bus=bus, clock=clock, on_death=partial(dies, "memory"),
                     senses=RobotBridge(
                         URL, clock, timeout_s=remembering.senses_timeout_s, transport=Wire("memory", bridge)
@@ -112,7 +112,7 @@ async def open_mesh(
         coordinator = await stack.enter_async_context(
             served(
                 "coordinator",
-                coordinator_app.create_app(
+                create_coordinator(
                     deciding, bus=bus, clock=clock, on_death=partial(dies, "coordinator"),
                     robot=RobotBridgeClient(
                         deciding, transport=Wire("coordinator", bridge), open_socket=partial(open_socket, bridge)

@@ -46,8 +46,10 @@ def test_a_distractor_is_nearer_than_the_right_one() -> None:
     one = drawn("distractor")
     at, (asked,) = site(one.home_seed), one.commands[0].asked
     ways = Ways(at.world, one.start)
-    lengths = {thing.colour: ways.to_find_m(thing, 1.0) for thing in at.world.truth.things if thing.kind == asked.kind}
-    assert min(m for colour, m in lengths.items() if colour != asked.colour) < lengths[asked.colour] < math.inf
+    alike = [thing for thing in at.world.truth.things if thing.kind == asked.kind]
+    others_m = [ways.to_find_m(thing, 1.0) for thing in alike if thing.colour != asked.colour]
+    (right_m,) = (ways.to_find_m(thing, 1.0) for thing in alike if thing.colour == asked.colour)
+    assert min(others_m) < right_m < math.inf
 
 
 def test_a_longer_reach_is_a_shorter_way() -> None:
@@ -84,7 +86,7 @@ def test_a_find_counts_by_where_the_robot_stands() -> None:
 
 
 def test_a_find_of_what_is_not_there_is_false() -> None:
-    nothing = {**row(there=False), "score": {}}
+    nothing: dict[str, Any] = {**row(there=False), "score": {}}
     assert is_false_find(nothing)
     assert not is_false_find(row("not_found", there=False))
 
