@@ -118,7 +118,7 @@ class Table:
                     stamped_part.header.stamp = stamp(0.0 if math.isinf(stamp_s) else first_s + stamp_s)
             cell.change(message)
             bench.send(self.topic, message)
-        status = take_snapshot(bench.senses, bench.settings.ages, bench.clock.now_s()).sensors[self.sensor]
+        status = take_snapshot(bench.senses, bench.settings, bench.clock.now_s()).sensors[self.sensor]
         match status.state:
             case SensorState.NOT_UNDERSTOOD:
                 return f"not understood: {status.detail}"

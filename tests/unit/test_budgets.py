@@ -32,7 +32,7 @@ WAITS = {
     "the coordinator for the dock": (COORDINATOR.dock_timeout_s, BRIDGE.dock_timeout_s),
     "the coordinator to leave the dock": (COORDINATOR.undock_timeout_s, BRIDGE.dock_timeout_s),
     "the page for the dock": (UI.dock_timeout_s, BRIDGE.dock_timeout_s),
-    "the coordinator for a motion that is blocked at the last moment": (MARGIN_S, BRIDGE.blocked_s_max),
+    "the coordinator for a motion that is blocked at the last moment": (MARGIN_S, BRIDGE.gains.blocked_s_max),
     "a mission for a call that has its own limit": (COORDINATOR.call_margin_s, MARGIN_S),
     "the coordinator for a command to be read": (COORDINATOR.parse_timeout_s, INFERENCE.parse_deadline_s),
     "the coordinator for an answer's words": (COORDINATOR.reason_timeout_s, INFERENCE.reason_deadline_s),

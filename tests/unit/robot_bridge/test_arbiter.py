@@ -7,7 +7,7 @@ import pytest
 from contracts.causes import LimitCause, Refusal, SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
-from robot_bridge.motion.arbiter import Arbiter, Limits, Request
+from robot_bridge.motion.arbiter import Arbiter, ArbiterLimits, Request
 from robot_bridge.safety.collision_monitor import Restraint
 
 
@@ -30,7 +30,7 @@ def settled(arbiter: Arbiter, now_s: float, epoch: int = 0) -> tuple[float, str,
 
 @pytest.fixture
 def arbiter() -> Arbiter:
-    return Arbiter(Limits())
+    return Arbiter(ArbiterLimits())
 
 
 def test_without_a_lease_zero_is_sent(arbiter: Arbiter) -> None:

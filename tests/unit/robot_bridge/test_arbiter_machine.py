@@ -10,10 +10,10 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
-from robot_bridge.motion.arbiter import Arbiter, Limits, Request
+from robot_bridge.motion.arbiter import Arbiter, ArbiterLimits, Request
 from robot_bridge.safety.collision_monitor import Restraint
 
-LIMITS = Limits()
+LIMITS = ArbiterLimits()
 ZERO = Twist2D()
 ORDINARY = (Priority.NAVIGATION, Priority.EXPLORATION, Priority.MANUAL)
 SOURCES = st.sampled_from(["a", "b", "c", "d"])

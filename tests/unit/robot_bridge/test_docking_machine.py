@@ -16,13 +16,10 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import BaseEnd, BaseReply
 from contracts.robot import EmergencyStop, Goal, GoalRequest, GoalStatus
 from mesh.errors import ConflictError
-from robot_bridge.motion.arbiter import Limits
 from robot_bridge.motion.sessions import Sessions
-from robot_bridge.motion.velocity_mux import VelocityMux
-from robot_bridge.navigation.docking import FOLLOWS, Docking, DockingPhase
-from robot_bridge.safety.collision_monitor import SafetyLimits
+from robot_bridge.motion.velocity_mux import VelocityLimits, VelocityMux
+from robot_bridge.navigation.docking import FOLLOWS, Docking, DockingLimits, DockingPhase
 from robot_bridge.sensing.sensor_readings import DockView, Odometry, SensorReadings
-from robot_bridge.settings import Settings
 from support.fake_clock import FakeClock
 
 DOCK, AFAR = Pose2D(x=0.0, y=0.0, yaw=0.0), Pose2D(x=5.0, y=0.0, yaw=0.0)
@@ -80,20 +77,17 @@ class DockingMachine(RuleBasedStateMachine):
             sessions=self.sessions,
             clock=self.clock,
             stop=EmergencyStop(latched=False, epoch=0),
-            limits=Limits(),
-            safety=SafetyLimits(),
-            hazard_hold_s=1.0,
+            limits=VelocityLimits(),
         )
         self.folder = tempfile.TemporaryDirectory()
-        folder = Path(self.folder.name)
-        limits = Settings(state_dir=folder, dock_pose=DOCK, dock_look_s_max=LOOK_S, dock_timeout_s=TIME_LIMIT_S)
         self.docking = Docking(
             robot=cast("Any", self.world),
             wheels=self.wheels,
             navigator=cast("Any", self.world),
             maps=cast("Any", SimpleNamespace(current=None)),
             clock=self.clock,
-            settings=limits,
+            state_dir=Path(self.folder.name),
+            limits=DockingLimits(dock_pose=DOCK, dock_look_s_max=LOOK_S, dock_timeout_s=TIME_LIMIT_S),
         )
         self.asked: asyncio.Task[BaseReply] | None = None
         self.given_up: BaseEnd | None = None

@@ -16,12 +16,11 @@ from contracts.geometry import Pose2D
 from contracts.robot import CandidatePose, Goal, GoalRequest, GoalStatus
 from mesh.tasks import Tasks
 from robot_bridge.motion.velocity_mux import VelocityMux
-from robot_bridge.navigation.goal_executor import GoalExecutor
+from robot_bridge.navigation.goal_executor import GoalExecutor, GoalLimits
 from robot_bridge.navigation.goal_phases import FOLLOWS, GoalPhase, page
 from robot_bridge.navigation.goal_states import ALLOWED, is_over
 from robot_bridge.ports import GoalEnd, Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
-from robot_bridge.settings import Settings
 from support.fake_clock import FakeClock
 
 ROOT = FilePath(__file__).parents[3]
@@ -112,7 +111,7 @@ class Goals(RuleBasedStateMachine):
             wheels=cast("VelocityMux", self.wheels),
             clock=self.clock,
             tasks=Tasks(on_death=self.die),
-            settings=Settings(fresh_scan_wait_s_max=0.0),
+            limits=GoalLimits(fresh_scan_wait_s_max=0.0),
             publish=lambda goal: self.told[goal.id].append(goal),
         )
 

@@ -9,7 +9,7 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.measuring import LocalizeRequest, NotMeasured
 from contracts.robot import BoxQuery
-from robot_bridge.sensing.object_localizer import ObjectLocalizer
+from robot_bridge.sensing.object_localizer import LocalizerLimits, ObjectLocalizer
 from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
 from robot_bridge.sensing.transforms import matrix
 from support.described import NOISE
@@ -38,7 +38,7 @@ def senses_turning_at(rad_s: float, *, depth_frame: str = "optical") -> SensorRe
 
 
 def measuring(senses: SensorReadings) -> ObjectLocalizer:
-    return ObjectLocalizer(senses, FakeClock(10.2), 0.5, 1.5, NOISE)
+    return ObjectLocalizer(senses, FakeClock(10.2), LocalizerLimits(depth_noise=NOISE))
 
 
 def box(u_px: float, stamp_s: float | None) -> BoxQuery:

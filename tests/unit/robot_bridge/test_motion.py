@@ -9,14 +9,12 @@ from hypothesis import strategies as st
 
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import DriveReply, MotionEnd, RotateReply
-from robot_bridge.limits import motion_gains
-from robot_bridge.motion.motions import DriveOnHeading, Ending, Motion, Spin, Tuning
+from robot_bridge.motion.motions import GAINS, DriveOnHeading, Ending, Motion, Spin, Tuning
 from robot_bridge.sensing.sensor_readings import Odometry
-from robot_bridge.settings import Settings
 
 
 def tuning(**changes: float) -> Tuning:
-    return Tuning(motion_gains(Settings()).model_copy(update=changes))
+    return Tuning(GAINS.model_copy(update=changes))
 
 
 FREE, OBSTACLE = Ending(MotionEnd.HELD_BACK), Ending(MotionEnd.BLOCKED, text="obstacle ahead")

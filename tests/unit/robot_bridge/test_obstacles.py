@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from contracts.obstacles import Gap, Obstacles, SectorLabel
-from robot_bridge.safety.collision_monitor import SafetyLimits
-from robot_bridge.safety.gaps import GapLimits
 from robot_bridge.safety.obstacles import ObstacleLimits, obstacles
 from robot_bridge.sensing.sensor_readings import Scan
 
-LIMITS = SafetyLimits()
+LIMITS = ObstacleLimits()
 RADIUS_M = LIMITS.footprint_radius_m
 Wall = tuple[tuple[float, float], tuple[float, float]]
 
@@ -47,7 +45,7 @@ def room(half_m: float) -> list[Wall]:
 
 
 def seen(walls: list[Wall], **how: object) -> Obstacles:
-    return obstacles(scanned(walls, **how), LIMITS, 1.0)  # type: ignore[arg-type]
+    return obstacles(scanned(walls, **how), LIMITS)  # type: ignore[arg-type]
 
 
 def test_each_named_sector_tells_the_nearest_distance_from_the_footprint() -> None:
@@ -79,9 +77,9 @@ def test_the_ring_labels_each_thirty_degrees(clearance_m: float, label: str) -> 
 def test_one_stray_beam_does_not_change_a_ring_sector_but_a_tenth_of_them_does() -> None:
     scan = scanned(room(3.0))
     stray = Scan(1.0, np.concatenate([scan.points_m, [[0.5, 0.0]]]))
-    assert obstacles(stray, LIMITS, 1.0).ring[0].label is SectorLabel.CLEAR
+    assert obstacles(stray, LIMITS).ring[0].label is SectorLabel.CLEAR
     many = Scan(1.0, np.concatenate([scan.points_m, np.full((8, 2), [0.5, 0.0])]))
-    assert obstacles(many, LIMITS, 1.0).ring[0].distance_m == pytest.approx(0.5 - RADIUS_M)
+    assert obstacles(many, LIMITS).ring[0].distance_m == pytest.approx(0.5 - RADIUS_M)
 
 
 def test_free_and_not_known_are_different_things() -> None:
@@ -137,9 +135,9 @@ def test_what_is_too_narrow_or_no_opening_at_all_is_no_gap(walls: list[Wall]) ->
 def test_an_alcove_is_no_doorway() -> None:
     walls = [wall for wall in doorway(0.9) if wall[0][0] != 5.0 and wall[1][0] != 5.0]
     walls += [((2.1, -0.45), (2.1, 0.45)), ((1.5, 0.45), (2.1, 0.45)), ((1.5, -0.45), (2.1, -0.45))]
-    limits = ObstacleLimits(gaps=GapLimits(behind_m=0.8))
-    assert obstacles(scanned(walls), LIMITS, 1.0, limits).gaps == ()
-    assert len(obstacles(scanned(doorway(0.9)), LIMITS, 1.0, limits).gaps) == 1
+    limits = ObstacleLimits(gap_behind_m=0.8)
+    assert obstacles(scanned(walls), limits).gaps == ()
+    assert len(obstacles(scanned(doorway(0.9)), limits).gaps) == 1
 
 
 def test_a_doorway_behind_the_robot_has_its_bearing_too() -> None:
@@ -158,5 +156,5 @@ def test_noise_of_the_laser_makes_no_gaps_and_hides_none() -> None:
         scan = scanned(doorway(0.9))
         radius = np.hypot(scan.points_m[:, 0], scan.points_m[:, 1])
         noisy = scan.points_m * (1.0 + rng.normal(0.0, 0.01, radius.shape) / radius)[:, None]
-        found: tuple[Gap, ...] = obstacles(Scan(1.0, noisy, open_rad=scan.open_rad), LIMITS, 1.0).gaps
+        found: tuple[Gap, ...] = obstacles(Scan(1.0, noisy, open_rad=scan.open_rad), LIMITS).gaps
         assert [round(gap.width_m, 1) for gap in found] == [0.9]

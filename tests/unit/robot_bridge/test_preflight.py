@@ -10,10 +10,9 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.robot import CandidatePose
 from mesh.errors import UnavailableError
-from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, best_or_first
+from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, PathLimits, best_or_first
 from robot_bridge.ports import Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
-from robot_bridge.settings import Settings
 
 HERE = Pose2D(x=1.0, y=1.0, yaw=0.0)
 WANTED = Pose2D(x=3.0, y=3.0, yaw=0.5)
@@ -40,7 +39,7 @@ def to(pose: Pose2D) -> Path:
 
 
 async def checked(planner: Any, *, radius_m: float = 0.6) -> PathCheck:
-    return await PathChecker(planner, Settings()).best(GoalRegion((CandidatePose(pose=WANTED),), radius_m))
+    return await PathChecker(planner, PathLimits()).best(GoalRegion((CandidatePose(pose=WANTED),), radius_m))
 
 
 def ends_off(metres: float) -> Callable[[Pose2D], Path]:
@@ -91,7 +90,7 @@ def candidate(x: float, rank: int, cost_m: float = 0.0) -> CandidatePose:
 
 
 async def best(planner: Any, *candidates: CandidatePose, radius_m: float = 0.0, **changes: Any) -> PathCheck:
-    return await PathChecker(planner, Settings(**changes)).best(GoalRegion(candidates, radius_m))
+    return await PathChecker(planner, PathLimits(**changes)).best(GoalRegion(candidates, radius_m))
 
 
 async def test_of_the_lowest_rank_with_a_path_the_cheapest_wins_and_what_must_be_dearer_is_not_asked_for() -> None:
@@ -133,5 +132,5 @@ async def test_without_a_planner_the_first_candidate_in_the_map_is_driven_to() -
 
     outside = CandidatePose(pose=Pose2D(x=900.0, y=0.0, yaw=0.0))
     region = GoalRegion((outside, CandidatePose(pose=WANTED)), 0.6)
-    found = await best_or_first(PathChecker(cast("Robot", Planner(away)), Settings()), region)
+    found = await best_or_first(PathChecker(cast("Robot", Planner(away)), PathLimits()), region)
     assert (found.pose, found.candidate) == (WANTED, 1)

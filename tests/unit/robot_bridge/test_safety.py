@@ -20,7 +20,7 @@ from robot_bridge.safety.collision_monitor import (
     seen_from_here,
     slowdown,
 )
-from robot_bridge.safety.obstacles import obstacles
+from robot_bridge.safety.obstacles import ObstacleLimits, obstacles
 from robot_bridge.sensing.blindness import ALL_ROUND
 from robot_bridge.sensing.sensor_readings import Scan
 
@@ -302,10 +302,10 @@ def test_the_free_travel_is_where_a_simulated_disc_first_touches(x: float, z: fl
 
 def test_sectors_are_measured_from_the_footprint_and_named() -> None:
     scan = Scan(0.0, points((0.5, 0.0), (0.0, 1.0), (-0.7, 0.0)))
-    found = obstacles(scan, LIMITS, 1.0)
+    found = obstacles(scan, ObstacleLimits())
     assert found.sectors_m["front"] == pytest.approx(0.311)
     assert found.sectors_m["left"] == pytest.approx(0.811)
     assert found.sectors_m["back"] == pytest.approx(0.511)
     assert found.sectors_m["right"] is None
     assert not found.emergency
-    assert obstacles(Scan(0.0, points((0.25, 0.0))), LIMITS, 1.0).emergency
+    assert obstacles(Scan(0.0, points((0.25, 0.0))), ObstacleLimits()).emergency

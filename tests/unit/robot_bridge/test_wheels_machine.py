@@ -18,22 +18,18 @@ from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import Hazard
 from contracts.robot import EmergencyStop, Priority
 from mesh.errors import ConflictError
-from robot_bridge.limits import motion_gains
-from robot_bridge.motion.arbiter import Limits, Refusal, Request
+from robot_bridge.motion.arbiter import TICK_S_MAX, Refusal, Request
 from robot_bridge.motion.motion_executor import ActiveMotion
-from robot_bridge.motion.motions import DriveOnHeading, Spin, Tuning
+from robot_bridge.motion.motions import GAINS, DriveOnHeading, Spin, Tuning
 from robot_bridge.motion.sessions import Sessions
-from robot_bridge.motion.velocity_mux import STOP_BURST, VelocityMux
-from robot_bridge.safety.collision_monitor import SafetyLimits
+from robot_bridge.motion.velocity_mux import STOP_BURST, VelocityLimits, VelocityMux
 from robot_bridge.safety.emergency_stop import LatchFile
 from robot_bridge.sensing.blindness import NO_ARCS, Arcs
 from robot_bridge.sensing.sensor_readings import Odometry, Scan, SensorReadings
-from robot_bridge.settings import Settings
 
-LIMITS, SAFETY = Limits(), SafetyLimits()
+LIMITS = VelocityLimits()
 ANY = st.floats(allow_nan=True, allow_infinity=True)
 SPEED = st.one_of(st.floats(-3.0, 3.0), ANY)
-HOLD_S = 1.0
 
 
 class ManualClock:
@@ -49,14 +45,14 @@ class ManualClock:
 def wall_scan(distance_m: float) -> Scan:
     """A wall ahead and one behind, this far from the footprint."""
     y = np.linspace(-2.0, 2.0, 81)
-    x = np.full_like(y, distance_m + SAFETY.footprint_radius_m)
+    x = np.full_like(y, distance_m + LIMITS.footprint_radius_m)
     return Scan(0.0, np.concatenate([np.stack([x, y], 1), np.stack([-x, y], 1)]))
 
 
 def unseen(blind: Arcs) -> NDArray[np.float64]:
     """Where a leg of 6 cm could stand, all of it within an unknown arc."""
     bearing = np.linspace(-math.pi, math.pi, 181)
-    at_m = SAFETY.footprint_radius_m + 0.05
+    at_m = LIMITS.footprint_radius_m + 0.05
     inside = np.zeros(bearing.size, np.bool_)
     for begin, width in blind:
         off = (bearing - begin) % math.tau
@@ -66,12 +62,12 @@ def unseen(blind: Arcs) -> NDArray[np.float64]:
 
 def touches(twist: Twist2D, points_m: NDArray[np.float64]) -> bool:
     """Does the footprint meet a point on the next `stop_distance_m` of the twist's arc? Tried out place by place."""
-    driven_m = np.linspace(0.0, SAFETY.stop_distance_m, 41)
+    driven_m = np.linspace(0.0, LIMITS.stop_distance_m, 41)
     half_turned = driven_m * twist.angular_z / max(abs(twist.linear_x), 1e-9) / 2.0
     chord_m = math.copysign(1.0, twist.linear_x) * driven_m * np.sinc(half_turned / math.pi)
     centre = np.stack([chord_m * np.cos(half_turned), chord_m * np.sin(half_turned)], axis=1)
     apart_m = np.linalg.norm(points_m[None] - centre[:, None], axis=2)
-    return bool((apart_m < SAFETY.footprint_radius_m - 1e-6).any())
+    return bool((apart_m < LIMITS.footprint_radius_m - 1e-6).any())
 
 
 class WheelsMachine(RuleBasedStateMachine):
@@ -102,8 +98,6 @@ class WheelsMachine(RuleBasedStateMachine):
             clock=self.clock,
             stop=stop,
             limits=LIMITS,
-            safety=SAFETY,
-            hazard_hold_s=HOLD_S,
         )
         self.wheels._send = self._check
         self.nothing_is_alive()
@@ -132,18 +126,18 @@ class WheelsMachine(RuleBasedStateMachine):
             assert twist == zero, "no lease is alive"
         if twist.linear_x < 0.0:
             assert now_s < self.reverse_allowed_until_s, "reverse"
-        held = {hazard for hazard, seen_s in self.hazard_seen_s.items() if now_s - seen_s <= HOLD_S}
+        held = {hazard for hazard, seen_s in self.hazard_seen_s.items() if now_s - seen_s <= LIMITS.hazard_hold_s}
         assert twist == zero or Hazard.WHEEL_DROP not in held
         assert twist.linear_x <= 0.0 or Hazard.BUMP not in held
         if twist.linear_x != 0.0:
             age_s = self.senses.scan.age_s(now_s)
             assert age_s is not None
-            assert age_s <= SAFETY.scan_age_s_max
+            assert age_s <= LIMITS.scan_age_s_max
             assert not touches(twist, wall_scan(self.free_m).points_m), "something stands within the stop distance"
             assert not touches(twist, unseen(self.blind)), "something may stand there unseen"
         if self.sent:
             before_s, before = self.sent[-1]
-            elapsed_s = min(now_s - before_s, LIMITS.tick_s_max) + 1e-9
+            elapsed_s = min(now_s - before_s, TICK_S_MAX) + 1e-9
             gain = abs(twist.linear_x) - (abs(before.linear_x) if before.linear_x * twist.linear_x > 0 else 0.0)
             assert gain <= LIMITS.acceleration_m_s2_max * elapsed_s + 1e-9
             turn = abs(twist.angular_z) - (abs(before.angular_z) if before.angular_z * twist.angular_z > 0 else 0.0)
@@ -227,7 +221,7 @@ class WheelsMachine(RuleBasedStateMachine):
 
     @rule(distance=st.floats(-2.0, 2.0), reverse=st.booleans(), turn=st.booleans())
     def move(self, distance: float, reverse: bool, turn: bool) -> None:
-        tuning = Tuning(motion_gains(Settings()))
+        tuning = Tuning(GAINS)
         motion = (
             Spin(distance, speed_rad_s=1.0, timeout_s=5.0, tuning=tuning)
             if turn

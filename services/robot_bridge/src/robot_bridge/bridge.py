@@ -21,7 +21,6 @@ from mesh.clock import Clock
 from mesh.errors import UnavailableError
 from mesh.tasks import Tasks
 from robot_bridge.emergency_stop_service import EmergencyStopService
-from robot_bridge.limits import arbiter_limits, motion_gains, obstacle_limits, safety_limits
 from robot_bridge.motion.motion_executor import ActiveMotion
 from robot_bridge.motion.motions import Motion, Tuning
 from robot_bridge.motion.sessions import Sessions
@@ -153,12 +152,11 @@ class Bridge:
 
     def snapshot(self) -> Snapshot:
         """Every sensor, now."""
-        return take_snapshot(self.robot.senses, self.settings.ages, self.clock.now_s())
+        return take_snapshot(self.robot.senses, self.settings, self.clock.now_s())
 
     def obstacles(self) -> Obstacles:
         """What stands round the robot. Raises `UnavailableError` while the laser is silent."""
-        scan = self.scan()
-        return obstacles(scan, safety_limits(self.settings), scan.stamp_s, obstacle_limits(self.settings))
+        return obstacles(self.scan(), self.settings)
 
     def scan(self) -> Scan:
         """The newest; raises `UnavailableError` while the laser is silent."""
@@ -227,10 +225,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         sessions=sessions,
         clock=clock,
         stop=stop,
-        limits=arbiter_limits(settings),
-        safety=safety_limits(settings),
-        hazard_hold_s=settings.hazard_hold_s,
-        navigation_may_reverse=settings.navigation_may_reverse,
+        limits=settings,
     )
     events = NavigationEvents()
     navigator = GoalExecutor(
@@ -238,11 +233,19 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         wheels=wheels,
         clock=clock,
         tasks=tasks,
-        settings=settings,
+        limits=settings,
         publish=events.put,
     )
     maps = MapBook(settings.state_dir, senses.map, clock)
-    docking = Docking(robot=robot, wheels=wheels, navigator=navigator, maps=maps, clock=clock, settings=settings)
+    docking = Docking(
+        robot=robot,
+        wheels=wheels,
+        navigator=navigator,
+        maps=maps,
+        clock=clock,
+        state_dir=settings.state_dir,
+        limits=settings,
+    )
 
     def end_what_moves(goal: GoalCause, base: BaseEnd) -> None:
         navigator.stop(goal)
@@ -267,14 +270,19 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         goals=navigator,
         camera=Camera(senses.rgb, jpeg_quality=settings.jpeg_quality),
         emergency_stop=stopping,
-        tuning=Tuning(motion_gains(settings)),
+        tuning=Tuning(settings.gains),
         docking=docking,
         maps=maps,
-        measuring=ObjectLocalizer(
-            senses, clock, settings.depth_match_s_max, settings.image_age_s_max, settings.depth_noise
+        measuring=ObjectLocalizer(senses, clock, settings),
+        recordings=Recordings(
+            robot=robot,
+            bus=bus,
+            clock=clock,
+            tasks=tasks,
+            folder=settings.recordings_dir or settings.state_dir / "recordings",
+            limits=settings,
         ),
         camera_file=CameraFile(settings.state_dir),
-        recordings=Recordings(robot=robot, bus=bus, clock=clock, tasks=tasks, settings=settings),
     )
     wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=bridge.session_ended)
     await robot.start(tick=wheels.tick, navigation_velocity=wheels.navigation_velocity)

@@ -1,16 +1,21 @@
-"""Every knob of the bridge, from the environment: ROBOT_BRIDGE_PORT, nested ROBOT_BRIDGE_ROS__SCAN__NAME."""
+"""Settings from the environment, prefix ROBOT_BRIDGE_; the numbers of each part stand in its own module."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_settings import SettingsConfigDict
 
-from contracts.description import DepthNoise
-from contracts.geometry import Pose2D
+from contracts.motion import MotionGains
 from mesh.settings import Port, ServiceSettings
-from robot_bridge.sensing.laser_rules import LaserMask, ZeroRange
-from robot_bridge.sensing.snapshot import AgeLimits
+from robot_bridge.motion.motions import GAINS
+from robot_bridge.motion.velocity_mux import VelocityLimits
+from robot_bridge.navigation.docking import DockingLimits
+from robot_bridge.navigation.goal_executor import GoalLimits
+from robot_bridge.recording.recordings import RecordingLimits
+from robot_bridge.safety.obstacles import ObstacleLimits
+from robot_bridge.sensing.laser_rules import LaserRules
+from robot_bridge.sensing.object_localizer import LocalizerLimits
 
 
 class Channel(BaseModel):
@@ -24,21 +29,25 @@ class Channel(BaseModel):
     depth: int = Field(default=5, ge=1, le=1000)
 
 
-def _sensor(name: str, depth: int = 5) -> Channel:
-    return Channel(name=name, depth=depth)
+def _sensor(name: str, what: str, depth: int = 5) -> Any:
+    return _field(Channel(name=name, depth=depth), what)
 
 
-def _kept(name: str, depth: int = 1) -> Channel:
-    return Channel(name=name, reliability="reliable", durability="transient_local", depth=depth)
+def _kept(name: str, what: str, depth: int = 1) -> Any:
+    return _field(Channel(name=name, reliability="reliable", durability="transient_local", depth=depth), what)
 
 
-def _changing(name: str) -> Channel:
+def _changing(name: str, what: str) -> Any:
     """Told on change only: the last word counts, also one said before the bridge began."""
-    return Channel(name=name, reliability="best_available", durability="best_available")
+    return _field(Channel(name=name, reliability="best_available", durability="best_available"), what)
 
 
-def _reliable(name: str, depth: int = 10) -> Channel:
-    return Channel(name=name, reliability="reliable", depth=depth)
+def _reliable(name: str, what: str, depth: int = 10) -> Any:
+    return _field(Channel(name=name, reliability="reliable", depth=depth), what)
+
+
+def _field(channel: Channel, what: str) -> Any:
+    return Field(default=channel, description=f"{what}; a topic with its QoS")
 
 
 class RosSettings(BaseModel):
@@ -46,53 +55,66 @@ class RosSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    node_name: str = "robot_bridge"
-    namespace: str = ""
-    use_sim_time: bool = False
-    map_frame: str = "map"
-    odom_frame: str = "odom"
-    base_frame: str = "base_link"
+    node_name: str = Field(default="robot_bridge", description="of the bridge's own node")
+    namespace: str = Field(default="", description="of the robot: topics, actions, services, tf")
+    use_sim_time: bool = Field(default=False, description="time from /clock")
+    map_frame: str = Field(default="map", description="frame of the map")
+    odom_frame: str = Field(default="odom", description="frame of the odometry")
+    base_frame: str = Field(default="base_link", description="frame of the robot")
 
-    rgb: Channel = _sensor("oakd/rgb/preview/image_raw", 1)
-    rgb_info: Channel = _sensor("oakd/rgb/preview/camera_info", 1)
-    depth: Channel = _sensor("oakd/stereo/image_raw", 1)
-    depth_info: Channel = _sensor("oakd/stereo/camera_info", 1)
-    scan: Channel = _sensor("scan")
-    odom: Channel = _sensor("odom")
-    amcl_pose: Channel = _kept("amcl_pose")
-    initial_pose: Channel = _reliable("initialpose")
-    map: Channel = _kept("map")
-    tf: Channel = _reliable("tf", 100)
-    tf_static: Channel = _kept("tf_static", 100)
-    battery: Channel = _changing("battery_state")
-    dock_status: Channel = _changing("dock_status")
-    hazards: Channel = _changing("hazard_detection")
-    wheel_status: Channel = _changing("wheel_status")
-    cmd_vel_nav: Channel = _reliable("cmd_vel_nav", 1)
-    cmd_vel_nav_type: Literal["Twist", "TwistStamped"] = "TwistStamped"
-    cmd_vel: Channel = _reliable("cmd_vel")
-    cmd_vel_type: Literal["Twist", "TwistStamped"] = "TwistStamped"
+    rgb: Channel = _sensor("oakd/rgb/preview/image_raw", "colour picture", 1)
+    rgb_info: Channel = _sensor("oakd/rgb/preview/camera_info", "calibration of the colour camera", 1)
+    depth: Channel = _sensor("oakd/stereo/image_raw", "depth picture", 1)
+    depth_info: Channel = _sensor("oakd/stereo/camera_info", "calibration of the depth camera", 1)
+    scan: Channel = _sensor("scan", "laser scan")
+    odom: Channel = _sensor("odom", "odometry")
+    amcl_pose: Channel = _kept("amcl_pose", "pose in map from the localiser")
+    initial_pose: Channel = _reliable("initialpose", "pose in map for the localiser")
+    map: Channel = _kept("map", "occupancy grid")
+    tf: Channel = _reliable("tf", "moving frames", 100)
+    tf_static: Channel = _kept("tf_static", "fixed frames", 100)
+    battery: Channel = _changing("battery_state", "battery")
+    dock_status: Channel = _changing("dock_status", "whether it is docked")
+    hazards: Channel = _changing("hazard_detection", "bump, cliff, stall, wheel drop")
+    wheel_status: Channel = _changing("wheel_status", "whether the base lets its wheels turn")
+    cmd_vel_nav: Channel = _reliable("cmd_vel_nav", "velocity that Nav2 wants", 1)
+    cmd_vel_nav_type: Literal["Twist", "TwistStamped"] = Field(default="TwistStamped", description="of Nav2's velocity")
+    cmd_vel: Channel = _reliable("cmd_vel", "velocity for the base")
+    cmd_vel_type: Literal["Twist", "TwistStamped"] = Field(default="TwistStamped", description="that the base takes")
     cmd_vel_known: tuple[str, ...] = Field(
         default=("docking_server", "teleop_twist_joy_node"),
         description="nodes that publish cmd_vel too and are known to keep silent: Nav2's docking, an unpaired joystick",
     )
     cmd_vel_unstamped: Channel | None = Field(default=None, description="a second topic, always Twist, where set")
-    cmd_audio: Channel = _reliable("cmd_audio")
+    cmd_audio: Channel = _reliable("cmd_audio", "notes for the base to play")
 
-    navigate_action: str = "navigate_to_pose"
-    path_action: str = "compute_path_to_pose"
-    dock_action: str = "dock"
-    undock_action: str = "undock"
-    led_action: str = "led_animation"
-    e_stop_service: str = "e_stop"
-    clear_costmap_services: tuple[str, ...] = (
-        "global_costmap/clear_entirely_global_costmap",
-        "local_costmap/clear_entirely_local_costmap",
+    navigate_action: str = Field(default="navigate_to_pose", description="Nav2's action that drives to a goal")
+    path_action: str = Field(default="compute_path_to_pose", description="Nav2's action that plans a path")
+    dock_action: str = Field(default="dock", description="the base's action that docks")
+    undock_action: str = Field(default="undock", description="the base's action that undocks")
+    led_action: str = Field(default="led_animation", description="the base's action that blinks")
+    e_stop_service: str = Field(default="e_stop", description="the base's service that disables its wheels")
+    clear_costmap_services: tuple[str, ...] = Field(
+        default=("global_costmap/clear_entirely_global_costmap", "local_costmap/clear_entirely_local_costmap"),
+        description="Nav2's services that clear its costmaps",
     )
-    nav2_lifecycle_nodes: tuple[str, ...] = ("bt_navigator", "planner_server", "controller_server")
+    nav2_lifecycle_nodes: tuple[str, ...] = Field(
+        default=("bt_navigator", "planner_server", "controller_server"), description="active while Nav2 is"
+    )
 
 
-class Settings(ServiceSettings):
+class Settings(
+    VelocityLimits,
+    ObstacleLimits,
+    LaserRules,
+    LocalizerLimits,
+    GoalLimits,
+    DockingLimits,
+    RecordingLimits,
+    ServiceSettings,
+):
+    """E.g. ROBOT_BRIDGE_PORT, nested ROBOT_BRIDGE_ROS__SCAN__NAME, ROBOT_BRIDGE_GAINS__HEADING_KP."""
+
     model_config = SettingsConfigDict(
         env_prefix="ROBOT_BRIDGE_",
         env_nested_delimiter="__",
@@ -101,94 +123,17 @@ class Settings(ServiceSettings):
     )
 
     port: Port = 8004
-    log_level: str = "INFO"
+    log_level: str = Field(default="INFO", description="DEBUG, INFO, WARNING or ERROR")
     nice: int = Field(default=-10, ge=-20, le=19, description="the process's priority, where it is permitted to set it")
     state_dir: Path = Field(default=Path("var/robot_bridge"), description="holds the emergency stop's latch")
-    body_bytes_max: int = Field(default=200_000, ge=1000)
-
-    speed_m_s_max: float = Field(default=0.306, gt=0.0, le=2.0, description="of the base: no request may be faster")
-    turn_rad_s_max: float = Field(default=1.9, gt=0.0, le=4.0)
-    acceleration_m_s2_max: float = Field(default=0.9, gt=0.0, le=5.0)
-    turn_acceleration_rad_s2_max: float = Field(default=7.7, gt=0.0, le=50.0)
-    request_age_s_max: float = Field(default=0.5, gt=0.0)
-    request_ahead_s_max: float = Field(default=0.1, ge=0.0)
-    session_timeout_s: float = Field(default=1.0, gt=0.0, le=10.0, description="a closed socket ends it at once")
-
-    footprint_radius_m: float = Field(default=0.189, gt=0.0, le=2.0)
-    side_margin_m: float = Field(default=0.02, ge=0.0, le=0.5)
-    stop_distance_m: float = Field(default=0.08, ge=0.0, le=2.0, description="from the footprint")
-    slow_distance_m: float = Field(default=0.35, gt=0.0, le=5.0, description="from the footprint")
-    slow_factor_min: float = Field(default=0.3, gt=0.0, le=1.0)
-    scan_age_s_max: float = Field(default=0.5, gt=0.0)
-    scan_age_to_turn_s_max: float = Field(default=2.0, gt=0.0)
-    odometry_age_s_max: float = Field(default=0.5, gt=0.0)
-    hazard_hold_s: float = Field(default=1.0, gt=0.0)
-
-    laser_zero_means: ZeroRange = Field(default=ZeroRange.UNKNOWN, description="what a range of 0.0 says")
-    laser_masks: tuple[LaserMask, ...] = Field(default=(), description="the robot's own parts in the scan")
-    depth_noise: DepthNoise = DepthNoise(at_1m_m=0.012, exponent=3.461)
-    """Stereo: 1.2 cm at 1.0 m, 28.6 cm at 2.5 m (requirement A9)."""
-    depth_m_max: float = Field(default=20.0, gt=0.0, le=100.0, description="what is further is a hole in the picture")
-
-    sector_wall_m: float = Field(default=0.25, gt=0.0, description="a ring sector nearer than this is a WALL")
-    sector_obstacle_m: float = Field(default=0.5, gt=0.0, description="nearer than this: OBSTACLE")
-    sector_near_m: float = Field(default=1.0, gt=0.0, description="nearer than this: NEAR, else CLEAR")
-    gap_width_m_min: float = Field(default=0.7, gt=0.0, description="what is narrower is no doorway")
-    gap_width_m_max: float = Field(default=2.5, gt=0.0, description="what is wider is open space")
-
-    image_age_s_max: float = Field(default=1.5, gt=0.0)
-    pose_age_s_max: float = Field(default=5.0, gt=0.0)
-    jpeg_quality: int = Field(default=85, ge=10, le=100)
-    stream_viewers_max: int = Field(default=8, ge=1)
-    depth_match_s_max: float = Field(default=0.5, gt=0.0, description="between a picture and the depth measured in it")
-
-    nav2_timeout_s: float = Field(default=5.0, gt=0.0, description="for Nav2 to accept a goal or plan a path")
-    nav2_active_wait_s: float = Field(default=2.0, ge=0.0, description="for Nav2 to become active, before a goal")
-    ring_radius_m: float = Field(default=0.6, ge=0.0, le=3.0, description="how far from the wanted pose a goal may end")
-    ring_clearance_m: float = Field(default=0.08, ge=0.0, description="of the footprint, for poses on the ring")
-    preflight_poses_max: int = Field(default=40, ge=1, le=100)
-    plan_end_off_m_max: float = Field(
-        default=0.15, gt=0.0, le=2.0, description="a plan that ends farther from its goal does not lead there"
-    )
-    preflight_s_max: float = Field(default=4.0, gt=0.0)
-    retries_max: int = Field(default=2, ge=0, le=5, description="of a goal that Nav2 gave up under way, at most")
-    costmap_timeout_s: float = Field(default=1.0, gt=0.0)
-    fresh_scan_wait_s_max: float = Field(default=1.5, ge=0.0)
-    dock_timeout_s: float = Field(default=90.0, gt=0.0, description="the way to the dock included")
-    dock_look_s_max: float = Field(default=3.0, ge=0.0, description="for the base to see the dock it stands before")
-    dock_pose: Pose2D | None = Field(default=None, description="base_link in map while docked; none = learned")
-    initial_pose_from_dock: bool = Field(
-        default=True, description="a robot that starts on its dock tells the localiser so, where that is known"
-    )
-    staging_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
-
-    navigation_may_reverse: bool = Field(default=True, description="Nav2's recoveries back up; the rear is watched too")
     recordings_dir: Path | None = Field(default=None, description="none = recordings/ in the state directory")
-    recording_bytes_max: int = Field(default=1_000_000_000, ge=10_000, description="of one recording")
-    recordings_bytes_max: int = Field(default=5_000_000_000, ge=10_000, description="of all; the oldest make room")
-    recording_s_max: float = Field(default=3600.0, gt=0.0, le=86_400.0)
-    recording_images_hz: float = Field(default=2.0, gt=0.0, le=30.0, description="of pictures, where they are wanted")
-
-    heading_kp: float = 2.5
-    heading_ki: float = 0.0
-    heading_kd: float = 0.05
-    drive_kp: float = 1.5
-    drive_ki: float = 0.0
-    drive_kd: float = 0.0
-    turn_tolerance_rad: float = 0.02
-    drive_tolerance_m: float = 0.01
-    turn_rad_s_min: float = 0.12
-    drive_m_s_min: float = 0.03
-    blocked_s_max: float = 1.5
-
+    body_bytes_max: int = Field(default=200_000, ge=1000, description="largest request body; a larger one gets 413")
+    session_timeout_s: float = Field(
+        default=1.0, gt=0.0, le=10.0, description="a session silent for so long ends; a closed socket ends it at once"
+    )
+    jpeg_quality: int = Field(default=85, ge=10, le=100, description="of the camera's pictures")
+    stream_viewers_max: int = Field(default=8, ge=1, description="of the camera's stream at the same time")
+    depth_m_max: float = Field(default=20.0, gt=0.0, le=100.0, description="what is further is a hole in the picture")
+    nav2_timeout_s: float = Field(default=5.0, gt=0.0, description="for Nav2 to accept a goal or plan a path")
+    gains: MotionGains = GAINS
     ros: RosSettings = RosSettings()
-
-    @property
-    def ages(self) -> AgeLimits:
-        return AgeLimits(
-            scan_s=self.scan_age_s_max,
-            odometry_s=self.odometry_age_s_max,
-            image_s=self.image_age_s_max,
-            pose_s=self.pose_age_s_max,
-            hazard_hold_s=self.hazard_hold_s,
-        )

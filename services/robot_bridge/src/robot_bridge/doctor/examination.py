@@ -123,7 +123,7 @@ class _Look:
             mismatches=senses.mismatches.value or (),
             base_listens_for=self._listened_for(names["cmd_vel"]),
             traffic={setting: _traffic(heard) for setting, heard in self._heard.items()},
-            sensors=take_snapshot(senses, self._settings.ages, now_s).sensors,
+            sensors=take_snapshot(senses, self._settings, now_s).sensors,
             clocks_behind_s=senses.clocks.odd(now_s),
             parents={child: frozenset(parents) for child, parents in self._parents.items()},
             frames=self._frames(),

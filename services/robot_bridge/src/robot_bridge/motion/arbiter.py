@@ -4,28 +4,28 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pydantic import Field
+
 from contracts.causes import LimitCause, Refusal, SafetyCause
 from contracts.geometry import Twist2D
 from contracts.robot import Priority
+from robot_bridge.body import BodyLimits
 from robot_bridge.safety.collision_monitor import Restraint
 
 ZERO = Twist2D()
 LEASES_MAX = 32
 SOURCES_REMEMBERED_MAX = 256
+LEASE_S_MAX = 2.0
+TICK_S_MAX = 0.1
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class ArbiterLimits(BodyLimits):
     """What the base can do, or is wanted to do. Slowing down is never limited here: the base brakes as it can."""
 
-    speed_m_s_max: float = 0.306
-    turn_rad_s_max: float = 1.9
-    acceleration_m_s2_max: float = 0.9
-    turn_acceleration_rad_s2_max: float = 7.7
-    lease_s_max: float = 2.0
-    request_age_s_max: float = 0.5
-    request_ahead_s_max: float = 0.1
-    tick_s_max: float = 0.1
+    acceleration_m_s2_max: float = Field(default=0.9, gt=0.0, le=5.0, description="of speeding up")
+    turn_acceleration_rad_s2_max: float = Field(default=7.7, gt=0.0, le=50.0, description="of turning faster")
+    request_age_s_max: float = Field(default=0.5, gt=0.0, description="a request stamped earlier is refused")
+    request_ahead_s_max: float = Field(default=0.1, ge=0.0, description="a request stamped further ahead is refused")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,13 +89,13 @@ Restrain = Callable[[Twist2D], tuple[Twist2D, Restraint | None]]
 
 
 class Arbiter:
-    """Holds the leases. `choose` is asked at every tick; everything it answers is within `Limits`.
+    """Holds the leases. `choose` is asked at every tick; everything it answers is within `ArbiterLimits`.
 
     A more urgent source takes over at once. When a lease ends and a less urgent one would go on, a zero comes between:
     nobody's end makes the robot do something else without a pause.
     """
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: ArbiterLimits) -> None:
         self.limits = limits
         self._leases: dict[str, Lease] = {}
         self._newest_stamp_s: dict[str, float] = {}
@@ -135,7 +135,7 @@ class Arbiter:
 
     def choose(self, now_s: float, *, epoch: int, restrain: Restrain) -> ArbitratedCommand:
         """What to send now. Call once a tick: the acceleration limit counts from what was chosen last."""
-        elapsed_s = 0.0 if self._sent_s is None else min(max(0.0, now_s - self._sent_s), self.limits.tick_s_max)
+        elapsed_s = 0.0 if self._sent_s is None else min(max(0.0, now_s - self._sent_s), TICK_S_MAX)
         lease = self.winner(now_s)
         if lease is None or lease.request.epoch != epoch:
             choice = NO_COMMAND
@@ -191,7 +191,7 @@ class Arbiter:
     def _refusal(self, request: Request, now_s: float, epoch: int) -> Refusal | None:
         if not all(map(math.isfinite, (request.linear_x, request.angular_z, request.stamp_s or 0.0))):
             return Refusal.NOT_FINITE
-        if not 0.0 < request.duration_s <= self.limits.lease_s_max:  # NaN is neither
+        if not 0.0 < request.duration_s <= LEASE_S_MAX:  # NaN is neither
             return Refusal.BAD_DURATION
         if request.priority in {Priority.EMERGENCY, Priority.SAFETY}:
             return Refusal.RESERVED

@@ -16,6 +16,20 @@ FIRST_STEP_S = 0.05
 BLIND_S_MAX = 0.5
 HEADING_RAD_S_MAX = 0.5
 """How fast a drive may turn to hold its heading."""
+GAINS = MotionGains(
+    heading_kp=2.5,
+    heading_ki=0.0,
+    heading_kd=0.05,
+    drive_kp=1.5,
+    drive_ki=0.0,
+    drive_kd=0.0,
+    turn_tolerance_rad=0.02,
+    drive_tolerance_m=0.01,
+    turn_rad_s_min=0.12,
+    drive_m_s_min=0.03,
+    blocked_s_max=1.5,
+)
+"""Of the settings; `PUT /motion/gains` changes them until the process ends."""
 
 
 class Tuning:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from prometheus_client import Counter
+from pydantic import Field
 
 from contracts.causes import Refusal
 from contracts.geometry import Twist2D
@@ -19,7 +20,7 @@ from contracts.robot import EmergencyStop, Priority
 from mesh.clock import Clock
 from mesh.errors import ConflictError
 from mesh.latest_value import LatestValue
-from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, Arbiter, ArbitratedCommand, Limits, Request
+from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, Arbiter, ArbiterLimits, ArbitratedCommand, Request
 from robot_bridge.motion.motion_executor import ActiveMotion, MotionExecutor
 from robot_bridge.motion.motions import Ending
 from robot_bridge.motion.sessions import Sessions
@@ -39,6 +40,10 @@ STOP_BURST = 10
 REFUSED = Counter("robot_bridge_velocity_refused_total", "velocity requests that never became a lease", ["reason"])
 
 
+class VelocityLimits(ArbiterLimits, SafetyLimits):
+    navigation_may_reverse: bool = Field(default=True, description="Nav2's recoveries back up; the rear is watched too")
+
+
 class VelocityMux:
     """`tick` is called by the robot's thread; every other method by any thread."""
 
@@ -49,10 +54,7 @@ class VelocityMux:
         sessions: Sessions,
         clock: Clock,
         stop: EmergencyStop,
-        limits: Limits,
-        safety: SafetyLimits,
-        hazard_hold_s: float,
-        navigation_may_reverse: bool = True,
+        limits: VelocityLimits,
     ) -> None:
         self.commanded: LatestValue[ArbitratedCommand] = LatestValue()
         self.arbiter = Arbiter(limits)
@@ -61,9 +63,7 @@ class VelocityMux:
         self._sessions = sessions
         self._clock = clock
         self._stop = stop
-        self._safety = safety
-        self._hazard_hold_s = hazard_hold_s
-        self._navigation_may_reverse = navigation_may_reverse
+        self._limits = limits
         self._lock = threading.Lock()
         self._send: Callable[[Twist2D], None] = _nowhere
         self._on_session_ended: Callable[[str], None] = _ignore
@@ -107,9 +107,9 @@ class VelocityMux:
                 choice = STOPPED
                 self.arbiter.record_zero(now_s)
             else:
-                around = safety_input(self._senses, now_s, hazard_hold_s=self._hazard_hold_s)
+                around = safety_input(self._senses, now_s, hazard_hold_s=self._limits.hazard_hold_s)
                 choice = self.arbiter.choose(
-                    now_s, epoch=self._stop.epoch, restrain=lambda twist: apply_safety(twist, around, self._safety)
+                    now_s, epoch=self._stop.epoch, restrain=lambda twist: apply_safety(twist, around, self._limits)
                 )
             if self._stop.latched or not self._base_is_busy:
                 self._send(choice.twist)
@@ -244,7 +244,7 @@ class VelocityMux:
                     angular_z=angular_z,
                     duration_s=NAVIGATION_LEASE_S,
                     epoch=epoch,
-                    allow_reverse=self._navigation_may_reverse,
+                    allow_reverse=self._limits.navigation_may_reverse,
                     session_id=session_id,
                 ),
                 self._clock.now_s(),
@@ -279,7 +279,7 @@ class VelocityMux:
         return refusal
 
     def _step_motion(self, now_s: float) -> None:
-        odometry = fresh_odometry(self._senses, now_s, self._safety)
+        odometry = fresh_odometry(self._senses, now_s, self._limits)
         step = self._motions.step(odometry, now_s, self.commanded.value)
         if isinstance(step, Request):
             self._request(step, now_s)

@@ -3,9 +3,11 @@
 import asyncio
 from collections.abc import Coroutine
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 import structlog
+from pydantic import Field
 
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
@@ -20,13 +22,22 @@ from robot_bridge.navigation.goal_executor import GoalExecutor, refuse_while_nav
 from robot_bridge.navigation.initial_pose import InitialPose
 from robot_bridge.navigation.map_book import MapBook
 from robot_bridge.ports import Robot
-from robot_bridge.sensing.snapshot import Snapshot, take_snapshot
-from robot_bridge.settings import Settings
+from robot_bridge.sensing.snapshot import AgeLimits, Snapshot, take_snapshot
 
 log = structlog.get_logger()
 
 NEAR_M = 0.35
 RING_M = 0.3
+
+
+class DockingLimits(AgeLimits):
+    dock_timeout_s: float = Field(default=90.0, gt=0.0, description="the way to the dock included")
+    dock_look_s_max: float = Field(default=3.0, ge=0.0, description="for the base to see the dock it stands before")
+    dock_pose: Pose2D | None = Field(default=None, description="base_link in map while docked; none = learned")
+    initial_pose_from_dock: bool = Field(
+        default=True, description="a robot that starts on its dock tells the localiser so, where that is known"
+    )
+    staging_distance_m: float = Field(default=0.6, gt=0.0, le=2.0, description="in front of the docked pose")
 
 
 class DockingPhase(StrEnum):
@@ -64,15 +75,16 @@ class Docking:
         navigator: GoalExecutor,
         maps: MapBook,
         clock: Clock,
-        settings: Settings,
+        state_dir: Path,
+        limits: DockingLimits,
     ) -> None:
-        self._place = DockPose(settings.state_dir, settings.dock_pose)
+        self._place = DockPose(state_dir, limits.dock_pose)
         self._maps = maps
         self._robot = robot
         self._wheels = wheels
         self._navigator = navigator
         self._clock = clock
-        self._settings = settings
+        self._limits = limits
         self.phase = DockingPhase.IDLE
         self._patience: asyncio.Timeout
         """Set while something is under way."""
@@ -99,7 +111,7 @@ class Docking:
         localised = senses.poses.age_s(snapshot.taken_s) is not None
         due = self._initial_pose.due(
             snapshot.taken_s,
-            wanted=self._settings.initial_pose_from_dock and docked and not localised and pose is not None,
+            wanted=self._limits.initial_pose_from_dock and docked and not localised and pose is not None,
             listens=bool(senses.localiser_listens.value),
             laser_turns=snapshot.scan is not None,
         )
@@ -140,7 +152,7 @@ class Docking:
         """Its reply, or why it was given up: past its time, or by `stop`."""
         self._session_id, self._given_up = session_id, BaseEnd.TIMED_OUT
         try:
-            async with asyncio.timeout(self._settings.dock_timeout_s) as self._patience:
+            async with asyncio.timeout(self._limits.dock_timeout_s) as self._patience:
                 reply = await work
             return _reply(self._given_up) if self.phase is DockingPhase.ENDING else reply
         except TimeoutError:
@@ -171,13 +183,13 @@ class Docking:
         """None where the base will take the request. What it would reject it is not asked for: a rejection ends
         create3_republisher, and with it everything that reaches the base."""
         told = self._robot.senses.dock
-        seen = await told.wait_for(lambda dock: dock.value.dock_visible, self._settings.dock_look_s_max)
+        seen = await told.wait_for(lambda dock: dock.value.dock_visible, self._limits.dock_look_s_max)
         if (dock := self._look().dock) is not None and dock.is_docked:
             return BaseEnd.ALREADY_THERE
         return None if seen is not None and dock is not None else BaseEnd.DOCK_NOT_SEEN
 
     def _look(self) -> Snapshot:
-        return take_snapshot(self._robot.senses, self._settings.ages, self._clock.now_s())
+        return take_snapshot(self._robot.senses, self._limits, self._clock.now_s())
 
     def _check(self, what: str, session_id: str | None) -> None:
         self._wheels.check(self._wheels.stop_state.epoch, session_id)
@@ -199,7 +211,7 @@ class Docking:
                 "put the robot on its dock once, or set ROBOT_BRIDGE_DOCK_POSE",
                 code=Refusal.DOCK_UNKNOWN,
             )
-        before = compose(dock, Pose2D(x=-self._settings.staging_distance_m, y=0.0, yaw=0.0))
+        before = compose(dock, Pose2D(x=-self._limits.staging_distance_m, y=0.0, yaw=0.0))
         missing = "its place on the map is not known" if snapshot.pose is None else ""
         missing = missing or self._robot.senses.why_no_nav2(snapshot.taken_s)
         if missing:
@@ -215,7 +227,7 @@ class Docking:
         request = GoalRequest(
             candidates=(CandidatePose(pose=before),),
             epoch=self._wheels.stop_state.epoch,
-            timeout_s=self._settings.dock_timeout_s,
+            timeout_s=self._limits.dock_timeout_s,
             ring_radius_m=RING_M,
             session_id=session_id,
         )

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import count
 
 import structlog
+from pydantic import Field
 
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
@@ -25,13 +26,18 @@ from robot_bridge.navigation.goal_states import (
     with_status,
 )
 from robot_bridge.navigation.goal_store import ActiveGoal, GoalStore
-from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, best_or_first, path_reply
+from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, PathLimits, best_or_first, path_reply
 from robot_bridge.ports import AcceptedGoal, GoalEnd, Robot
-from robot_bridge.settings import Settings
 
 log = structlog.get_logger()
 
 CANCEL_S_MAX = 2.0
+
+
+class GoalLimits(PathLimits):
+    nav2_active_wait_s: float = Field(default=2.0, ge=0.0, description="for Nav2 to become active, before a goal")
+    ring_radius_m: float = Field(default=0.6, ge=0.0, le=3.0, description="how far from the wanted pose a goal may end")
+    retries_max: int = Field(default=2, ge=0, le=5, description="of a goal that Nav2 gave up under way, at most")
 
 
 class GoalExecutor:
@@ -44,15 +50,15 @@ class GoalExecutor:
         wheels: VelocityMux,
         clock: Clock,
         tasks: Tasks,
-        settings: Settings,
+        limits: GoalLimits,
         publish: Callable[[Goal], None],
     ) -> None:
         self._robot = robot
         self._wheels = wheels
         self._clock = clock
         self._tasks = tasks
-        self._settings = settings
-        self._preflight = PathChecker(robot, settings)
+        self._limits = limits
+        self._preflight = PathChecker(robot, limits)
         self._goals = GoalStore(publish)
         self._active: ActiveGoal | None = None
         self._sending = asyncio.Lock()
@@ -78,7 +84,7 @@ class GoalExecutor:
         """
         self._check(request)
         async with self._sending:
-            await self._need_nav2(self._settings.nav2_active_wait_s)
+            await self._need_nav2(self._limits.nav2_active_wait_s)
             await self._end_active(GoalCause.PREEMPTED)
             if request.clear_costmaps:
                 await self._preflight.clear_costmaps(self._clock)
@@ -125,7 +131,7 @@ class GoalExecutor:
         return path_reply(await self._preflight.best(region, request.start))
 
     def _region(self, candidates: tuple[CandidatePose, ...], request: GoalRequest | PathRequest) -> GoalRegion:
-        radius_m = self._settings.ring_radius_m if request.ring_radius_m is None else request.ring_radius_m
+        radius_m = self._limits.ring_radius_m if request.ring_radius_m is None else request.ring_radius_m
         return GoalRegion(candidates, radius_m, request.look_at)
 
     def _check(self, request: GoalRequest) -> None:
@@ -200,7 +206,7 @@ class GoalExecutor:
             cause = cause_of(end)
             if cause is GoalCause.NAV2_SILENT and await accepted.was_preempted():
                 cause = GoalCause.FOREIGN_GOAL
-            last = attempt > min(retries(end), self._settings.retries_max)
+            last = attempt > min(retries(end), self._limits.retries_max)
             if last or cause is GoalCause.FOREIGN_GOAL or not isinstance(active.state, Driving):
                 self._finish(active, end, cause)
                 return

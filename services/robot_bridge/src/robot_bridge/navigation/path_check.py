@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import structlog
+from pydantic import Field
 
 from contracts.geometry import Point3D, Pose2D
 from contracts.robot import CandidatePose, PathReply
 from geometry.poses import apart_m
 from mesh.clock import Clock
 from mesh.errors import UnavailableError
+from robot_bridge.body import BodyLimits
 from robot_bridge.navigation.candidate_poses import ClearanceMap, by_clearance, candidate_poses, length_m
 from robot_bridge.navigation.goal_states import (
     NO_VALID_PATH,
@@ -22,7 +24,6 @@ from robot_bridge.navigation.goal_states import (
 from robot_bridge.navigation.maps import clearance_map, why_not_in
 from robot_bridge.ports import Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid
-from robot_bridge.settings import Settings
 
 BESIDE_M = 0.6
 """Farther than NavFn's tolerance would let a plan end that does not move at all."""
@@ -79,12 +80,23 @@ class Choice(NamedTuple):
     number: int | None = None
 
 
+class PathLimits(BodyLimits):
+    ring_clearance_m: float = Field(default=0.08, ge=0.0, description="of the footprint, for poses on the ring")
+    preflight_poses_max: int = Field(default=40, ge=1, le=100, description="asked of the planner before a goal")
+    preflight_s_max: float = Field(default=4.0, gt=0.0, description="for all questions to the planner before a goal")
+    plan_end_off_m_max: float = Field(
+        default=0.15, gt=0.0, le=2.0, description="a plan that ends farther from its goal does not lead there"
+    )
+    costmap_timeout_s: float = Field(default=1.0, gt=0.0, description="for Nav2 to clear its costmaps")
+    fresh_scan_wait_s_max: float = Field(default=1.5, ge=0.0, description="for a scan to fill the cleared costmaps")
+
+
 class PathChecker:
     """One question at a time to Nav2's planner, bounded in number and in time."""
 
-    def __init__(self, robot: Robot, settings: Settings) -> None:
+    def __init__(self, robot: Robot, limits: PathLimits) -> None:
         self._robot = robot
-        self._settings = settings
+        self._limits = limits
         self._room: tuple[Grid, ClearanceMap] | None = None
 
     async def best(self, region: GoalRegion, start: Pose2D | None = None) -> PathCheck:
@@ -114,10 +126,10 @@ class PathChecker:
     async def clear_costmaps(self, clock: Clock) -> None:
         """So that ghosts of past obstacles do not reject the goal; then waits for a scan to fill them anew (A13)."""
         try:
-            await asyncio.wait_for(self._robot.clear_costmaps(), self._settings.costmap_timeout_s)
+            await asyncio.wait_for(self._robot.clear_costmaps(), self._limits.costmap_timeout_s)
         except (UnavailableError, TimeoutError) as error:
             log.warning("the costmaps were not cleared", error=str(error) or type(error).__name__)
-        cleared_s, wait_s = clock.now_s(), self._settings.fresh_scan_wait_s_max
+        cleared_s, wait_s = clock.now_s(), self._limits.fresh_scan_wait_s_max
         scan = await self._robot.senses.scan.wait_for(lambda reading: reading.received_s > cleared_s, wait_s)
         if scan is None:
             log.warning("no fresh scan fills the cleared costmaps", waited_s=wait_s)
@@ -127,8 +139,8 @@ class PathChecker:
         found, rank, cheapest_m = PathCheck(None), 0, math.inf
         tried, code, off_m = 0, 0, None
         try:
-            async with asyncio.timeout(self._settings.preflight_s_max):
-                for choice in choices[: self._settings.preflight_poses_max]:
+            async with asyncio.timeout(self._limits.preflight_s_max):
+                for choice in choices[: self._limits.preflight_poses_max]:
                     if found.pose is not None and (choice.rank > rank or choice.least_m >= cheapest_m):
                         break
                     plan = await self._robot.compute_path(choice.pose, start)
@@ -152,7 +164,7 @@ class PathChecker:
         """Nav2's code; NO_VALID_PATH also for a plan that ends elsewhere: NavFn takes the nearest point it can reach
         (its `tolerance`), with code 0."""
         off_m = _end_off_m(plan, pose)
-        elsewhere = off_m is None or off_m > self._settings.plan_end_off_m_max
+        elsewhere = off_m is None or off_m > self._limits.plan_end_off_m_max
         return plan.error_code or (NO_VALID_PATH if elsewhere else 0)
 
     async def _is_shut_in(self, start: Pose2D | None) -> bool:
@@ -161,8 +173,7 @@ class PathChecker:
         here, room = start or self._robot.senses.poses.newest(), self._known_room()
         if here is None or room is None:
             return False
-        settings = self._settings
-        clearance_m = settings.footprint_radius_m + settings.ring_clearance_m
+        clearance_m = self._limits.footprint_radius_m + self._limits.ring_clearance_m
         around = candidate_poses(here, room, radius_m=BESIDE_M, clearance_m_min=clearance_m)
         beside = next((pose for pose in around if apart_m(pose, here) > BESIDE_M - 0.1), None)
         if beside is None:
@@ -177,7 +188,7 @@ class PathChecker:
             region.candidates[0].pose,
             room,
             radius_m=region.radius_m,
-            clearance_m_min=self._settings.footprint_radius_m + self._settings.ring_clearance_m,
+            clearance_m_min=self._limits.footprint_radius_m + self._limits.ring_clearance_m,
             look_at=region.look_at,
         )
 

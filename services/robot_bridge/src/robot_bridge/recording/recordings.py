@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import structlog
-from pydantic import ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from contracts.base import Message
 from contracts.recording import Recording, RecordingRequest, RecordingState
@@ -21,7 +21,6 @@ from mesh.errors import ConflictError, NotFoundError, UnavailableError
 from mesh.tasks import Tasks
 from robot_bridge.ports import Kind, Raw, Robot
 from robot_bridge.recording.mcap_file import McapFile, json_kind
-from robot_bridge.settings import Settings
 
 log = structlog.get_logger()
 
@@ -33,6 +32,15 @@ UNFINISHED = {
     RecordingState.CUT_OFF: "cut off: the bridge ended while it was written; `mcap recover` mends it",
     RecordingState.EMPTY: "cut off: the bridge ended before anything was on the disk; nothing was kept",
 }
+
+
+class RecordingLimits(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    recording_bytes_max: int = Field(default=1_000_000_000, ge=10_000, description="of one recording")
+    recordings_bytes_max: int = Field(default=5_000_000_000, ge=10_000, description="of all; the oldest make room")
+    recording_s_max: float = Field(default=3600.0, gt=0.0, le=86_400.0, description="of one recording")
+    recording_images_hz: float = Field(default=2.0, gt=0.0, le=30.0, description="of pictures, where they are wanted")
 
 
 class _Running:
@@ -59,15 +67,17 @@ class _Running:
 
 
 class Recordings:
-    """Files lie in the state directory, each beside a JSON file that tells what it holds."""
+    """Files lie in `folder`, each beside a JSON file that tells what it holds."""
 
-    def __init__(self, *, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks, settings: Settings) -> None:
+    def __init__(
+        self, *, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks, folder: Path, limits: RecordingLimits
+    ) -> None:
         self._robot = robot
         self._bus = bus
         self._clock = clock
         self._tasks = tasks
-        self._settings = settings
-        self._folder = settings.recordings_dir or settings.state_dir / "recordings"
+        self._limits = limits
+        self._folder = folder
         self._running: _Running | None = None
         self._changing = asyncio.Lock()
 
@@ -87,8 +97,8 @@ class Recordings:
                 file = await asyncio.to_thread(self._open, recording.id)
             except OSError as error:
                 raise UnavailableError("disk", error.strerror or str(error)) from error
-            seconds = min(request.seconds_max or self._settings.recording_s_max, self._settings.recording_s_max)
-            stop_robot = self._robot.record(file.put, images_hz=self._settings.recording_images_hz * request.images)
+            seconds = min(request.seconds_max or self._limits.recording_s_max, self._limits.recording_s_max)
+            stop_robot = self._robot.record(file.put, images_hz=self._limits.recording_images_hz * request.images)
             running = self._running = _Running(recording, file, now_s + seconds, stop_robot)
             running.listeners = [
                 self._tasks.start(f"record-{topic.name}", self._listen(topic, file), forever=False)
@@ -175,11 +185,11 @@ class Recordings:
     def _open(self, recording_id: str) -> McapFile:
         self._folder.mkdir(parents=True, exist_ok=True)
         self._make_room()
-        return McapFile(self._path(recording_id), bytes_max=self._settings.recording_bytes_max)
+        return McapFile(self._path(recording_id), bytes_max=self._limits.recording_bytes_max)
 
     def _make_room(self) -> None:
         """The oldest go, so that one more of full size fits into what all may take, in bytes and in number."""
-        room = self._settings.recordings_bytes_max - self._settings.recording_bytes_max
+        room = self._limits.recordings_bytes_max - self._limits.recording_bytes_max
         for before, path in enumerate(self._newest_first()):
             room -= path.stat().st_size
             if room < 0 or before >= RECORDINGS_MAX - 1:

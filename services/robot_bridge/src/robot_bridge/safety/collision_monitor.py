@@ -5,32 +5,31 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from contracts.causes import SafetyCause
 from contracts.geometry import Twist2D
 from contracts.motion import Hazard
+from robot_bridge.body import BodyLimits
 from robot_bridge.sensing.blindness import NO_ARCS, Arcs, hiding_places
+from robot_bridge.sensing.snapshot import AgeLimits
 
 NO_FORWARD = frozenset({Hazard.BUMP, Hazard.CLIFF, Hazard.STALL})
 NO_REVERSE = frozenset({Hazard.BACKUP_LIMIT, Hazard.STALL})
 NO_LENGTH_M = 1e-6
 """Shorter than this, the sides of a triangle say nothing about its angles."""
+FOREIGN_VELOCITY_S = 1.0
+"""So long after somebody else has driven the base it is left alone."""
 
 
-@dataclass(frozen=True, slots=True)
-class SafetyLimits:
-    """Distances are from the footprint, a disc round base_link, not from the sensor."""
+class SafetyLimits(BodyLimits, AgeLimits):
+    """Distances are from the footprint, not from the sensor."""
 
-    footprint_radius_m: float = 0.189
-    side_margin_m: float = 0.02
-    stop_distance_m: float = 0.08
-    slow_distance_m: float = 0.35
-    slow_factor_min: float = 0.3
-    scan_age_s_max: float = 0.5
-    scan_age_to_turn_s_max: float = 2.0
-    odometry_age_s_max: float = 0.5
-    foreign_velocity_s: float = 1.0
-    """So long after somebody else has driven the base it is left alone."""
+    side_margin_m: float = Field(default=0.02, ge=0.0, le=0.5, description="kept free on each side of the footprint")
+    stop_distance_m: float = Field(default=0.08, ge=0.0, le=2.0, description="from the footprint")
+    slow_distance_m: float = Field(default=0.35, gt=0.0, le=5.0, description="from the footprint")
+    slow_factor_min: float = Field(default=0.3, gt=0.0, le=1.0, description="of the speed, close to the stop distance")
+    scan_age_to_turn_s_max: float = Field(default=2.0, gt=0.0, description="with an older scan not even a turn is safe")
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +179,7 @@ def _inside(points_m: NDArray[np.float64], footprint_m: float) -> float | None:
 def _no_motion_because(around: SafetyInput, limits: SafetyLimits) -> SafetyCause | None:
     if around.base_stopped:
         return SafetyCause.BASE_STOPPED
-    if around.foreign_velocity_age_s is not None and around.foreign_velocity_age_s <= limits.foreign_velocity_s:
+    if around.foreign_velocity_age_s is not None and around.foreign_velocity_age_s <= FOREIGN_VELOCITY_S:
         return SafetyCause.STRANGER
     if Hazard.WHEEL_DROP in around.hazards:
         return SafetyCause.WHEEL_DROP

@@ -5,10 +5,10 @@ other side is whatever stands nearest to that edge beyond the jump: the other ja
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 
 from contracts.obstacles import Gap
 from robot_bridge.sensing.sensor_readings import Scan
@@ -16,21 +16,20 @@ from robot_bridge.sensing.sensor_readings import Scan
 GAPS_MAX = 20
 FAR_M = 12.0
 """Where a beam that met nothing is taken to end."""
+JUMP_M = 0.4
+"""A depth step that makes an edge."""
+EDGE_M_MAX = 6.0
+"""Beams further apart than this no longer show edges."""
+BLIND_RAD = 0.1
+"""Neighbouring beams further apart than this have something unknown between them."""
 
 
-@dataclass(frozen=True, slots=True)
-class GapLimits:
-    width_m_min: float = 0.7
-    width_m_max: float = 2.5
-    """Wider is open space, not a doorway."""
-    jump_m: float = 0.4
-    """A depth step that makes an edge."""
-    behind_m: float = 0.3
-    """How far one must see through it: an alcove is no doorway."""
-    edge_m_max: float = 6.0
-    """Beams further apart than this no longer show edges."""
-    blind_rad: float = 0.1
-    """Neighbouring beams further apart than this have something unknown between them."""
+class GapLimits(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    gap_width_m_min: float = Field(default=0.7, gt=0.0, description="what is narrower is no doorway")
+    gap_width_m_max: float = Field(default=2.5, gt=0.0, description="what is wider is open space")
+    gap_behind_m: float = Field(default=0.3, ge=0.0, description="what is seen through less far is an alcove")
 
 
 def gaps(scan: Scan, limits: GapLimits) -> tuple[Gap, ...]:
@@ -55,19 +54,19 @@ def _round_view(scan: Scan) -> NDArray[np.float64]:
 def _candidates(points: NDArray[np.float64], limits: GapLimits) -> list[Gap]:
     """Each edge, seen from its right (the opening is to the left of it) and, mirrored, from its left."""
     mirrored = points[::-1] * np.array([1.0, -1.0])
-    left = [_beyond(points, index, limits) for index in _edges(points, limits)]
-    right = [_beyond(mirrored, index, limits) for index in _edges(mirrored, limits)]
+    left = [_beyond(points, index, limits) for index in _edges(points)]
+    right = [_beyond(mirrored, index, limits) for index in _edges(mirrored)]
     turned = [gap.model_copy(update={"bearing_rad": -gap.bearing_rad}) for gap in right if gap is not None]
     return [gap for gap in left if gap is not None] + turned
 
 
-def _edges(points: NDArray[np.float64], limits: GapLimits) -> NDArray[np.int64]:
+def _edges(points: NDArray[np.float64]) -> NDArray[np.int64]:
     """Indices of points whose next neighbour (counter-clockwise) is much farther away."""
     depth = np.hypot(points[:, 0], points[:, 1])
     bearing = np.arctan2(points[:, 1], points[:, 0])
     step = np.roll(bearing, -1) - bearing
-    seen = np.abs((step + math.pi) % (2.0 * math.pi) - math.pi) <= limits.blind_rad
-    return np.flatnonzero((np.roll(depth, -1) - depth > limits.jump_m) & seen & (depth <= limits.edge_m_max))
+    seen = np.abs((step + math.pi) % (2.0 * math.pi) - math.pi) <= BLIND_RAD
+    return np.flatnonzero((np.roll(depth, -1) - depth > JUMP_M) & seen & (depth <= EDGE_M_MAX))
 
 
 def _beyond(points: NDArray[np.float64], edge: int, limits: GapLimits) -> Gap | None:
@@ -79,19 +78,19 @@ def _beyond(points: NDArray[np.float64], edge: int, limits: GapLimits) -> Gap | 
     if reach < 3:
         return None
     steps = np.diff(swept[:reach])
-    if (steps > limits.blind_rad).any():
-        reach = int(np.argmax(steps > limits.blind_rad)) + 1
+    if (steps > BLIND_RAD).any():
+        reach = int(np.argmax(steps > BLIND_RAD)) + 1
         if reach < 3:
             return None
     jamb, others = turned[0], turned[1:reach]
     apart = np.hypot(*(others - jamb).T)
     closest = int(np.argmin(apart))
     width_m = float(apart[closest])
-    if not limits.width_m_min <= width_m <= limits.width_m_max or closest == 0:
+    if not limits.gap_width_m_min <= width_m <= limits.gap_width_m_max or closest == 0:
         return None
     other, between = others[closest], others[:closest]
     beyond_m = _depth_behind(jamb, other, between)
-    if (beyond_m < -0.05).any() or float(np.median(beyond_m)) < limits.behind_m:
+    if (beyond_m < -0.05).any() or float(np.median(beyond_m)) < limits.gap_behind_m:
         return None
     middle = (jamb + other) / 2.0
     return Gap(

@@ -1,10 +1,11 @@
 """What stands round the footprint: named sectors, a ring of twelve, and how well one could drive where (C4). Pure."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from contracts.obstacles import Affordances, Obstacles, RingSector, SectorLabel
 from robot_bridge.safety.collision_monitor import SafetyLimits
@@ -34,20 +35,16 @@ DIRECTIONS_DEG = {
 
 RING_SECTORS = 12
 RING_PERCENTILE = 10.0
+BLOCKED_M, FREE_M = 0.2, 2.0
+"""From the footprint: up to the first an affordance is 0.1, from the second on 1.0."""
 
 
-@dataclass(frozen=True, slots=True)
-class ObstacleLimits:
-    """What a distance from the footprint means, in metres."""
+class ObstacleLimits(SafetyLimits, GapLimits):
+    """What a distance from the footprint means."""
 
-    wall_m: float = 0.25
-    obstacle_m: float = 0.5
-    near_m: float = 1.0
-    blocked_m: float = 0.2
-    """Up to here an affordance is 0.1 ..."""
-    free_m: float = 2.0
-    """... and from here on 1.0."""
-    gaps: GapLimits = field(default_factory=GapLimits)
+    sector_wall_m: float = Field(default=0.25, gt=0.0, description="a ring sector nearer than this is a WALL")
+    sector_obstacle_m: float = Field(default=0.5, gt=0.0, description="nearer than this: OBSTACLE")
+    sector_near_m: float = Field(default=1.0, gt=0.0, description="nearer than this: NEAR, else CLEAR")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,19 +62,18 @@ class Beams:
         return self.clearance_m[(self.bearing_deg - low_deg) % 360.0 <= high_deg - low_deg]
 
 
-def obstacles(scan: Scan, safety: SafetyLimits, stamp_s: float, limits: ObstacleLimits | None = None) -> Obstacles:
+def obstacles(scan: Scan, limits: ObstacleLimits) -> Obstacles:
     """All of requirement C4 from one scan; distances are from the footprint."""
-    limits = limits or ObstacleLimits()
-    beams = beams_of(scan, safety.footprint_radius_m)
+    beams = beams_of(scan, limits.footprint_radius_m)
     sectors = {name: _finite(_nearest(beams.within(*span))) for name, span in SECTORS_DEG.items()}
     front_m = sectors["front"]
     return Obstacles(
-        stamp_s=stamp_s,
+        stamp_s=scan.stamp_s,
         sectors_m=sectors,
         ring=tuple(_ring_sector(beams, index, limits) for index in range(RING_SECTORS)),
-        gaps=gaps(scan, limits.gaps),
-        affordances=Affordances(**{name: _affordance(beams, deg, limits) for name, deg in DIRECTIONS_DEG.items()}),
-        emergency=front_m is not None and front_m < safety.stop_distance_m,
+        gaps=gaps(scan, limits),
+        affordances=Affordances(**{name: _affordance(beams, deg) for name, deg in DIRECTIONS_DEG.items()}),
+        emergency=front_m is not None and front_m < limits.stop_distance_m,
     )
 
 
@@ -92,9 +88,9 @@ def beams_of(scan: Scan, footprint_radius_m: float) -> Beams:
 
 def label(distance_m: float, limits: ObstacleLimits) -> SectorLabel:
     for below_m, name in (
-        (limits.wall_m, SectorLabel.WALL),
-        (limits.obstacle_m, SectorLabel.OBSTACLE),
-        (limits.near_m, SectorLabel.NEAR),
+        (limits.sector_wall_m, SectorLabel.WALL),
+        (limits.sector_obstacle_m, SectorLabel.OBSTACLE),
+        (limits.sector_near_m, SectorLabel.NEAR),
     ):
         if distance_m < below_m:
             return name
@@ -114,12 +110,12 @@ def _ring_sector(beams: Beams, index: int, limits: ObstacleLimits) -> RingSector
     return RingSector(bearing_rad=bearing_rad, distance_m=_finite(distance_m), label=label(distance_m, limits))
 
 
-def _affordance(beams: Beams, middle_deg: float, limits: ObstacleLimits) -> float:
+def _affordance(beams: Beams, middle_deg: float) -> float:
     """0.1 to 1.0, linear between blocked and free; what no beam speaks of is as good as blocked."""
     inside = beams.within(middle_deg - 22.5, middle_deg + 22.5)
     if not inside.size:
         return 0.1
-    part = (_nearest(inside) - limits.blocked_m) / (limits.free_m - limits.blocked_m)
+    part = (_nearest(inside) - BLOCKED_M) / (FREE_M - BLOCKED_M)
     return round(0.1 + 0.9 * min(1.0, max(0.0, part)), 3)
 
 

@@ -1,10 +1,11 @@
 """What is known of this robot's laser that its messages do not say."""
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from robot_bridge.body import BodyLimits
 
 MASK_RAD_MAX = 0.5
 
@@ -36,8 +37,6 @@ class LaserMask(BaseModel):
         return self
 
 
-@dataclass(frozen=True, slots=True)
-class LaserRules:
-    zero_means_nothing: bool = False
-    masks: tuple[LaserMask, ...] = ()
-    footprint_radius_m: float = 0.189
+class LaserRules(BodyLimits):
+    laser_zero_means: ZeroRange = Field(default=ZeroRange.UNKNOWN, description="what a range of 0.0 says")
+    laser_masks: tuple[LaserMask, ...] = Field(default=(), description="the robot's own parts in the scan")

@@ -4,7 +4,7 @@ import asyncio
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from contracts.base import BboxXyxy
 from contracts.description import CameraModel, DepthNoise
@@ -16,7 +16,14 @@ from mesh.clock import Clock
 from mesh.errors import UnavailableError, UnprocessableError
 from robot_bridge.sensing.depth import Box, Measured, core, depths_in_box, localise, measure, scaled_box
 from robot_bridge.sensing.sensor_readings import DepthImage, Intrinsics, SensorReadings
+from robot_bridge.sensing.snapshot import AgeLimits
 from robot_bridge.sensing.transforms import Matrix, in_map, upright
+
+
+class LocalizerLimits(AgeLimits):
+    depth_match_s_max: float = Field(default=0.5, gt=0.0, description="between a picture and the depth measured in it")
+    depth_noise: DepthNoise = DepthNoise(at_1m_m=0.012, exponent=3.461)
+    """Stereo: 1.2 cm at 1.0 m, 28.6 cm at 2.5 m (requirement A9)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +32,7 @@ class ObjectLocalizer:
 
     senses: SensorReadings
     clock: Clock
-    match_s_max: float
-    image_age_s_max: float
-    noise: DepthNoise
+    limits: LocalizerLimits
 
     async def depth(self, query: BoxQuery) -> DepthReply:
         size_px = (query.image_width_px, query.image_height_px)
@@ -113,21 +118,21 @@ class ObjectLocalizer:
             raise UnavailableError("depth", reception.why_none("depth", "no depth image has been received"))
         if why := camera.why_not_of(*image.size_px):
             raise UnavailableError("depth_info", why)
-        if stamp_s is None and age_s > self.image_age_s_max:
+        if stamp_s is None and age_s > self.limits.image_age_s_max:
             return reception.why_none("depth", f"the newest depth image is {age_s:.1f} s old")
-        if stamp_s is not None and abs(image.stamp_s - stamp_s) > self.match_s_max:
+        if stamp_s is not None and abs(image.stamp_s - stamp_s) > self.limits.depth_match_s_max:
             return f"the nearest depth image is {abs(image.stamp_s - stamp_s):.1f} s away from the picture"
         height_px, width_px = image.depth_m.shape
         camera = camera.scaled_to(width_px, height_px)
         moved = self._registration(camera.frame_id, image.stamp_s, colour.frame_id, stamp_s)
-        return DepthView(image, colour, camera, moved, self.noise)
+        return DepthView(image, colour, camera, moved, self.limits.depth_noise)
 
     def _registration(
         self, depth_frame: str, depth_s: float, colour_frame: str, colour_s: float | None
     ) -> Matrix | None:
         """The depth camera, when it looked, in the colour camera, when the picture was taken; none = the same place.
 
-        The two pictures are up to `match_s_max` apart, in which a turning robot has turned.
+        The two pictures are up to `depth_match_s_max` apart, in which a turning robot has turned.
         """
         frames, poses = self.senses.frames, self.senses.poses
         depth_mount, colour_mount = frames.in_base(depth_frame), frames.in_base(colour_frame)

@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, Field
+
 from contracts.geometry import Pose2D
 from contracts.motion import Hazard
 from contracts.robot import Battery, SensorState, SensorStatus
@@ -21,15 +23,16 @@ from robot_bridge.sensing.sensor_readings import (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class AgeLimits:
-    """What is older is stale; a hazard counts for `hazard_hold_s` after it was told last."""
+class AgeLimits(BaseModel):
+    """What is older is stale."""
 
-    scan_s: float
-    odometry_s: float
-    image_s: float
-    pose_s: float
-    hazard_hold_s: float
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scan_age_s_max: float = Field(default=0.5, gt=0.0, description="with an older scan the robot does not drive")
+    odometry_age_s_max: float = Field(default=0.5, gt=0.0, description="with older odometry the robot does not drive")
+    image_age_s_max: float = Field(default=1.5, gt=0.0, description="an older picture or depth picture is stale")
+    pose_age_s_max: float = Field(default=5.0, gt=0.0, description="an older pose in map is stale")
+    hazard_hold_s: float = Field(default=1.0, gt=0.0, description="a hazard counts so long after it was told last")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,15 +64,15 @@ def take_snapshot(senses: SensorReadings, ages: AgeLimits, now_s: float) -> Snap
         return judge(senses.reception, name, reading.age_s(now_s) if reading is not None else None, age_s_max)
 
     sensors = {
-        "scan": status("scan", scan, ages.scan_s),
-        "odom": status("odom", odometry, ages.odometry_s),
-        "rgb": status("rgb", senses.rgb.newest, ages.image_s),
+        "scan": status("scan", scan, ages.scan_age_s_max),
+        "odom": status("odom", odometry, ages.odometry_age_s_max),
+        "rgb": status("rgb", senses.rgb.newest, ages.image_age_s_max),
         "rgb_info": camera_info(senses.rgb, senses.rgb_intrinsics, status("rgb_info", senses.rgb_intrinsics.newest)),
-        "depth": status("depth", senses.depth.newest, ages.image_s),
+        "depth": status("depth", senses.depth.newest, ages.image_age_s_max),
         "depth_info": camera_info(
             senses.depth, senses.depth_intrinsics, status("depth_info", senses.depth_intrinsics.newest)
         ),
-        "pose": judge(senses.reception, "pose", pose_age_s if pose is not None else None, ages.pose_s),
+        "pose": judge(senses.reception, "pose", pose_age_s if pose is not None else None, ages.pose_age_s_max),
         "map": status("map", grid),
     }
     speaks, offered = sensors["odom"].valid, bool(senses.hazards_offered.value)

@@ -23,7 +23,6 @@ from mesh.clock import Clock
 from mesh.latest_value import LatestValue
 from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.subscriptions import BestAvailable, image_type, qos_profile
-from robot_bridge.limits import laser_rules
 from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.sensing.stamps import TF, Moment
 from robot_bridge.sensing.transforms import planar
@@ -184,7 +183,7 @@ class Sensing:
             raise ValueError(
                 f"no transform leads from {self._ros.base_frame} to its frame, {frame or 'which is unnamed'}"
             )
-        scan = convert.scan(message, mount, moment.stamp_s, laser_rules(self._settings))
+        scan = convert.scan(message, mount, moment.stamp_s, self._settings)
         self._senses.scan.put(scan, self._clock.now_s())
         return _notes(moment.note, scan.note)
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan
 
 from robot_bridge.sensing.blindness import Arcs, arcs_of
-from robot_bridge.sensing.laser_rules import LaserRules
+from robot_bridge.sensing.laser_rules import LaserRules, ZeroRange
 from robot_bridge.sensing.sensor_readings import Scan
 from robot_bridge.sensing.transforms import Matrix
 
@@ -37,7 +37,7 @@ def scan(message: LaserScan, laser_in_base: Matrix, stamp_s: float, rules: Laser
     hit = (ranges >= message.range_min) & (ranges <= far)
     hit &= ranges > 0.0  # also where range_min is 0: 0.0 is no distance
     nothing = (ranges == np.inf) | ((ranges > far) & (ranges <= BEYOND * message.range_max) & np.isfinite(ranges))
-    nothing |= (ranges == 0.0) & rules.zero_means_nothing
+    nothing |= (ranges == 0.0) & (rules.laser_zero_means is ZeroRange.NOTHING_THERE)
     angles = message.angle_min + message.angle_increment * np.arange(ranges.size, dtype=np.float64)
     bearings = _in_base(angles, laser_in_base)
     own = _own_parts(bearings, ranges, rules) | _posts(bearings, ranges, message, laser_in_base, rules)
@@ -89,7 +89,7 @@ def _in_base(angles: NDArray[np.float64], laser_in_base: Matrix) -> NDArray[np.f
 def _own_parts(bearings: NDArray[np.float64], ranges: NDArray[np.float64], rules: LaserRules) -> Mask:
     """Beams that a known part of the robot stops; one that sees past it, or nothing, counts as any other."""
     own = np.zeros(ranges.size, np.bool_)
-    for mask in rules.masks:
+    for mask in rules.laser_masks:
         within = (bearings - mask.from_rad) % math.tau <= mask.to_rad - mask.from_rad
         own |= within & ~(ranges > mask.range_m_max)
     return own
