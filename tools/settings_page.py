@@ -20,7 +20,9 @@ UNITS: Final = {
 HEAD: Final = """# Settings
 
 Written by `.venv/bin/python tools/settings_page.py` from the settings classes; a test compares. Each is an
-environment variable. Lists and tables are written in JSON. A service refuses to start with a value beyond its bounds.
+environment variable. Lists and tables are written in JSON; one part of a topic is set as
+`ROBOT_BRIDGE_ROS__SCAN__NAME=lidar/scan`, and keeps the others.
+A service refuses to start with a value beyond its bounds.
 """
 
 
