@@ -103,16 +103,11 @@ class RosSettings(BaseModel):
     )
 
 
-class Settings(
-    VelocityLimits,
-    ObstacleLimits,
-    LaserRules,
-    LocalizerLimits,
-    GoalLimits,
-    DockingLimits,
-    RecordingLimits,
-    ServiceSettings,
-):
+class Limits(VelocityLimits, ObstacleLimits, LaserRules, LocalizerLimits, GoalLimits, DockingLimits, RecordingLimits):
+    """Of all parts; a class of its own because pyright takes no more than one of them beside `ServiceSettings`."""
+
+
+class Settings(Limits, ServiceSettings):
     """E.g. ROBOT_BRIDGE_PORT, nested ROBOT_BRIDGE_ROS__SCAN__NAME, ROBOT_BRIDGE_GAINS__HEADING_KP."""
 
     model_config = SettingsConfigDict(
