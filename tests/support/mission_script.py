@@ -6,7 +6,7 @@ from typing import TypeVar
 from contracts.causes import GoalCause
 from contracts.colours import Colour
 from contracts.geometry import Point3D, Pose2D
-from contracts.measuring import Measurement, NotMeasured
+from contracts.measuring import Measurement
 from contracts.mission import MissionState
 from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus
@@ -132,23 +132,20 @@ class Script:
             )
         )
 
-    def localized(self, distance_m: float | None, x: float = 0.0, y: float = 0.0) -> "Script":
-        """The thing lies at (x, y) in map."""
+    def see_at(
+        self, distance_m: float, x: float, y: float = 0.0, *beside: Detection, colour: str | None = "red"
+    ) -> "Script":
+        """A frame with the bottle in its middle, measured: it lies at (x, y) in map."""
         point = Point3D(x=x, y=y, z=0.1)
         pose = self.mission.robot.pose or ORIGIN
         dx, dy = x - pose.x, y - pose.y
         cos, sin = math.cos(-pose.yaw), math.sin(-pose.yaw)
         base = Point3D(x=cos * dx - sin * dy, y=sin * dx + cos * dy, z=0.1)
-        known = distance_m is not None
-        reply = Measurement(
-            distance_m=distance_m,
-            sigma_m=0.012 * distance_m**3.461 if distance_m is not None else None,
-            bearing_rad=0.0,
-            base_point=base if known else None,
-            map_point=point if known else None,
-            cause=None if known else NotMeasured.NO_DEPTH,
+        sigma_m = 0.012 * distance_m**3.461
+        measured = Measurement(
+            distance_m=distance_m, sigma_m=sigma_m, bearing_rad=0.0, base_point=base, map_point=point
         )
-        return self.feed(ev.Localized(self.last(do.Localize).call, reply))
+        return self.see(box(colour=colour).model_copy(update={"measurement": measured}), *beside)
 
     def voted(self, clip: Verdict, score: float = 0.1, *, detector: Verdict = Verdict.YES) -> "Script":
         votes = (
@@ -163,21 +160,19 @@ class Script:
     # whole stretches
 
     def centred(self) -> "Script":
-        """From a running mission that looks, to DEPTH_CHECK, with a red bottle straight ahead."""
+        """From a running mission that looks, to DEPTH_CHECK, with a red bottle straight ahead, not measured yet."""
         self.see(box())
         for _ in range(3):
             self.see(box())
         return self
 
     def measured(self, distance_m: float, samples: int = 1) -> "Script":
-        """`samples` measurements of a thing straight ahead."""
+        """`samples` pictures in which a thing straight ahead is measured."""
         pose = self.mission.robot.pose or ORIGIN
         reach = distance_m + 0.06
         x, y = pose.x + reach * math.cos(pose.yaw), pose.y + reach * math.sin(pose.yaw)
-        for k in range(samples):
-            if k:
-                self.see(box())
-            self.localized(distance_m, x, y)
+        for _ in range(samples):
+            self.see_at(distance_m, x, y)
         return self
 
 

@@ -114,7 +114,7 @@ def test_it_asks_for_a_reachable_place_round_the_object_facing_it() -> None:
 def test_a_place_that_nav2_would_call_reached_at_once_is_turned_to_and_driven_up_to() -> None:
     script = approaching(0.85)
     assert script.asked(do.Navigate) == []
-    assert script.see(box()).localized(0.85, 0.91).last(do.Drive).distance_m == pytest.approx(0.45, abs=0.01)
+    assert script.see_at(0.85, 0.91).last(do.Drive).distance_m == pytest.approx(0.45, abs=0.01)
 
 
 def test_out_of_the_picture_it_finishes_on_the_place_and_odometry() -> None:
@@ -129,26 +129,26 @@ def test_out_of_the_picture_it_finishes_on_the_place_and_odometry() -> None:
 
 
 def test_a_last_look_corrects_the_place() -> None:
-    script = approaching().arrived().see(box()).localized(0.66, 1.36)
+    script = approaching().arrived().see_at(0.66, 1.36)
     assert script.last(do.Drive).distance_m == pytest.approx(0.26, abs=0.01)
 
 
 def test_a_single_measurement_that_jumps_is_not_believed() -> None:
-    script = approaching().arrived().see(box()).localized(2.5, 3.2)
+    script = approaching().arrived().see_at(2.5, 3.2)
     assert not script.asked(do.Drive)
-    script.see(box()).localized(0.56, 1.26)
+    script.see_at(0.56, 1.26)
     assert script.last(do.Drive).distance_m == pytest.approx(0.16, abs=0.02)
 
 
 def test_what_two_measurements_say_replaces_the_place_believed_so_far() -> None:
-    script = approaching().arrived().see(box()).localized(1.6, 2.3).see(box()).localized(1.6, 2.3)
+    script = approaching().arrived().see_at(1.6, 2.3).see_at(1.6, 2.3)
     assert script.mission.candidate is not None
     assert script.mission.candidate.map_xy == pytest.approx((2.3, 0.0))
     assert script.last(do.Drive).distance_m == pytest.approx(1.2, abs=0.1)
 
 
 def test_a_reach_shorter_than_the_stand_off_is_driven_to_all_the_same() -> None:
-    script = approaching(reach_m=0.2, rounds_max=3).arrived().see(box()).localized(0.56, 1.26)
+    script = approaching(reach_m=0.2, rounds_max=3).arrived().see_at(0.56, 1.26)
     script.drove().wait(3.0).drove().wait(3.0)
     assert script.mission.outcome is Outcome.FOUND
     assert "0.2" in script.mission.reason
@@ -182,7 +182,7 @@ def test_a_sighting_on_the_way_up_to_it_cancels_nothing_and_is_measured_on_arriv
     """Requirement A13; on the way to a place of the search it ends the drive: see test_search."""
     script = approaching().see(box()).see(box())
     assert (script.mission.state, script.asked(do.StopMotion)) == (S.APPROACHING, [])
-    assert script.arrived().see(box()).asked(do.Localize)
+    assert "0.66 m away" in script.arrived().see_at(0.66, 1.36).said()
 
 
 def test_confirmed_and_then_out_of_sight_it_finishes_on_the_map() -> None:
@@ -204,7 +204,7 @@ def test_the_plain_approach_drives_by_leases_and_measures_twice_a_second() -> No
     script = approaching(approach_rule="straight")
     script.robot(speed_m_s=0.15).wait(1.0)
     assert script.last(do.SetVelocity).twist.linear_x == pytest.approx(0.15)
-    script.localized(0.44, 1.26)
+    script.see_at(0.44, 1.26)
     assert script.mission.outcome is Outcome.FOUND
 
 

@@ -36,9 +36,9 @@ def test_the_plain_rule_counts_reach_as_done_without_asking() -> None:
 def test_three_measurements_have_to_agree_and_their_middle_counts() -> None:
     script = Script().begin().centred()
     for distance_m in (1.2, 0.6, 1.25):
-        script.localized(distance_m, distance_m + 0.06).see(box())
+        script.see_at(distance_m, distance_m + 0.06)
     assert not script.asked(do.Validate)
-    script.localized(1.3, 1.36)
+    script.see_at(1.3, 1.36)
     assert script.mission.candidate is not None
     assert script.mission.candidate.distance_m == pytest.approx(1.25)
 
@@ -46,9 +46,27 @@ def test_three_measurements_have_to_agree_and_their_middle_counts() -> None:
 def test_of_measurements_that_never_agree_the_farther_are_believed() -> None:
     script = Script().begin().centred()
     for distance_m in (0.5, 1.0, 1.5, 0.5, 1.0, 1.5, 2.2):
-        script.localized(distance_m, distance_m + 0.06).see(box())
+        script.see_at(distance_m, distance_m + 0.06)
     assert script.mission.candidate is not None
     assert script.mission.candidate.distance_m == pytest.approx(1.5)
+
+
+def test_a_picture_that_was_not_measured_is_followed_by_a_newer_one() -> None:
+    script = Script().begin().centred().see(box()).see(box()).measured(1.2, 2)
+    assert not script.asked(do.Validate)
+    assert script.measured(1.2).asked(do.Validate)
+
+
+def test_without_any_measurement_the_cause_is_told_and_it_is_tried_again() -> None:
+    script = Script(failures_max=2).begin().centred().wait(2.2)
+    assert "robot_bridge: no measurement came with the picture; trying again" in script.said()
+    assert script.mission.running
+
+
+def test_beside_something_refused_what_was_not_measured_is_looked_at_again() -> None:
+    script = Script().begin().centred().measured(1.0, 3).voted(Verdict.NO).see(box())
+    assert script.mission.state is S.SCANNING
+    assert script.wait(2.5).see_at(2.0, 2.06).mission.state is S.CENTERING
 
 
 def test_a_candidate_that_nobody_can_judge_is_left_before_the_failures_end_the_mission() -> None:
@@ -60,21 +78,21 @@ def test_a_candidate_that_nobody_can_judge_is_left_before_the_failures_end_the_m
 def test_a_clear_no_is_remembered_and_the_same_thing_is_not_judged_again() -> None:
     script = Script().begin().centred().measured(1.2, 3).voted(Verdict.NO)
     assert script.mission.state is S.SCANNING
-    script.see(box()).localized(1.2, 1.26)
+    script.see_at(1.2, 1.26)
     assert script.mission.state is S.SCANNING
     assert len(script.asked(do.Validate)) == 1
 
 
 def test_another_one_behind_the_refused_one_is_judged() -> None:
     script = Script().begin().centred().measured(1.0, 3).voted(Verdict.NO)
-    script.see(box()).localized(2.0, 2.06)
+    script.see_at(2.0, 2.06)
     assert script.mission.state is S.CENTERING
 
 
 @pytest.mark.parametrize(("from_m", "state"), [(1.1, S.CENTERING), (1.4, S.SCANNING)])
 def test_what_was_refused_is_judged_again_from_much_nearer_only(from_m: float, state: MissionState) -> None:
     script = Script(closer_looks_max=0).begin().centred().measured(2.0, 3).voted(Verdict.NO)
-    script.robot(Pose2D(x=2.0 - from_m, y=0.0, yaw=0.0)).see(box()).localized(from_m, 2.06)
+    script.robot(Pose2D(x=2.0 - from_m, y=0.0, yaw=0.0)).see_at(from_m, 2.06)
     assert script.mission.state is state
 
 
@@ -98,10 +116,10 @@ def test_from_near_a_picture_that_did_not_show_it_is_no_refusal_until_it_happene
 
 def test_what_was_confirmed_is_not_dropped_for_standing_beside_something_refused() -> None:
     script = Script(closer_looks_max=0).begin().centred().measured(2.0, 3).voted(Verdict.NO)
-    script.robot(Pose2D(x=1.0, y=0.0, yaw=0.0)).see(box()).localized(1.1, 2.16).see(box()).see(box()).see(box())
+    script.robot(Pose2D(x=1.0, y=0.0, yaw=0.0)).see_at(1.1, 2.16).see(box()).see(box()).see(box())
     script.measured(1.7, 3).voted(Verdict.YES).arrived().see(box()).see(box()).see(box())
     for _ in range(3):
-        script.localized(1.6, 2.2).see(box())
+        script.see_at(1.6, 2.2)
     assert "this one was already rejected" not in script.said()
     assert script.asked(do.Validate)[-1].call == script.mission.activity.call
 
@@ -113,8 +131,8 @@ def test_a_find_whose_colour_no_look_named_says_so() -> None:
         for _ in range(4):
             script.see(box(colour=colour))
         for _ in range(2):
-            script.localized(0.4, 0.46).see(box(colour=colour))
-        reason = script.localized(0.4, 0.46).voted(Verdict.YES).mission.reason
+            script.see_at(0.4, 0.46, colour=colour)
+        reason = script.see_at(0.4, 0.46, colour=colour).voted(Verdict.YES).mission.reason
         told.append("only the votes say red" in reason)
     assert told == [True, False]
 

@@ -20,11 +20,9 @@ from coordinator.core import recording
 from coordinator.core.actions import MOTION
 from coordinator.core.activities import (
     AwaitingFrame,
-    CheckingPlace,
     Docking,
     Driving,
     Idle,
-    Measuring,
     Navigating,
     Paused,
     PlanningCoverage,
@@ -50,17 +48,20 @@ LOCALISED = ("robot", Pose2D(x=0.0, y=0.0, yaw=0.0), False, 0.0)
 TARGET = Target(label="bottle", description="red bottle")
 
 
-def detections(stamp_s: float, boxes: list[tuple[float, str | None, float]], pose: Pose2D | None) -> Detections:
+Box = tuple[float, str | None, float, Measurement | None]
+
+
+def detections(stamp_s: float, boxes: list[Box], pose: Pose2D | None) -> Detections:
     found = tuple(
-        Detection(label="bottle", confidence=confidence, bbox_xyxy=(u - 8, 100.0, u + 8, 140.0), colour=colour)
-        for u, colour, confidence in boxes
+        Detection(label="bottle", confidence=sure, bbox_xyxy=(u - 8, 100.0, u + 8, 140.0), colour=colour, measurement=m)
+        for u, colour, sure, m in boxes
     )
     return Detections(stamp_s=stamp_s, image_width_px=320, image_height_px=240, pose=pose, detections=found)
 
 
-def localized(call: int, distance_m: float | None, pose: Pose2D) -> ev.Localized:
+def measured(distance_m: float | None, pose: Pose2D) -> Measurement:
     point = Point3D(x=pose.x, y=pose.y, z=0.2) if distance_m is not None else None
-    return ev.Localized(call, Measurement(distance_m=distance_m, sigma_m=0.02, base_point=point, map_point=point))
+    return Measurement(distance_m=distance_m, sigma_m=0.02, base_point=point, map_point=point)
 
 
 def validated(call: int, confirmed: bool, score: float) -> ev.Validated:
@@ -71,7 +72,10 @@ def validated(call: int, confirmed: bool, score: float) -> ev.Validated:
     )
 
 
-boxes = st.lists(st.tuples(st.floats(10, 310), st.sampled_from(["red", "blue", None]), st.floats(0.3, 1.0)), max_size=3)
+measurements = st.none() | st.builds(measured, st.none() | st.floats(0.2, 4.0), poses)
+boxes = st.lists(
+    st.tuples(st.floats(10, 310), st.sampled_from(["red", "blue", None]), st.floats(0.3, 1.0), measurements), max_size=3
+)
 fitting = st.tuples(
     st.just("fit"), st.sampled_from([True, True, True, False]), st.sampled_from([0.4, 0.9, 1.3, 2.0, 2.8]), metres
 )
@@ -86,7 +90,6 @@ noise = st.one_of(
     st.tuples(st.just("lie"), st.sampled_from([-1e6, -60.0, 60.0, 1e6])),
     st.tuples(st.just("goal"), calls, st.sampled_from(GoalStatus), st.none() | st.sampled_from(GoalCause)),
     st.tuples(st.just("motion"), calls, st.sampled_from(MotionEnd), st.floats(-1, 2)),
-    st.tuples(st.just("localized"), calls, st.none() | st.floats(0.2, 4.0), poses),
     st.tuples(st.just("validated"), calls, st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
@@ -116,7 +119,6 @@ ANSWERS: dict[str, Callable[..., ev.Event]] = {
     "docked": ev.Docked,
     "goal": lambda call, status, cause: ev.GoalEnded(call, status, cause=cause),
     "motion": lambda call, end, metres: ev.MotionEnded(call, end, driven_m=metres),
-    "localized": localized,
     "validated": validated,
     "coverage": lambda call, points: ev.CoveragePlanned(call, points, 10.0),
     "failed": lambda call, service: ev.CallFailed(call, service, "away"),
@@ -144,7 +146,7 @@ class Player:
 
     def on_lie(self, seconds: float) -> ev.Event:
         """A frame of another time, with the target in its middle."""
-        return ev.DetectionsSeen(detections(max(0.0, self.now_s + seconds), [(160.0, "red", 0.9)], None))
+        return ev.DetectionsSeen(detections(max(0.0, self.now_s + seconds), [(160.0, "red", 0.9, None)], None))
 
     def on_tick(self, seconds: float) -> ev.Event:
         self.now_s += seconds
@@ -192,15 +194,13 @@ class Player:
                 return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
             case Rotating() | Driving():
                 return ev.MotionEnded(call, MotionEnd.COMPLETED if good else MotionEnd.BLOCKED, driven_m=0.3)
-            case Measuring() | CheckingPlace():
-                return localized(call, distance_m, point)
-            case Steering() if call:
-                return localized(call, distance_m, point)
             case Validating():
                 return validated(call, good, 0.38)
-            case AwaitingFrame() | Waking():
-                return self.on_see([(160.0 if good else 60.0, "red", 0.9)])
-            case Waiting() | Starting() | Steering():
+            case Steering(next_depth_s=due_s) if self.now_s < due_s:
+                return self.on_tick(2.5)
+            case AwaitingFrame() | Waking() | Steering():
+                return self.on_see([(160.0 if good else 60.0, "red", 0.9, measured(distance_m, point))])
+            case Waiting() | Starting():
                 return self.on_tick(2.5)
             case _:
                 assert_never(activity)
@@ -211,7 +211,7 @@ class Player:
     def on_person(self, event: ev.Event) -> ev.Event:
         return event
 
-    def on_see(self, seen: list[tuple[float, str | None, float]]) -> ev.Event:
+    def on_see(self, seen: list[Box]) -> ev.Event:
         self.now_s += 0.3
         return ev.DetectionsSeen(detections(self.now_s, seen, self.mission.robot.pose))
 

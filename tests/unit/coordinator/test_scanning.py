@@ -113,7 +113,7 @@ def test_the_reason_for_the_distance_is_in_words(blocked: bool, furniture: str, 
 
 def test_a_find_that_the_table_keeps_at_a_distance_says_so() -> None:
     script = Script(alternatives_max=0).begin().centred().measured(1.3, 3).voted(Verdict.YES).arrived(at=18)
-    script.see(box(), table(20, 300, 220)).localized(0.94, 1.36)
+    script.see_at(0.94, 1.36, 0.0, table(20, 300, 220))
     script.drove(MotionEnd.BLOCKED, moved=0.1).wait(2.0)
     assert script.mission.outcome is Outcome.FOUND
     assert script.mission.reason.endswith("(as near as the map allows: the table is in the way)")

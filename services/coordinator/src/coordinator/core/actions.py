@@ -60,13 +60,6 @@ class StopMotion:
 
 
 @dataclass(frozen=True, slots=True)
-class Localize:
-    call: int
-    box: BoxQuery
-    timeout_s: float
-
-
-@dataclass(frozen=True, slots=True)
 class Validate:
     call: int
     target: Target
@@ -96,8 +89,7 @@ class KeepPicture:
     """The very crop that was judged: evidence, kept under its number."""
 
     number: int
-    validation_id: str = ""
-    """Empty in recordings of before."""
+    validation_id: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +108,8 @@ class Say:
 
 
 Action = (
-    Undock | Dock | Navigate | Rotate | Drive | SetVelocity | StopMotion | Localize | Validate
-    | PlanCoverage | RecordLook | KeepPicture | Celebrate | Say
+    Undock | Dock | Navigate | Rotate | Drive | SetVelocity | StopMotion | Validate | PlanCoverage
+    | RecordLook | KeepPicture | Celebrate | Say
 )  # fmt: skip
 
 MOTION: tuple[type[Action], ...] = (Undock, Dock, Navigate, Rotate, Drive, SetVelocity)

@@ -99,20 +99,6 @@ class AwaitingFrame:
 
 
 @dataclass(frozen=True, slots=True)
-class CheckingPlace:
-    """Localising a sighting that may be something already rejected."""
-
-    call: int
-    until_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Measuring:
-    call: int
-    until_s: float
-
-
-@dataclass(frozen=True, slots=True)
 class Validating:
     call: int
     until_s: float
@@ -128,11 +114,11 @@ class Driving:
 
 @dataclass(frozen=True, slots=True)
 class Steering:
-    """Straight ahead by short leases (the plain rule), with a depth check every so often (`call`, 0 when none runs)."""
+    """Straight ahead by short leases (the plain rule), with a depth check every so often."""
 
     until_s: float
-    next_depth_s: float
     moving_s: float
+    next_depth_s: float = 0.0
     call: int = 0
     held: MotionEnd = MotionEnd.HELD_BACK
     """How it ends should it not move: by what the bridge answered last."""
@@ -140,7 +126,7 @@ class Steering:
 
 Activity = (
     Idle | Starting | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | Navigating
-    | Rotating | AwaitingFrame | CheckingPlace | Measuring | Validating | Driving | Steering
+    | Rotating | AwaitingFrame | Validating | Driving | Steering
 )  # fmt: skip
 
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
-from contracts.measuring import Measurement
 from contracts.mission import LastSeen, MapTrouble
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus
@@ -129,12 +128,6 @@ class MotionEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class Localized:
-    call: int
-    reply: Measurement
-
-
-@dataclass(frozen=True, slots=True)
 class Validated:
     call: int
     validation: Validation
@@ -172,7 +165,7 @@ class CallFailed:
 
 
 Answer = (
-    Undocked | Docked | GoalEnded | MotionEnded | Localized | Validated | CoveragePlanned | CallFailed
+    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | CallFailed
 )  # fmt: skip
 """To a call the core asked for, by its number."""
 

@@ -58,6 +58,8 @@ class Sighting:
     colour: Colour | None
     bearing_rad: float
     error_px: float
+    measurement: Measurement
+    """As it came with the picture; where nobody answered, a newer picture may tell."""
 
 
 @dataclass(frozen=True, slots=True)

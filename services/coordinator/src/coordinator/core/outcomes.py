@@ -15,6 +15,15 @@ from coordinator.core.report import (
 from coordinator.core.step_context import StepContext
 
 
+def retry_or_abort(context: StepContext, service: str, detail: str, *, stopped: bool = False) -> None:
+    """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
+    failures = context.mission.failures + 1
+    if failures >= context.rules.failures_max:
+        abort(context, EndCause.SERVICE, f"{service} failed {failures} times in a row: {detail}")
+    else:
+        context.retry_later(service, detail, stopped=stopped)
+
+
 def found(context: StepContext, distance_m: float | None, note: str) -> None:
     what = what_in_words(context)
     away = "at an unknown distance" if distance_m is None else f"{distance_m:.2f} m away"

@@ -29,11 +29,13 @@ def checked_arrival(mission: Mission, event: GoalEnded) -> GoalEnded:
     return replace(event, status=GoalStatus.ABORTED, error=f"said it arrived, but stands {off_m:.1f} m from there")
 
 
-def plausible(reply: Measurement, rules: Rules) -> Measurement:
-    """The reply, or no measurement where it claims a distance that depth cannot give."""
-    distance_m = reply.distance_m
+def plausible(measurement: Measurement | None, rules: Rules) -> Measurement:
+    """The measurement, without a distance where it claims one that depth cannot give."""
+    if measurement is None:
+        return not_measured(NotMeasured.NOT_ANSWERED, "no measurement came with the picture")
+    distance_m = measurement.distance_m
     if distance_m is None or 0.0 < distance_m <= rules.depth_m_max:
-        return reply
+        return measurement
     return not_measured(NotMeasured.IMPLAUSIBLE, f"{distance_m:.1f} m is no distance")
 
 

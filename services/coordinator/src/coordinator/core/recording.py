@@ -15,12 +15,11 @@ from contracts.mission import MissionState
 from coordinator.core.actions import Action, Say
 from coordinator.core.events import Event
 from coordinator.core.mission import Mission, RobotSnapshot
-from coordinator.core.old_recordings import OLD_FORMS, translated_header, translated_steps
 from coordinator.core.rules import Rules
 from coordinator.core.step import step
 
-FORM = 4
-"""Of what is written. Raise it when a recorded name or field changes; `old_recordings` reads the forms before."""
+FORM = 5
+"""Of what is written. Raise it when a recorded name or field changes: other forms are refused, not translated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,13 +101,14 @@ def read(lines: Iterable[str]) -> Recording:
     """Raises `MalformedRecordingError`."""
     rows = iter(lines)
     try:
-        header = _HEADER.validate_python(translated_header(_PLAIN.validate_json(next(rows))))
-        if header.form not in {*OLD_FORMS, FORM}:
-            raise MalformedRecordingError(f"form {header.form} of a recording; this program reads 1 to {FORM}")
+        header = _PLAIN.validate_json(next(rows))
+        if header["form"] != FORM:
+            raise MalformedRecordingError(
+                f"a recording of form {header['form']}, and only form {FORM} can be decided again; "
+                "the mission's report and timeline open as before"
+            )
         plain = (_PLAIN.validate_json(row) for row in rows if row.strip())
-        return Recording(
-            header, tuple(_step(one) for one in translated_steps(header.form, header.rules.goal_timeout_s, plain))
-        )
+        return Recording(_HEADER.validate_python(header), tuple(_step(one) for one in plain))
     except StopIteration:
         raise MalformedRecordingError("it is empty") from None
     except (KeyError, TypeError) as error:

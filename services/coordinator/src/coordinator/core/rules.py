@@ -55,7 +55,6 @@ class Policy(BaseModel):
     goal_timeout_s: float = Field(default=120.0, gt=0.0, description="of one drive by Nav2")
     plan_timeout_s: float = Field(default=20.0, gt=0.0, description="to compute where to look")
     turn_timeout_s: float = Field(default=15.0, gt=0.0, description="of one turn")
-    localize_timeout_s: float = Field(default=4.0, gt=0.0, description="to measure one box")
     validate_timeout_s: float = Field(default=30.0, gt=0.0, description="for the votes")
     call_margin_s: float = Field(default=3.0, gt=0.0, description="a call is given up this long after its own limit")
     retry_wait_s: float = Field(default=2.0, gt=0.0, description="after a failed call; grows with each one in a row")

@@ -10,6 +10,7 @@ from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
 from coordinator.core.geometry import pixel_bearing_rad, relative
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighting
+from coordinator.core.plausibility import plausible
 from coordinator.core.report import candidate_record, count_objects_in
 from coordinator.core.step_context import StepContext
 from geometry.poses import apart_m, wrap
@@ -44,6 +45,7 @@ def _sighting(mission: Mission, seen: Detections, detection: Detection, yaw: flo
         colour=detection.colour,
         bearing_rad=wrap(yaw + pixel_bearing_rad(u_px, seen.image_width_px, mission.rules.camera_hfov_rad)),
         error_px=(u_px - seen.image_width_px / 2) * FRAME_PX / seen.image_width_px,
+        measurement=plausible(detection.measurement, mission.rules),
     )
 
 

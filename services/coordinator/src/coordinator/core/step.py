@@ -8,11 +8,9 @@ from coordinator.core import events as ev
 from coordinator.core import operator_commands, robot_updates
 from coordinator.core.activities import (
     AwaitingFrame,
-    CheckingPlace,
     Docking,
     Driving,
     Idle,
-    Measuring,
     Navigating,
     Paused,
     PlanningCoverage,
@@ -25,7 +23,7 @@ from coordinator.core.activities import (
     Waking,
 )  # fmt: skip
 from coordinator.core.mission import Mission
-from coordinator.core.outcomes import abort, give_up
+from coordinator.core.outcomes import abort, give_up, retry_or_abort
 from coordinator.core.plausibility import checked_arrival, is_of_now
 from coordinator.core.search import awake
 from coordinator.core.states.table import state_of
@@ -159,8 +157,6 @@ def _overdue(context: StepContext) -> None:
         case Rotating() | Driving() | Navigating() | Undocking() | Docking():
             context.stop_motion()
             _call_failed(context, "robot_bridge", "no answer in time")
-        case Measuring() | CheckingPlace():
-            _call_failed(context, "robot_bridge", "no measurement in time")
         case Validating():
             _call_failed(context, "inference", "no validation in time")
         case PlanningCoverage():
@@ -172,12 +168,7 @@ def _overdue(context: StepContext) -> None:
 
 
 def _call_failed(context: StepContext, service: str, detail: str, *, stopped: bool = False) -> None:
-    """Waits and takes the state up again; many failures in a row end the mission, with the cause."""
-    state, failures = state_of(context.mission), context.mission.failures + 1
     judging = isinstance(context.mission.activity, Validating)  # its own number of tries comes first
-    if judging and state.on_call_failed(context, detail):
-        return
-    if failures >= context.rules.failures_max:
-        abort(context, EndCause.SERVICE, f"{service} failed {failures} times in a row: {detail}")
-    elif judging or not state.on_call_failed(context, detail):
-        context.retry_later(service, detail, stopped=stopped)
+    last = context.mission.failures + 1 >= context.rules.failures_max
+    if (last and not judging) or not state_of(context.mission).on_call_failed(context, detail):
+        retry_or_abort(context, service, detail, stopped=stopped)

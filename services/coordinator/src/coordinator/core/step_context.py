@@ -8,13 +8,12 @@ from functools import partial
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionState
-from contracts.robot import GOAL_ANSWER_S, BoxQuery, CandidatePose
+from contracts.robot import GOAL_ANSWER_S, CandidatePose
 from coordinator.core import actions as do
 from coordinator.core.activities import (
     Activity,
     AwaitingFrame,
     Driving,
-    Measuring,
     Navigating,
     Paused,
     Rotating,
@@ -153,11 +152,6 @@ class StepContext:
         call, limit_s = self.call(), self.rules.goal_timeout_s
         self.request(do.Navigate(call, candidates, limit_s, ring_radius_m))
         self.set_activity(Navigating(call, self._until(GOAL_ANSWER_S + limit_s), candidates))
-
-    def localize(self, box: BoxQuery) -> None:
-        call, limit_s = self.call(), self.rules.localize_timeout_s
-        self.request(do.Localize(call, box, limit_s))
-        self.set_activity(Measuring(call, self._until(limit_s)))
 
     def _until(self, limit_s: float) -> float:
         return self.now_s + limit_s + self.rules.call_margin_s

@@ -28,7 +28,6 @@ from coordinator.core.mission import Mission
 from coordinator.core.rules import Rules
 from coordinator.core.step import step
 from coordinator.coverage.explored_space import ExploredSpace
-from coordinator.execution.box_measurements import BoxMeasurements
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
 from coordinator.execution.motion_client import MotionClient
@@ -83,7 +82,6 @@ class MissionRunner:
             bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
             target=lambda: mission_target(self.mission),
         )  # fmt: skip
-        self._measured = BoxMeasurements()
         self._recorded = ""
 
     def start(self) -> None:
@@ -175,7 +173,6 @@ class MissionRunner:
         self._motion.on_goal_update(goal)
 
     async def _on_detections(self, seen: Detections) -> None:
-        self._measured.take(seen)
         self.feed(ev.DetectionsSeen(seen))
 
     # what goes out
@@ -196,7 +193,7 @@ class MissionRunner:
                     self._spawn(self._celebrate())
             case do.Undock() | do.Dock() | do.Navigate() | do.Rotate() | do.Drive():
                 self._motion.start(lambda: self._call(action.call, lambda: self._move(action, epoch)), epoch)
-            case do.Localize() | do.Validate() | do.PlanCoverage():
+            case do.Validate() | do.PlanCoverage():
                 if self._query is not None:
                     self._query.cancel()
                 self._query = self._spawn(self._call(action.call, lambda: self._ask(action)))
@@ -258,11 +255,9 @@ class MissionRunner:
                 reply = await self._robot.drive(distance, speed_m_s=speed, timeout_s=timeout_s, epoch=epoch)
                 return ev.MotionEnded(call, reply.end, driven_m=reply.driven_m, text=reply.text)
 
-    async def _ask(self, action: do.Localize | do.Validate | do.PlanCoverage) -> ev.Event:
+    async def _ask(self, action: do.Validate | do.PlanCoverage) -> ev.Event:
         async with asyncio.timeout(action.timeout_s):
             match action:
-                case do.Localize(call=call, box=box):
-                    return ev.Localized(call, self._measured.of(box))
                 case do.Validate(call=call, target=target, box=box):
                     request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
                     return ev.Validated(call, await self._inference.validate(request, timeout_s=action.timeout_s))

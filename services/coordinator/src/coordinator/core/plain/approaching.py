@@ -3,15 +3,13 @@
 from dataclasses import replace
 
 from contracts.geometry import Twist2D
-from contracts.measuring import Measurement
 from contracts.mission import MissionState
 from contracts.motion import MotionEnd
 from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import Steering
-from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, Localized, MotionEnded, Tick
+from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, MotionEnded, Tick
 from coordinator.core.outcomes import found
-from coordinator.core.plausibility import plausible
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import Rules
 from coordinator.core.search import set_aside
@@ -29,17 +27,15 @@ class StraightApproach(State):
     def begin(self, context: StepContext) -> None:
         distance = context.candidate.distance_m or context.rules.near_m
         until_s = context.now_s + distance / context.rules.approach_speed_m_s + OVERTIME_S
-        context.set_activity(Steering(until_s=until_s, next_depth_s=context.now_s, moving_s=context.now_s))
+        context.set_activity(Steering(until_s=until_s, moving_s=context.now_s))
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
             case Steering() as steering, Tick():
                 _tick(context, steering)
-            case Steering(), DetectionsSeen(detections=seen):
-                _follow(context, seen)
-            case Steering() as steering, Localized(reply=reply):
-                context.set_activity(replace(steering, call=0))
-                _measured(context, plausible(reply, context.rules))
+            case Steering() as steering, DetectionsSeen(detections=seen):
+                if _follow(context, seen) and context.now_s >= steering.next_depth_s:
+                    _check_depth(context, steering)
             case Steering() as steering, LeaseAnswered(held=held):
                 context.set_activity(replace(steering, held=held))
             case _:
@@ -49,21 +45,11 @@ class StraightApproach(State):
         context.stop_motion()
         context.transition_to(MissionState.CENTERING, "not there in time: turning to it again")
 
-    def on_call_failed(self, context: StepContext, detail: str) -> bool:
-        """One depth check failed. The next comes by itself."""
-        del detail
-        steering = context.mission.activity
-        if not isinstance(steering, Steering):
-            return False
-        context.count_failure()
-        context.set_activity(replace(steering, call=0))
-        return True
-
 
 class StraightStep(State):
     def begin(self, context: StepContext) -> None:
         until_s = context.now_s + context.rules.step_m / context.rules.approach_speed_m_s
-        context.set_activity(Steering(until_s=until_s, next_depth_s=until_s, moving_s=context.now_s))
+        context.set_activity(Steering(until_s=until_s, moving_s=context.now_s))
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
@@ -101,10 +87,6 @@ def _tick(context: StepContext, steering: Steering) -> None:
         _stands_still(context, steering.held)
         return
     context.request(do.SetVelocity(Twist2D(linear_x=rules.approach_speed_m_s), rules.lease_s))
-    if steering.call == 0 and now >= steering.next_depth_s:
-        call = context.call()
-        context.request(do.Localize(call, context.candidate.sighting.box, rules.localize_timeout_s))
-        steering = replace(steering, call=call, next_depth_s=now + rules.depth_period_s)
     context.set_activity(steering)
 
 
@@ -116,19 +98,25 @@ def _stands_still(context: StepContext, end: MotionEnd) -> None:
         set_aside(context, end.sentence)
 
 
-def _follow(context: StepContext, seen: Detections) -> None:
-    """Keeps to it, until it drifts from the middle of the picture."""
+def _follow(context: StepContext, seen: Detections) -> bool:
+    """Keeps to it, until it drifts from the middle of the picture. Returns False if it is not there to be measured."""
     sighting = tracked(context.mission, context.candidate, seen)
     if sighting is None:
-        return
+        return False
     follow(context, sighting)
-    if abs(sighting.error_px) > context.rules.drift_px:
-        context.stop_motion()
-        context.transition_to(MissionState.CENTERING, "no longer centred: turning to it again")
+    if abs(sighting.error_px) <= context.rules.drift_px:
+        return True
+    context.stop_motion()
+    context.transition_to(MissionState.CENTERING, "no longer centred: turning to it again")
+    return False
 
 
-def _measured(context: StepContext, reply: Measurement) -> None:
-    take_measurement(context, reply)
-    if reply.distance_m is not None and reply.distance_m <= context.rules.reach_m:
+def _check_depth(context: StepContext, steering: Steering) -> None:
+    measurement = context.candidate.sighting.measurement
+    if not measurement.answered:
+        return
+    context.set_activity(replace(steering, next_depth_s=context.now_s + context.rules.depth_period_s))
+    take_measurement(context, measurement)
+    if measurement.distance_m is not None and measurement.distance_m <= context.rules.reach_m:
         context.stop_motion()
-        found(context, reply.distance_m, "within reach")
+        found(context, measurement.distance_m, "within reach")

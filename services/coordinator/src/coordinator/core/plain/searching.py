@@ -6,7 +6,7 @@ from coordinator.core.activities import Rotating
 from coordinator.core.events import DetectionsSeen, Event, MotionEnded
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import Rules
-from coordinator.core.states.scanning import Scanning, inspected, sighted
+from coordinator.core.states.scanning import Scanning, inspected
 from coordinator.core.states.travelling import MovingToScan
 from coordinator.core.step_context import StepContext
 from geometry.poses import wrap
@@ -27,13 +27,24 @@ class SlowTurn(Scanning):
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
             case Rotating(looking_s=float() as since_s), DetectionsSeen(detections=seen) if seen.stamp_s >= since_s:
-                _look_in_passing(context, seen)
+                self._look_in_passing(context, seen)
             case Rotating(looking_s=float()), MotionEnded() as ended:
                 if react(context, ended) is Reaction.GO_ON:
                     context.update_search(sweeps=context.search.sweeps + 1)
                     self.begin(context)
             case _:
                 super().handle(context, event)
+
+    def _look_in_passing(self, context: StepContext, seen: Detections) -> None:
+        """Headings that the camera swept over are done."""
+        sighting = inspected(context, seen)
+        if sighting is not None:
+            context.stop_motion()
+            self.sighted(context, sighting)
+            return
+        yaw = seen.pose.yaw if seen.pose is not None else context.mission.robot.yaw
+        near = context.rules.camera_hfov_rad * (1.0 - context.rules.scan_overlap_min) / 2
+        context.update_search(headings=tuple(h for h in context.search.headings if abs(wrap(h - yaw)) > near))
 
 
 class PlannedOnce(MovingToScan):
@@ -55,15 +66,3 @@ def _sweep(context: StepContext, angle_rad: float) -> None:
     context.request(do.Rotate(call, angle_rad, speed_rad_s, limit_s))
     until_s = context.now_s + limit_s + context.rules.call_margin_s
     context.set_activity(Rotating(call, until_s, looking_s=context.robot_now_s))
-
-
-def _look_in_passing(context: StepContext, seen: Detections) -> None:
-    """Headings that the camera swept over are done."""
-    sighting = inspected(context, seen)
-    if sighting is not None:
-        context.stop_motion()
-        sighted(context, sighting)
-        return
-    yaw = seen.pose.yaw if seen.pose is not None else context.mission.robot.yaw
-    near = context.rules.camera_hfov_rad * (1.0 - context.rules.scan_overlap_min) / 2
-    context.update_search(headings=tuple(h for h in context.search.headings if abs(wrap(h - yaw)) > near))

@@ -7,13 +7,12 @@ import math
 from contracts.measuring import Measurement
 from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.robot import GoalStatus
-from coordinator.core.activities import AwaitingFrame, Driving, Measuring, Navigating, Rotating, Stage
+from coordinator.core.activities import AwaitingFrame, Driving, Navigating, Rotating, Stage
 from coordinator.core.approach_poses import approach_candidates, surface_distance_m, target_in_base
-from coordinator.core.events import DetectionsSeen, Event, GoalEnded, Localized, MotionEnded, Tick
+from coordinator.core.events import DetectionsSeen, Event, GoalEnded, MotionEnded, Tick
 from coordinator.core.mission import Approach
 from coordinator.core.obstruction import furniture_before, hindrance
 from coordinator.core.outcomes import found
-from coordinator.core.plausibility import plausible
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.search import set_aside
 from coordinator.core.sightings import follow, tracked
@@ -59,9 +58,8 @@ class Approaching(State):
                     follow(context, sighting)
                     furniture = furniture_before(seen, sighting.box.bbox_xyxy)
                     context.update_approach(furniture=furniture or context.approach.furniture)
-                    context.localize(sighting.box)
-            case Measuring(), Localized(reply=reply):
-                _measured(context, stage, plausible(reply, context.rules))
+                    if sighting.measurement.answered:
+                        _measured(context, stage, sighting.measurement)
             case Driving(), MotionEnded():
                 _driven(context, event)
             case _:
@@ -70,15 +68,6 @@ class Approaching(State):
     def on_timeout(self, context: StepContext) -> None:
         """It is out of the picture from here, as expected of something high: the place measured before counts."""
         _go_on(context, context.approach.stage)
-
-    def on_call_failed(self, context: StepContext, detail: str) -> bool:
-        """A measurement failed. What is known is enough to go on."""
-        del detail
-        if not isinstance(context.mission.activity, Measuring):
-            return False
-        context.count_failure()
-        _go_on(context, context.approach.stage)
-        return True
 
 
 def _driven(context: StepContext, ended: MotionEnded) -> None:

@@ -5,12 +5,12 @@ from contracts.measuring import Measurement
 from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.vision import Validation, Verdict, Vote
 from coordinator.core import actions as do
-from coordinator.core.activities import AwaitingFrame, Measuring, Validating
+from coordinator.core.activities import AwaitingFrame, Validating
 from coordinator.core.depth_consensus import agreed
-from coordinator.core.events import DetectionsSeen, Event, Localized
+from coordinator.core.events import DetectionsSeen, Event
 from coordinator.core.events import Validated as ValidatedEvent
-from coordinator.core.outcomes import found
-from coordinator.core.plausibility import is_confirmed, plausible
+from coordinator.core.outcomes import found, retry_or_abort
+from coordinator.core.plausibility import is_confirmed
 from coordinator.core.rules import Rules
 from coordinator.core.search import back_to_search
 from coordinator.core.sightings import follow, is_refused, lose, reject, tracked
@@ -38,25 +38,26 @@ class DepthCheck(State):
             context.transition_to(MissionState.CENTERING, "the last detection is too old: looking again")
             return
         context.update_candidate(samples=())
-        context.localize(context.candidate.sighting.box)
+        self._await_another(context)
+        self._take_sample(context)
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
-            case Measuring(), Localized(reply=reply):
-                context.update_candidate(samples=(*context.candidate.samples, plausible(reply, context.rules)))
-                self._measured(context)
             case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s > after_s:
                 sighting = tracked(context.mission, context.candidate, seen)
                 if sighting is not None:
                     follow(context, sighting)
-                    context.localize(sighting.box)
+                    self._take_sample(context)
             case Validating(), ValidatedEvent(validation=validation):
                 self._validated(context, validation)
             case _:
                 pass
 
     def on_timeout(self, context: StepContext) -> None:
-        self._decide(context)
+        if context.candidate.samples:
+            self._decide(context)
+        else:
+            retry_or_abort(context, "robot_bridge", context.candidate.sighting.measurement.text)
 
     def on_call_failed(self, context: StepContext, detail: str) -> bool:
         """A candidate that nobody could judge in several tries stays in doubt, and the search goes on."""
@@ -69,9 +70,17 @@ class DepthCheck(State):
         back_to_search(context, f"inference could not judge it in {context.rules.judge_tries} tries")
         return True
 
-    def _measured(self, context: StepContext) -> None:
-        """Several times, and again while too few agree; what is too far to judge only once."""
-        rules, samples = context.rules, context.candidate.samples
+    def _await_another(self, context: StepContext) -> None:
+        after_s = context.candidate.sighting.stamp_s
+        context.set_activity(AwaitingFrame(after_s=after_s, until_s=context.now_s + NEXT_BOX_S))
+
+    def _take_sample(self, context: StepContext) -> None:
+        """Several, and more while too few agree; of what is too far to judge only one."""
+        measurement, rules = context.candidate.sighting.measurement, context.rules
+        if not measurement.answered:
+            return
+        samples = (*context.candidate.samples, measurement)
+        context.update_candidate(samples=samples)
         first_m = samples[0].distance_m
         if len(samples) == 1 and first_m is not None and first_m > self.once_beyond_m(rules):
             self._decide(context)
@@ -81,9 +90,7 @@ class DepthCheck(State):
         if enough or len(samples) >= rules.depth_samples_max:
             self._decide(context)
         else:
-            context.set_activity(
-                AwaitingFrame(after_s=context.candidate.sighting.stamp_s, until_s=context.now_s + NEXT_BOX_S)
-            )
+            self._await_another(context)
 
     def _decide(self, context: StepContext) -> None:
         """A10, with one addition: what lies within reach is validated too, where that has not been done."""
@@ -152,7 +159,6 @@ class DepthCheck(State):
 
 def take_measurement(context: StepContext, reply: Measurement) -> None:
     """Keeps the place of the newest measurement that is not much worse than the best so far."""
-    reply = plausible(reply, context.rules)
     if reply.distance_m is None:
         return
     sigma, odometry = reply.sigma_m or 0.0, context.mission.robot.odometry

@@ -3,10 +3,10 @@
 from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
-from coordinator.core.activities import AwaitingFrame, CheckingPlace, Rotating, Undocking, Waking
-from coordinator.core.events import DetectionsSeen, Event, Localized, MotionEnded, Undocked
+from coordinator.core.activities import AwaitingFrame, Rotating, Undocking, Waking
+from coordinator.core.events import DetectionsSeen, Event, MotionEnded, Undocked
 from coordinator.core.mission import Sighting
-from coordinator.core.outcomes import abort
+from coordinator.core.outcomes import abort, retry_or_abort
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.search import awake, next_place, undock_first, undocked
 from coordinator.core.sightings import (
@@ -53,14 +53,6 @@ class Scanning(State):
                     context.look(context.rules.look_timeout_s)
             case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
                 self._looked(context, seen)
-            case CheckingPlace(), Localized(reply=reply):
-                place = (reply.map_point.x, reply.map_point.y) if reply.map_point is not None else None
-                if place is None or is_refused(context.mission, place, reply.distance_m):
-                    context.log_event(EventKind.SIGHTING, "already rejected: going on")
-                    context.update(candidate=None)
-                    self.next_heading(context)
-                else:
-                    context.transition_to(MissionState.CENTERING, "another one next to the rejected one: turning to it")
             case _:
                 pass
 
@@ -82,7 +74,26 @@ class Scanning(State):
         if sighting is None:
             self.next_heading(context)
         else:
-            sighted(context, sighting)
+            self.sighted(context, sighting)
+
+    def sighted(self, context: StepContext, sighting: Sighting) -> None:
+        """Turns to it, unless its place says that it was rejected before."""
+        new_candidate(context, sighting)
+        facts = EventFacts(confidence=sighting.confidence, colour=sighting.colour)
+        context.log_event(EventKind.SIGHTING, f"possible match, confidence {sighting.confidence:.2f}", facts)
+        measured = sighting.measurement
+        if not is_near_rejected(context.mission, sighting):
+            context.transition_to(MissionState.CENTERING, "spotted: turning to it")
+        elif not measured.answered:
+            retry_or_abort(context, "robot_bridge", measured.text)
+        elif measured.map_point is None or is_refused(
+            context.mission, (measured.map_point.x, measured.map_point.y), measured.distance_m
+        ):
+            context.log_event(EventKind.SIGHTING, "already rejected: going on")
+            context.update(candidate=None)
+            self.next_heading(context)
+        else:
+            context.transition_to(MissionState.CENTERING, "another one next to the rejected one: turning to it")
 
     def next_heading(self, context: StepContext) -> None:
         context.update_search(headings=context.search.headings[1:])
@@ -97,18 +108,6 @@ def inspected(context: StepContext, seen: Detections) -> Sighting | None:
         context.request(do.RecordLook(pose, seen))
     count_other_objects(context, seen)
     return next((s for s in sightings(context.mission, seen) if is_worth_pursuing(context.mission, s)), None)
-
-
-def sighted(context: StepContext, sighting: Sighting) -> None:
-    new_candidate(context, sighting)
-    facts = EventFacts(confidence=sighting.confidence, colour=sighting.colour)
-    context.log_event(EventKind.SIGHTING, f"possible match, confidence {sighting.confidence:.2f}", facts)
-    if not is_near_rejected(context.mission, sighting):
-        context.transition_to(MissionState.CENTERING, "spotted: turning to it")
-        return
-    call, limit_s = context.call(), context.rules.localize_timeout_s
-    context.request(do.Localize(call, sighting.box, limit_s))
-    context.set_activity(CheckingPlace(call, context.now_s + limit_s + context.rules.call_margin_s))
 
 
 def _finish(context: StepContext) -> None:
