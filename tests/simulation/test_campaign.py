@@ -92,7 +92,7 @@ def test_navigation_that_never_works_ends_with_that_as_the_cause(place: Simulate
 
 def test_in_poor_light_both_models_say_no_and_it_says_it_may_have_been_it(place: SimulatedPlace) -> None:
     dark = Faults(names=("poor light",), errors=Errors(dark=True, vlm=True, unknown_colour=0.0))
-    run, verdict = played(mission(dark, seed=0), place)  # CLIP's no is a narrow one there, as in four seeds of twelve
+    run, verdict = played(mission(dark, seed=1), place)  # CLIP's no is a narrow one there, as in six seeds of twelve
     reason = ended(run, verdict, Outcome.UNSURE)
     assert "it may have been" in reason
     assert run.mission is not None

@@ -208,6 +208,23 @@ def test_the_plain_approach_drives_by_leases_and_measures_twice_a_second() -> No
     assert script.mission.outcome is Outcome.FOUND
 
 
+def test_the_plain_approach_stands_still_and_says_why_where_nobody_measures() -> None:
+    script = approaching(approach_rule="straight", failures_max=3)
+    script.robot(speed_m_s=0.15).wait(0.2).see(box())
+    leases = len(script.asked(do.SetVelocity))
+    assert script.asked(do.StopMotion)
+    assert len(script.wait(1.0).asked(do.SetVelocity)) == leases
+    assert "robot_bridge: no measurement came with the picture; trying again" in script.said()
+    script.wait(1.2).see(box()).wait(3.2).see(box())
+    assert script.mission.outcome is Outcome.ABORTED
+
+
+def test_a_measurement_ends_the_row_of_those_that_failed() -> None:
+    script = approaching(approach_rule="straight", failures_max=2).see(box()).wait(2.2).see_at(1.0, 1.06)
+    assert script.mission.failures == 0
+    assert script.wait(0.6).see(box()).mission.running
+
+
 def test_the_plain_approach_centres_again_after_a_drift() -> None:
     script = approaching(approach_rule="straight").wait(0.2).see(box(220))
     assert script.mission.state is S.CENTERING

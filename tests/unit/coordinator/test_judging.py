@@ -57,6 +57,20 @@ def test_a_picture_that_was_not_measured_is_followed_by_a_newer_one() -> None:
     assert script.measured(1.2).asked(do.Validate)
 
 
+def test_the_picture_that_was_centred_is_not_the_one_that_measures() -> None:
+    script = Script().begin().see(box())
+    for _ in range(3):
+        script.see_at(2.8, 2.86)
+    assert script.mission.state is S.DEPTH_CHECK
+    assert script.see_at(2.8, 2.86).mission.state is S.DRIVING_1M
+
+
+def test_too_few_measurements_decide_nothing_it_is_looked_at_again() -> None:
+    script = Script().begin().centred().measured(1.2, 2).wait(2.2)
+    assert script.mission.state is S.CENTERING
+    assert not script.asked(do.Validate)
+
+
 def test_without_any_measurement_the_cause_is_told_and_it_is_tried_again() -> None:
     script = Script(failures_max=2).begin().centred().wait(2.2)
     assert "robot_bridge: no measurement came with the picture; trying again" in script.said()

@@ -2,23 +2,27 @@
 
 import math
 
-from contracts.mission import EventKind, MissionState
+from contracts.mission import EventKind, MissionKind, MissionState
 from coordinator.core import actions as do
-from coordinator.core.activities import Starting, Undocking, Waking
+from coordinator.core.activities import Undocking, Waking
 from coordinator.core.geometry import near_any
 from coordinator.core.sightings import lose
 from coordinator.core.step_context import StepContext
 from geometry.poses import apart_m
 
 MOVED_AWAY_M = 1.0
+SEARCHING = frozenset({MissionState.MEMORY_NAV, MissionState.SCANNING, MissionState.MOVING_TO_SCAN})
 
 
 def undock_first(context: StepContext) -> bool:
-    """True when the robot stands on its dock and was asked to leave it: the state is taken up again afterwards.
+    """True when a search begins on the dock, which is left first: the state is taken up again afterwards.
 
     Once a mission: what the base says of its dock lags behind.
     """
-    if context.mission.robot.docked is not True or context.search.undocks > 0:
+    mission = context.mission
+    if mission.state not in SEARCHING or mission.kind is MissionKind.DOCK:
+        return False
+    if mission.robot.docked is not True or context.search.undocks > 0:
         return False
     call, limit_s = context.call(), context.rules.undock_timeout_s
     context.request(do.Undock(call, limit_s))
@@ -29,16 +33,8 @@ def undock_first(context: StepContext) -> bool:
 
 def undocked(context: StepContext) -> None:
     context.update_search(undocks=context.search.undocks + 1)
-    context.log_event(
-        EventKind.UNDOCK,
-        "off the dock; waiting for the camera to start",
-    )
+    context.log_event(EventKind.UNDOCK, "off the dock; waiting for the camera to start")
     context.set_activity(Waking(context.now_s + context.rules.wake_s_max))
-
-
-def awake(context: StepContext) -> None:
-    """The first picture after the dock has come, or the time for it is up."""
-    context.set_activity(Starting())
 
 
 def new_scan(context: StepContext, reason: str, *, start_rad: float | None = None) -> None:

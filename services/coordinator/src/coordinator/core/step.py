@@ -25,7 +25,7 @@ from coordinator.core.activities import (
 from coordinator.core.mission import Mission
 from coordinator.core.outcomes import abort, give_up, retry_or_abort
 from coordinator.core.plausibility import checked_arrival, is_of_now
-from coordinator.core.search import awake
+from coordinator.core.search import undock_first, undocked
 from coordinator.core.states.table import state_of
 from coordinator.core.step_context import StepContext
 
@@ -43,7 +43,8 @@ def step(mission: Mission, event: ev.Event, now_s: float) -> tuple[Mission, tupl
     for _ in range(BEGINS_MAX):
         if not isinstance(context.mission.activity, Starting):
             break
-        state_of(context.mission).begin(context)
+        if not undock_first(context):
+            state_of(context.mission).begin(context)
     return context.mission, tuple(context.actions)
 
 
@@ -67,7 +68,11 @@ def _apply(context: StepContext, event: ev.Event) -> None:
         case ev.LeaseAnswered():
             state_of(context.mission).handle(context, event)
         case ev.DetectionsSeen(detections=seen):
-            if is_of_now(context.mission, seen.stamp_s, context.now_s):
+            if not is_of_now(context.mission, seen.stamp_s, context.now_s):
+                return
+            if isinstance(context.mission.activity, Waking):
+                context.set_activity(Starting())
+            else:
                 state_of(context.mission).handle(context, event)
         case _:
             if _awaited(context, event.call):
@@ -81,6 +86,9 @@ def _answered(context: StepContext, event: ev.Answer) -> None:
         case ev.GoalEnded():
             context.update(failures=0)
             state_of(context.mission).handle(context, checked_arrival(context.mission, event))
+        case ev.Undocked():
+            context.update(failures=0)
+            undocked(context)
         case ev.MotionEnded(end=end) if not end.completed:
             state_of(context.mission).handle(context, event)
         case _:
@@ -151,7 +159,7 @@ def _overdue(context: StepContext) -> None:
                 EventKind.FAILURE,
                 f"no camera picture {context.rules.wake_s_max:.0f} s after undocking: continuing without it",
             )
-            awake(context)
+            context.set_activity(Starting())
         case AwaitingFrame() | Steering():
             state_of(context.mission).on_timeout(context)
         case Rotating() | Driving() | Navigating() | Undocking() | Docking():

@@ -9,7 +9,7 @@ from contracts.vision import Detections
 from coordinator.core import actions as do
 from coordinator.core.activities import Steering
 from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, MotionEnded, Tick
-from coordinator.core.outcomes import found
+from coordinator.core.outcomes import found, retry_or_abort
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.rules import Rules
 from coordinator.core.search import set_aside
@@ -114,7 +114,10 @@ def _follow(context: StepContext, seen: Detections) -> bool:
 def _check_depth(context: StepContext, steering: Steering) -> None:
     measurement = context.candidate.sighting.measurement
     if not measurement.answered:
+        context.stop_motion()
+        retry_or_abort(context, "robot_bridge", measurement.text)
         return
+    context.update(failures=0)
     context.set_activity(replace(steering, next_depth_s=context.now_s + context.rules.depth_period_s))
     take_measurement(context, measurement)
     if measurement.distance_m is not None and measurement.distance_m <= context.rules.reach_m:

@@ -48,9 +48,9 @@ class SlowTurn(Scanning):
 
 
 class PlannedOnce(MovingToScan):
-    def to_next_place(self, context: StepContext) -> None:
+    def begin(self, context: StepContext) -> None:
         if context.search.plans == 0:
-            super().to_next_place(context)
+            super().begin(context)
         else:
             self.to_next_point(context)
 

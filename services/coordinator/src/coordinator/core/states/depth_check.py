@@ -39,7 +39,6 @@ class DepthCheck(State):
             return
         context.update_candidate(samples=())
         self._await_another(context)
-        self._take_sample(context)
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
@@ -54,10 +53,13 @@ class DepthCheck(State):
                 pass
 
     def on_timeout(self, context: StepContext) -> None:
-        if context.candidate.samples:
+        measurement = context.candidate.sighting.measurement
+        if len(context.candidate.samples) >= context.rules.depth_samples:
             self._decide(context)
+        elif not measurement.answered:
+            retry_or_abort(context, "robot_bridge", measurement.text)
         else:
-            retry_or_abort(context, "robot_bridge", context.candidate.sighting.measurement.text)
+            context.transition_to(MissionState.CENTERING, "too few pictures measured it: looking again")
 
     def on_call_failed(self, context: StepContext, detail: str) -> bool:
         """A candidate that nobody could judge in several tries stays in doubt, and the search goes on."""
@@ -79,6 +81,7 @@ class DepthCheck(State):
         measurement, rules = context.candidate.sighting.measurement, context.rules
         if not measurement.answered:
             return
+        context.update(failures=0)
         samples = (*context.candidate.samples, measurement)
         context.update_candidate(samples=samples)
         first_m = samples[0].distance_m

@@ -3,12 +3,12 @@
 from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.vision import Detections
 from coordinator.core import actions as do
-from coordinator.core.activities import AwaitingFrame, Rotating, Undocking, Waking
-from coordinator.core.events import DetectionsSeen, Event, MotionEnded, Undocked
+from coordinator.core.activities import AwaitingFrame, Rotating
+from coordinator.core.events import DetectionsSeen, Event, MotionEnded
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, retry_or_abort
 from coordinator.core.reactions import Reaction, react
-from coordinator.core.search import awake, next_place, undock_first, undocked
+from coordinator.core.search import next_place
 from coordinator.core.sightings import (
     count_other_objects,
     is_near_rejected,
@@ -27,8 +27,6 @@ FACING_RAD = 0.06
 class Scanning(State):
     def begin(self, context: StepContext) -> None:
         """Turns to the next heading, or looks at once when it is already there; without headings the scan is over."""
-        if undock_first(context):
-            return
         if not context.search.headings:
             _finish(context)
             return
@@ -44,10 +42,6 @@ class Scanning(State):
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
-            case Undocking(), Undocked():
-                undocked(context)
-            case Waking(), DetectionsSeen():
-                awake(context)
             case Rotating(), MotionEnded() as ended:
                 if react(context, ended) is Reaction.GO_ON:
                     context.look(context.rules.look_timeout_s)

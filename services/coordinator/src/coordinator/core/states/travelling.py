@@ -4,12 +4,12 @@ from contracts.geometry import Pose2D
 from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.robot import CandidatePose, GoalStatus
 from coordinator.core import actions as do
-from coordinator.core.activities import Navigating, PlanningCoverage, Undocking, Waking
-from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded, Undocked
+from coordinator.core.activities import Navigating, PlanningCoverage
+from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded
 from coordinator.core.geometry import near_any
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, abort_for_the_map, give_up
-from coordinator.core.search import awake, drop_views_looked_at, new_scan, undock_first, undocked
+from coordinator.core.search import drop_views_looked_at, new_scan
 from coordinator.core.sightings import is_near_rejected, is_worth_pursuing, new_candidate, sightings
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
@@ -23,13 +23,6 @@ GLIMPSE_S = 2.0
 class Travelling(State):
     """Both states. They differ in where the next place comes from."""
 
-    def begin(self, context: StepContext) -> None:
-        if not undock_first(context):
-            self.to_next_place(context)
-
-    def to_next_place(self, context: StepContext) -> None:
-        raise NotImplementedError
-
     def on_arrival(self, context: StepContext) -> None:
         raise NotImplementedError
 
@@ -39,10 +32,6 @@ class Travelling(State):
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
-            case Undocking(), Undocked():
-                undocked(context)
-            case Waking(), DetectionsSeen():
-                awake(context)
             case Navigating(), GoalEnded():
                 self._goal_ended(context, event)
             case ((Navigating() | PlanningCoverage()), DetectionsSeen()):
@@ -99,7 +88,7 @@ class Travelling(State):
 
 
 class MemoryNav(Travelling):
-    def to_next_place(self, context: StepContext) -> None:
+    def begin(self, context: StepContext) -> None:
         drop_views_looked_at(context)
         if not context.search.views:
             if context.search.visited:
@@ -128,7 +117,7 @@ class MemoryNav(Travelling):
 
 
 class MovingToScan(Travelling):
-    def to_next_place(self, context: StepContext) -> None:
+    def begin(self, context: StepContext) -> None:
         """Plans afresh for each place: what was seen on the way need not be looked at again."""
         search, rules = context.search, context.rules
         action = do.PlanCoverage(context.call(), (*search.visited, *search.unreachable), rules.plan_timeout_s)
