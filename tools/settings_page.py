@@ -22,7 +22,8 @@ HEAD: Final = """# Settings
 Written by `.venv/bin/python tools/settings_page.py` from the settings classes; a test compares. Each is an
 environment variable. Lists and tables are written in JSON; one part of a topic is set as
 `ROBOT_BRIDGE_ROS__SCAN__NAME=lidar/scan`, and keeps the others.
-A service refuses to start with a value beyond its bounds.
+A service refuses to start with a value beyond its bounds, and with a variable of its prefix that is no setting: it says
+where the setting has moved to, or which is nearest.
 """
 
 

@@ -65,7 +65,14 @@ class Ports:
         return f"http://127.0.0.1:{getattr(self, service)}"
 
 
-SERVICES = ("robot_bridge", "inference", "memory", "coordinator", "ui")
+CALLS = {
+    "robot_bridge": (),
+    "inference": ("robot_bridge",),
+    "memory": ("robot_bridge",),
+    "coordinator": ("robot_bridge", "inference", "memory"),
+    "ui": ("robot_bridge", "inference", "memory", "coordinator"),
+}
+SERVICES = tuple(CALLS)
 
 
 def redis_server() -> str:
@@ -202,7 +209,7 @@ class Stack:
                 f"{prefix}_PORT": str(getattr(self.ports, name)),
                 f"{prefix}_REDIS_URL": f"redis://127.0.0.1:{self.ports.redis}/0",
             }
-            variables |= {f"{prefix}_{other.upper()}_URL": self.ports.url(other) for other in SERVICES if other != name}
+            variables |= {f"{prefix}_{other.upper()}_URL": self.ports.url(other) for other in CALLS[name]}
         if name == "memory":
             variables["MEMORY_DATABASE_URL"] = f"sqlite:///{self.folder}/memory.db"
         if name == "coordinator":

@@ -8,7 +8,7 @@ from mesh.server import serve
 
 def main() -> None:
     configure_logging("coordinator")
-    settings = Settings()
+    settings = Settings.read()
     serve(create_app(settings), host=settings.host, port=settings.port)
 
 

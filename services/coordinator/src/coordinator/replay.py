@@ -76,7 +76,7 @@ def main() -> int:
     parser.add_argument("--database", type=Path, default=None, help="default: the file of COORDINATOR_DATABASE_URL")
     parser.add_argument("--every", action="store_true", help="show the steps that asked for nothing, too")
     options = parser.parse_args()
-    database = options.database or Settings().database_file
+    database = options.database or Settings.read().database_file
     try:
         recording = recording_of(options.mission, database)
     except (MeshError, MalformedRecordingError, OSError) as error:

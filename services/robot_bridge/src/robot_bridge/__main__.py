@@ -21,7 +21,7 @@ def go_first(nice: int) -> None:
 
 
 def main() -> None:
-    settings = Settings()
+    settings = Settings.read()
     configure_logging("robot_bridge", level=settings.log_level)
     use_mesh_profile()
     sys.setswitchinterval(0.001)  # a stop request waits for the robot's thread no longer than this

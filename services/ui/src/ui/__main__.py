@@ -8,7 +8,7 @@ from ui.settings import Settings
 
 def main() -> None:
     configure_logging("ui")
-    settings = Settings()
+    settings = Settings.read()
     serve(create_app(settings), host=settings.host, port=settings.port)
 
 

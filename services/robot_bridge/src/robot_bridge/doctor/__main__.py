@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=8.0, help="how long to listen (%(default)s)")
     parser.add_argument("--json", action="store_true", help="the findings as JSON, for programs")
     options = parser.parse_args()
-    settings = Settings()
+    settings = Settings.read()
     configure_logging("doctor", level="ERROR")
     use_mesh_profile()
     if not options.json:
