@@ -27,7 +27,7 @@ class ServiceSettings(BaseSettings):
     def read(cls) -> Self:
         """From the environment; raises `SystemExit` with a sentence for each variable that is refused."""
         try:
-            return cls()
+            return cls()  # pyright: ignore[reportCallIssue]  # each service has a port of its own by default
         except SettingsError as error:
             raise SystemExit(f"{error}: {error.__cause__}") from None
         except ValidationError as error:
