@@ -25,6 +25,7 @@ from coordinator.coverage.lawnmower import lawnmower
 from coordinator.coverage.viewpoints import viewpoints
 from coordinator.coverage.visibility import VisibilityIndex  # noqa: F401 - loaded before the clock runs
 from coordinator.execution import mission_runner
+from sim.world.robot import ROBOT_RADIUS_M
 
 SIZES_M = ((10, 8), (20, 16), (30, 30), (50, 50), (70, 70), (100, 100))
 AIM_STEP_P99_MS, AIM_HOME_MS, AIM_HALL_MS = 1.0, 50.0, 2000.0
@@ -75,12 +76,12 @@ def coverage_times_ms(sizes: tuple[tuple[int, int], ...], repeats: int) -> dict[
         def plan() -> Any:
             start = Pose2D(x=x, y=y, yaw=0.0)  # noqa: B023 - called within the turn
             return viewpoints(
-                grid, radius_m=0.189, start=start, reach_m=rules.look_range_m, points_max=rules.scan_points_max  # noqa: B023
+                grid, radius_m=ROBOT_RADIUS_M, start=start, reach_m=rules.look_range_m, points_max=rules.scan_points_max  # noqa: B023
             )  # fmt: skip
 
         times[f"{width}x{depth}"] = (
             best_ms(plan, repeats),
-            best_ms(lambda: lawnmower(grid, radius_m=0.189), repeats),  # noqa: B023
+            best_ms(lambda: lawnmower(grid, radius_m=ROBOT_RADIUS_M), repeats),  # noqa: B023
             len(plan().points),
         )
     return times

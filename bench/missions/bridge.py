@@ -43,9 +43,8 @@ from robot_bridge.ports import Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
 from robot_bridge.settings import Settings
 from sim.nav.codes import NavigationError
-from sim.nav.costmap import ROBOT_RADIUS_M
 from sim.world.base import SPEED_MAX_M_S, TURN_MAX_RAD_S
-from sim.world.robot import CAMERA_X_M, RGB_CAMERA
+from sim.world.robot import CAMERA_X_M, RGB_CAMERA, ROBOT_RADIUS_M
 
 DESCRIPTION = RobotDescription(
     footprint_radius_m=ROBOT_RADIUS_M,

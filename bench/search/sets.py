@@ -12,9 +12,10 @@ from contracts.geometry import Pose2D
 from sim.home import Home, Thing
 from sim.home.catalog import THINGS
 from sim.home.rearrange import NoPlaceError, carried_elsewhere
-from sim.scoring import ROBOT_RADIUS_M, camera_position, unobstructed
+from sim.scoring import camera_position, unobstructed
 from sim.world import ThingTruth, World
 from sim.world.occupancy import clearance_m, reachable
+from sim.world.robot import ROBOT_RADIUS_M
 
 TUNE_HOMES = tuple(range(7000, 7025))
 """For trying things out. Training has seen 100000 and up, the demo 0 to 5."""

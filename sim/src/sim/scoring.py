@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
 from sim.world.occupancy import reachable
-from sim.world.robot import CAMERA_X_M, CAMERA_Z_M
+from sim.world.robot import CAMERA_X_M, CAMERA_Z_M, ROBOT_RADIUS_M
 from sim.world.solids import Volume
 from sim.world.types import OccupancyGrid, ThingTruth
 from sim.world.world import World
 
-ROBOT_RADIUS_M = 0.189
 ARRIVED_WITHIN_M = 0.6
 AS_NEAR_AS_POSSIBLE_SLACK_M = 0.15
 FACING_WITHIN_RAD = math.radians(30.0)
@@ -149,8 +148,8 @@ def _reaches(
 def nearest_possible_m(world: World, thing: ThingTruth) -> float:
     """The smallest true distance from a camera that faces the thing, over all places a robot can reach from its dock.
 
-    Places are the map's cells with 0.189 m of clearance, connected to the dock; those with a wall or furniture before
-    the thing do not count.
+    Places are the map's cells with the robot's radius of clearance, connected to the dock; those with a wall or
+    furniture before the thing do not count.
     """
     volumes = world.volumes(thing.id)
     cameras = _possible_cameras(world.grid, world.scene.dock, thing)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage  # pyright: ignore[reportMissingTypeStubs]
 
+from sim.world.robot import ROBOT_RADIUS_M
 from sim.world.types import OccupancyGrid
 
-ROBOT_RADIUS_M: Final = 0.189
 _PRICE_AT_CONTACT: Final = 8.0
 _PRICE_DECAY_PER_M: Final = 5.0
 

@@ -7,6 +7,8 @@ from sim.world.types import CameraModel
 WHEEL_RADIUS_M = 0.036
 WHEEL_BASE_M = 0.233
 BODY_RADIUS_M = 0.171
+ROBOT_RADIUS_M = 0.189
+"""Of its footprint, as Nav2 and robot_bridge are told it: the body and what stands out from it."""
 CAMERA_X_M, CAMERA_Z_M = 0.06, 0.244
 LIDAR_X_M, LIDAR_Z_M = -0.04, 0.193
 RGB_SIZE_PX = 250
