@@ -62,9 +62,9 @@ bench-coordinator: setup ## how long a step and a coverage plan take: out/bench/
 bench-campaign: setup ## hundreds of simulated missions with faults injected, judged: out/bench/campaign.json
 	$(PY) -m bench.campaign --missions $(or $(MISSIONS),500)
 
-bench-search: setup ## searches with the robot's own eyes: EPISODES= SETS= POLICY= HOMES=test|tune DETECTOR=sim|coco JOBS=; goes on where it was ended
+bench-search: setup ## searches with the robot's own eyes: EPISODES= SETS= POLICY= SETTINGS='name=value ...' HOMES=test|tune DETECTOR=sim|coco JOBS=; goes on where it was ended
 	$(PY) -m bench.search play --episodes $(or $(EPISODES),20) --sets $(or $(SETS),all) --policy $(or $(POLICY),viewpoints) \
-		--homes $(or $(HOMES),test) --detector $(or $(DETECTOR),sim) $(if $(JOBS),--jobs $(JOBS))
+		--homes $(or $(HOMES),test) --detector $(or $(DETECTOR),sim) $(foreach one,$(SETTINGS),--set $(one)) $(if $(JOBS),--jobs $(JOBS))
 
 bench-calls: setup ## how many HTTP calls a mission makes, by caller and route: out/bench/calls.json
 	$(PY) -m bench.calls --missions $(or $(MISSIONS),6)

@@ -16,12 +16,14 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from bench.search.episode import Episode
+from bench.search.episode import Episode, variant_of
 from bench.search.gallery import gallery
 from bench.search.play import played
+from bench.search.policies import POLICIES, deciding
 from bench.search.report import by_set, misses, records_in, table
-from bench.search.running import begin, file_of, loaded, prepare_exports, say, worked
+from bench.search.running import begin, loaded, prepare_exports, say, worked
 from bench.search.sets import SETS, TEST_HOMES, TUNE_HOMES
+from coordinator.settings import Settings
 
 OUT = Path("out/bench/search")
 DETECTORS = ("sim", "coco")
@@ -35,7 +37,10 @@ def main() -> int:
     playing.add_argument("--sets", default="all", help="with commas, or 'all'")
     playing.add_argument("--episodes", type=int, default=20, help="of each set")
     playing.add_argument("--first", type=int, default=0)
-    playing.add_argument("--policy", default="viewpoints")
+    playing.add_argument("--policy", choices=POLICIES, default="viewpoints")
+    playing.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="of the coordinator's settings"
+    )
     playing.add_argument("--homes", choices=("test", "tune"), default="test")
     playing.add_argument("--detector", choices=DETECTORS, default="sim")
     playing.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
@@ -63,7 +68,10 @@ def play(options: argparse.Namespace) -> int:
     names = list(SETS) if options.sets == "all" else options.sets.split(",")
     numbers = range(options.first, options.first + options.episodes)
     jobs = [(name, number) for number in numbers for name in names]
-    left = [job for job in jobs if options.anew or not file_of(options.out, options.policy, *job).exists()]
+    deciding(Settings(), options.policy, options.set)  # refused now, not by each worker
+    like = {"policy": options.policy, "changes": tuple(sorted(options.set)), "detector": options.detector}
+    folder = options.out / variant_of(**like)
+    left = [(name, k) for name, k in jobs if options.anew or not (folder / name / f"{k:04d}.json").exists()]
     say(f"{len(jobs)} episodes, {len(jobs) - len(left)} there already")
     if left:
         prepare_exports(options.detector)
@@ -74,7 +82,7 @@ def play(options: argparse.Namespace) -> int:
         for name, number in left:
             by_home.setdefault(number % len(homes), []).append((name, number))
         futures: list[Future[list[dict[str, Any]]]] = [
-            pool.submit(worked, [job], options.policy, options.detector, homes, options.out, until_s)
+            pool.submit(worked, [job], like, homes, options.out, until_s)
             for some in by_home.values() for job in some
         ]  # fmt: skip
         for future in as_completed(futures):

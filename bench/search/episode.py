@@ -1,5 +1,6 @@
 """What an episode is: everything needed to play it again, and nothing else."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from contracts.base import Message
@@ -72,8 +73,19 @@ class Episode(Message):
     grain: float = 0.0
     commands: tuple[Command, ...]
     policy: str = "viewpoints"
+    changes: tuple[str, ...] = ()
+    """Settings of the coordinator beside the policy's, as NAME=VALUE."""
     detector: str = "sim"
 
     @property
+    def variant(self) -> str:
+        return variant_of(self.policy, self.changes, self.detector)
+
+    @property
     def name(self) -> str:
-        return f"{self.policy}/{self.set_name}/{self.number:04d}"
+        return f"{self.variant}/{self.set_name}/{self.number:04d}"
+
+
+def variant_of(policy: str, changes: Sequence[str], detector: str) -> str:
+    """Who searches, as reports name it: the policy, and what differs from the usual."""
+    return "+".join((policy, *changes, *((f"detector={detector}",) if detector != "sim" else ())))

@@ -18,13 +18,13 @@ from typing import Any, cast
 from bench.search.activity import Activity
 from bench.search.episode import Asked, Command, Episode
 from bench.search.floor import Ways, counts_within_m, floor_s
+from bench.search.policies import deciding
 from bench.world.clock import TOOK_S, NothingLeftError, SpinningError, run_simulated
 from bench.world.drawn import drawn_from
 from bench.world.mesh import Mesh, MeshSettings, open_mesh
 from bench.world.tour import TOURED_S, toured
 from contracts.mission import EventKind, Mission, MissionEvent, Outcome
 from contracts.topics import MISSION_EVENTS
-from coordinator.settings import Settings as CoordinatorSettings
 from inference.perception.models import Loaded
 from mesh.errors import MeshError
 from sim.home import Home
@@ -36,8 +36,6 @@ SETTLE_S = 3.0
 """For the mesh to come up before the first command."""
 SLACK_S = 60.0
 FOUND_WITHIN_M = (0.45, 1.0)
-POLICIES: dict[str, dict[str, Any]] = {"viewpoints": {}}
-"""Coordinator settings of each policy."""
 UNTOLD = frozenset({"took_ms"})
 """What the wall clock measured."""
 
@@ -93,10 +91,8 @@ def played(
             disk.mkdir()
         else:
             shutil.copytree(remembered, disk)
-        rules = settings.coordinator.model_dump() | POLICIES[episode.policy]
-        ours = MeshSettings(
-            disk, CoordinatorSettings.model_validate(rules), settings.inference, settings.memory, settings.bridge
-        )
+        rules = deciding(settings.coordinator, episode.policy, episode.changes)
+        ours = MeshSettings(disk, rules, settings.inference, settings.memory, settings.bridge)
         for carried in episode.since_tour:
             home = carried.done_to(home)
         options = WorldOptions(light=episode.light, rgb_noise_sigma=episode.grain)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.search.episode import variant_of
 from bench.search.play import FOUND_WITHIN_M
 from bench.seeing.statistics import share
 
@@ -82,6 +83,10 @@ def figures(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def _variant(episode: dict[str, Any]) -> str:
+    return variant_of(episode["policy"], episode.get("changes", ()), episode.get("detector", "sim"))
+
+
 def activity(records: Iterable[dict[str, Any]]) -> dict[str, float]:
     """Seconds by what the mission was at, whatever its state."""
     sums: Counter[str] = Counter()
@@ -105,7 +110,7 @@ def _ratio(part: float, of: float) -> float | None:
 def by_set(records: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     groups: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for record in records:
-        groups[f"{record['episode']['policy']}/{record['episode']['set_name']}"].append(record)
+        groups[f"{_variant(record['episode'])}/{record['episode']['set_name']}"].append(record)
     return {name: figures(group) for name, group in groups.items()}
 
 
@@ -140,7 +145,7 @@ def misses(records: Iterable[dict[str, Any]]) -> list[str]:
             score, away = row.get("score", {}), ""
             if "true_distance_m" in score:
                 away = f" ({score['true_distance_m']:.2f} m from it)"
-            lines.append(f"- {episode['policy']}/{episode['set_name']}/{episode['number']:04d} '{row['command']}': "
+            lines.append(f"- {_variant(episode)}/{episode['set_name']}/{episode['number']:04d} '{row['command']}': "
                          f"{row['outcome']}{away}: {row['reason'][:200]}")  # fmt: skip
     return lines
 

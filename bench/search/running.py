@@ -20,17 +20,17 @@ from inference.settings import Backend, ModelSet, Settings
 
 
 def worked(
-    jobs: list[tuple[str, int]], policy: str, detector: str, homes: tuple[int, ...], out: Path, until_s: float
+    jobs: list[tuple[str, int]], like: dict[str, Any], homes: tuple[int, ...], out: Path, until_s: float
 ) -> list[dict[str, Any]]:
-    """In a process of its own; `until_s` is monotonic time, the same in every process."""
+    """In a process of its own. `like`: what the episodes have in common; `until_s`: monotonic, the same everywhere."""
     records: list[dict[str, Any]] = []
     for name, number in jobs:
         if time.monotonic() > until_s:
             break
-        one = episode(name, number, homes).model_copy(update={"policy": policy, "detector": detector})
-        models, settings = loaded(detector)
+        one = episode(name, number, homes).model_copy(update=like)
+        models, settings = loaded(one.detector)
         record = played(one, models, settings, tours=out / "tours")
-        file = file_of(out, policy, name, number)
+        file = out / f"{one.name}.json"
         file.parent.mkdir(parents=True, exist_ok=True)
         partial = file.with_suffix(".partial")
         partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
@@ -62,10 +62,6 @@ def prepare_exports(detector: str) -> None:
         trouble = asyncio.run(exports.make())
         if trouble:
             raise SystemExit(f"the detector could not be exported: {trouble}")
-
-
-def file_of(out: Path, policy: str, set_name: str, number: int) -> Path:
-    return out / policy / set_name / f"{number:04d}.json"
 
 
 def say(text: str) -> None:

@@ -7,8 +7,11 @@ import pytest
 
 from bench.search.episode import Episode
 from bench.search.floor import Ways
+from bench.search.policies import POLICIES, deciding
 from bench.search.report import figures, is_false_find, is_found, spl, table
 from bench.search.sets import SETS, TUNE_HOMES, episode, site
+from coordinator.core.rules import ApproachRule, CoverageRule
+from coordinator.settings import Settings
 from sim.home import Home
 from sim.home.rearrange import room_of
 
@@ -101,3 +104,19 @@ def test_figures_add_up() -> None:
     assert told["standing_share"] == 0.5
     assert told["real_time"] == 5.0
     assert "1/2" in table({"viewpoints/mapped": told})
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_every_policy_is_settings_that_the_coordinator_takes(policy: str) -> None:
+    assert deciding(Settings(), policy, ()).mission_timeout_s == 900.0
+
+
+def test_a_policy_can_be_changed_by_name_and_an_unknown_name_is_refused() -> None:
+    changed = deciding(Settings(), "atom", ("approach_rule=localized", "reach_m=0.5"))
+    assert changed.coverage_rule is CoverageRule.LAWNMOWER
+    assert changed.approach_rule is ApproachRule.LOCALIZED
+    assert changed.reach_m == 0.5
+    with pytest.raises(KeyError, match="approach_rul"):
+        deciding(Settings(), "atom", ("approach_rul=localized",))
+    one = drawn("mapped").model_copy(update={"changes": ("reach_m=0.5",), "detector": "coco"})
+    assert one.name == "viewpoints+reach_m=0.5+detector=coco/mapped/0000"

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from contracts.geometry import Pose2D
+from coordinator.coverage.baselines import in_random_order, nearest_frontiers
 from coordinator.coverage.coverage_tracker import CoverageTracker
 from coordinator.coverage.lawnmower import clearance_cells, lawnmower, safe_cells
 from coordinator.coverage.untyped import label_regions
@@ -188,3 +189,25 @@ def test_two_opt_uncrosses_a_tour() -> None:
     between = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
     order = two_opt([0, 1, 2, 3], between)
     assert sum(between[a, b] for a, b in pairwise(order)) == 3.0
+
+
+def test_the_nearest_frontier_comes_first_and_none_is_left_when_all_was_seen() -> None:
+    grid, start = rooms(1, 4, 60, 16), Pose2D(x=3.5, y=-0.5, yaw=0.0)
+    seen = np.zeros_like(grid.free)
+    seen[:, 80:150] = grid.free[:, 80:150]
+    coverage = nearest_frontiers(grid, radius_m=0.17, start=start, seen=seen, avoid=())
+    rows, columns = zip(*(cell_of(grid, point) for point in coverage.points), strict=True)
+    assert sorted(columns) == [79, 150]
+    assert columns[0] == 79
+    assert all(grid.free[cell] for cell in zip(rows, columns, strict=True))
+    again = nearest_frontiers(grid, radius_m=0.17, start=start, seen=seen, avoid=(coverage.points[0],))
+    assert coverage.points[0] not in again.points
+    assert nearest_frontiers(grid, radius_m=0.17, start=start, seen=grid.free, avoid=()).points == ()
+
+
+def test_a_random_order_holds_the_same_points_and_is_the_same_each_time() -> None:
+    plain = viewpoints(rooms(2, 2, 60, 16), radius_m=0.17, start=None, reach_m=REACH_M)
+    mixed = in_random_order(plain)
+    assert set(mixed.points) == set(plain.points)
+    assert mixed.points != plain.points
+    assert in_random_order(plain) == mixed

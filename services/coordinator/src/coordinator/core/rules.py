@@ -11,6 +11,8 @@ from contracts.description import RobotDescription
 class CoverageRule(StrEnum):
     VIEWPOINTS = "viewpoints"
     LAWNMOWER = "lawnmower"
+    FRONTIER = "frontier"
+    RANDOM = "random"
 
 
 class ScanRule(StrEnum):
@@ -35,7 +37,8 @@ class Policy(BaseModel):
 
     coverage_rule: CoverageRule = Field(
         default=CoverageRule.VIEWPOINTS,
-        description="where to look next: computed viewpoints, or the lawnmower of requirement A6",
+        description="where to look next: computed viewpoints, the lawnmower of requirement A6; to compare with: the "
+        "nearest frontier, or viewpoints in random order",
     )
     scan_rule: ScanRule = Field(default=ScanRule.STOP_AND_LOOK, description="look round in steps, or in one slow turn")
     centering_rule: CenteringRule = Field(

@@ -6,6 +6,7 @@ from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.robot import Map
 from coordinator.core.rules import CoverageRule, Rules
+from coordinator.coverage.baselines import in_random_order, nearest_frontiers
 from coordinator.coverage.coverage_tracker import CoverageTracker
 from coordinator.coverage.lawnmower import Coverage, lawnmower
 from coordinator.coverage.viewpoints import viewpoints
@@ -65,16 +66,20 @@ class ExploredSpace:
 def plan_coverage(
     space: CoverageTracker, rules: Rules, radius_m: float, start: Pose2D | None, avoid: tuple[Pose2D, ...]
 ) -> Coverage:
+    seen = space.seen.copy()
     match rules.coverage_rule:
         case CoverageRule.LAWNMOWER:
             return lawnmower(space.grid, radius_m=radius_m)
-        case CoverageRule.VIEWPOINTS:
-            return viewpoints(
+        case CoverageRule.FRONTIER:
+            return nearest_frontiers(space.grid, radius_m=radius_m, start=start, seen=seen, avoid=avoid)
+        case CoverageRule.VIEWPOINTS | CoverageRule.RANDOM as rule:
+            coverage = viewpoints(
                 space.grid,
                 radius_m=radius_m,
                 start=start,
                 reach_m=rules.look_range_m,
-                seen=space.seen.copy(),
+                seen=seen,
                 avoid=avoid,
                 points_max=rules.scan_points_max,
             )
+            return in_random_order(coverage) if rule is CoverageRule.RANDOM else coverage

@@ -1,0 +1,25 @@
+"""What a policy of the bench is: settings of the coordinator, and no code of its own."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from coordinator.settings import Settings
+
+POLICIES: dict[str, dict[str, Any]] = {
+    "viewpoints": {},
+    "atom": {
+        "coverage_rule": "lawnmower", "scan_rule": "slow_turn", "centering_rule": "proportional",
+        "approach_rule": "straight", "moving_twice": False,
+    },
+    "frontier": {"coverage_rule": "frontier", "memory_views_max": 0},
+    "random": {"coverage_rule": "random", "memory_views_max": 0},
+}  # fmt: skip
+"""`atom` is A5, A6, A8, A10 and A13 to the letter; `frontier` and `random` know no memory."""
+
+
+def deciding(settings: Settings, policy: str, changes: Sequence[str]) -> Settings:
+    """Raises KeyError for a policy that is none, and for a change that names no setting."""
+    told = dict(change.split("=", 1) for change in changes)
+    if unknown := told.keys() - Settings.model_fields.keys():
+        raise KeyError(f"no settings of the coordinator: {', '.join(sorted(unknown))}")
+    return Settings.model_validate(settings.model_dump() | POLICIES[policy] | told)
