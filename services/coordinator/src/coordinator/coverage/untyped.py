@@ -41,8 +41,13 @@ def roomiest_cells(mask: Mask, labels: Labels, count: int) -> NDArray[np.intp]:
 
 
 def shortest_walks(
-    nodes: int, heads: NDArray[np.intp], tails: NDArray[np.intp], weights: NDArray[np.float64], stops: NDArray[np.intp]
+    nodes: int,
+    heads: NDArray[np.intp],
+    tails: NDArray[np.intp],
+    weights: NDArray[np.float64],
+    starts: NDArray[np.intp],
+    stops: NDArray[np.intp],
 ) -> NDArray[np.float64]:
-    """(stops, stops) lengths of the shortest ways between stops; inf where there is none."""
+    """(starts, stops) lengths of the shortest ways; inf where there is none."""
     graph = sparse.csr_matrix((weights, (heads, tails)), shape=(nodes, nodes))
-    return np.asarray(csgraph.dijkstra(graph, directed=False, indices=stops))[:, stops]
+    return np.asarray(csgraph.dijkstra(graph, directed=False, indices=starts))[:, stops]

@@ -25,7 +25,7 @@ BESIDE_CELLS = 4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Coarse:
+class Coarse:
     """Every n-th cell stands for its block: free when most of it is, blocked when any of it is occupied; passable where
     the robot fits, walkable where it may also stand and turn with room to spare.
     """
@@ -52,11 +52,11 @@ def viewpoints(
     """Points that together see all free space not in `seen` from within `reach_m`; where `start` is given, only what
     can be reached from there, in an order that begins near it.
     """
-    coarse = _coarsen(grid, radius_m, start)
+    coarse = coarsen(grid, radius_m, start)
     todo = coarse.free.copy()
     if seen is not None:
         todo &= _blocks(~seen & grid.free, coarse.factor).mean(axis=(1, 3)) > 0.5
-    candidates = _candidates(grid, coarse, avoid, avoid_m)
+    candidates = candidate_cells(grid, coarse, avoid, avoid_m)
     free_area_m2 = grid.free_area_m2
     _, regions = label_regions(coarse.passable)
     if candidates.size == 0 or not todo.any():
@@ -76,7 +76,7 @@ def _blocks(mask: Mask, factor: int) -> NDArray[np.bool_]:
     return padded.reshape(rows, factor, columns, factor)
 
 
-def _coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> _Coarse:
+def coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> Coarse:
     factor = max(1, round(COARSE_M / grid.resolution_m))
     free: Mask = np.asarray(_blocks(grid.free, factor).mean(axis=(1, 3)) >= 0.5)
     blocked: Mask = np.asarray(~free | _blocks(grid.occupied, factor).any(axis=(1, 3)))
@@ -94,7 +94,7 @@ def _coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> _Coa
     walkable &= passable
     if not walkable.any():
         walkable = passable.copy()
-    return _Coarse(factor, free, blocked, passable, walkable, grid.resolution_m * factor)
+    return Coarse(factor, free, blocked, passable, walkable, grid.resolution_m * factor)
 
 
 def _standing(grid: OccupancyGrid, clearance_m: float, factor: int) -> Mask:
@@ -112,7 +112,7 @@ def _nearest_label(labels: NDArray[np.int32], row: int, column: int) -> int:
     return int(labels[rows[nearest], columns[nearest]])
 
 
-def _candidates(grid: OccupancyGrid, coarse: _Coarse, avoid: tuple[Pose2D, ...], avoid_m: float) -> NDArray[np.intp]:
+def candidate_cells(grid: OccupancyGrid, coarse: Coarse, avoid: tuple[Pose2D, ...], avoid_m: float) -> NDArray[np.intp]:
     """(n, 2) coarse cells: a lattice over what is walkable, and in each region at least its roomiest cell."""
     stride = max(1, round(CANDIDATE_STRIDE_M / coarse.resolution_m))
     lattice = np.zeros_like(coarse.walkable)
@@ -128,7 +128,7 @@ def _candidates(grid: OccupancyGrid, coarse: _Coarse, avoid: tuple[Pose2D, ...],
     return cells
 
 
-def _chosen(coarse: _Coarse, candidates: NDArray[np.intp], todo: Mask, reach: int, points_max: int) -> NDArray[np.intp]:
+def _chosen(coarse: Coarse, candidates: NDArray[np.intp], todo: Mask, reach: int, points_max: int) -> NDArray[np.intp]:
     """(n, 2) cells: of the lattice first; then, for what those leave unseen, of all walkable cells beside it."""
     gain_min = max(1, int(GAIN_MIN_M2 / coarse.resolution_m**2))
     lattice = VisibilityIndex(coarse.blocked, candidates, reach)
@@ -146,12 +146,12 @@ def _chosen(coarse: _Coarse, candidates: NDArray[np.intp], todo: Mask, reach: in
     return np.concatenate([candidates[first], more[second]])
 
 
-def _start_cell(grid: OccupancyGrid, coarse: _Coarse, start: Pose2D | None) -> tuple[int, int] | None:
+def _start_cell(grid: OccupancyGrid, coarse: Coarse, start: Pose2D | None) -> tuple[int, int] | None:
     cell = grid.cell(start.x, start.y) if start is not None else None
     return (cell[0] // coarse.factor, cell[1] // coarse.factor) if cell is not None else None
 
 
-def _in_order(coarse: _Coarse, cells: NDArray[np.intp], start: tuple[int, int] | None) -> NDArray[np.intp]:
+def _in_order(coarse: Coarse, cells: NDArray[np.intp], start: tuple[int, int] | None) -> NDArray[np.intp]:
     """Nearest neighbour from the start, then 2-opt with the start fixed and the end open; on foot for few stops, as the
     crow flies and without 2-opt for many.
     """
@@ -159,7 +159,7 @@ def _in_order(coarse: _Coarse, cells: NDArray[np.intp], start: tuple[int, int] |
         return cells
     stops = cells if start is None else np.vstack([[start], cells])
     if len(stops) <= WALKED_STOPS_MAX:
-        between = _walks_m(coarse, stops)
+        between = walks_m(coarse, stops)
         order = two_opt(_nearest_first(len(stops), lambda stop: between[stop]), between)
     else:
         places = stops.astype(float)
@@ -196,11 +196,17 @@ def two_opt(order: list[int], between: NDArray[np.float64], rounds_max: int = 10
     return tour.tolist()
 
 
-def _walks_m(coarse: _Coarse, stops: NDArray[np.intp]) -> NDArray[np.float64]:
-    """(n, n) metres on foot over passable cells; as the crow flies, times three, where no way is known."""
-    crow = np.hypot(*(stops[:, None, :] - stops[None, :, :]).astype(float).transpose(2, 0, 1)) * coarse.resolution_m
+def walks_m(coarse: Coarse, stops: NDArray[np.intp], starts: NDArray[np.intp] | None = None) -> NDArray[np.float64]:
+    """(starts, stops) metres on foot over passable cells; as the crow flies, times three, where no way is known.
+
+    Without `starts` from every stop.
+    """
+    every = stops if starts is None else np.vstack([starts, stops])
+    froms = len(every) - len(stops) or len(every)
+    apart = (every[:froms, None, :] - stops[None, :, :]).astype(float)
+    crow = np.hypot(*apart.transpose(2, 0, 1)) * coarse.resolution_m
     walkable = coarse.passable.copy()
-    walkable[tuple(np.clip(stops, 0, np.array(walkable.shape) - 1).T)] = True
+    walkable[tuple(np.clip(every, 0, np.array(walkable.shape) - 1).T)] = True
     ids = np.arange(walkable.size).reshape(walkable.shape)
     height, width = walkable.shape
     heads: list[NDArray[np.intp]] = []
@@ -213,6 +219,7 @@ def _walks_m(coarse: _Coarse, stops: NDArray[np.intp]) -> NDArray[np.float64]:
         heads.append(ids[a][both])
         tails.append(ids[b][both])
         weights.append(np.full(int(both.sum()), cost * coarse.resolution_m))
-    nodes = ids[tuple(np.clip(stops, 0, np.array(walkable.shape) - 1).T)]
-    walks = shortest_walks(ids.size, np.concatenate(heads), np.concatenate(tails), np.concatenate(weights), nodes)
+    nodes = ids[tuple(np.clip(every, 0, np.array(walkable.shape) - 1).T)]
+    edges = np.concatenate(heads), np.concatenate(tails), np.concatenate(weights)
+    walks = shortest_walks(ids.size, *edges, nodes[:froms], nodes[-len(stops) :])
     return np.where(np.isfinite(walks), walks, crow * 3.0)

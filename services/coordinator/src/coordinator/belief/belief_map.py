@@ -1,0 +1,169 @@
+"""One belief: how probably the target stands in each cell, and how probably nowhere here. It sums to one.
+
+A look in vain takes from every cell in sight what the detector would have seen there. Looks at a cell from one side
+count once, by the best of them: what hides a thing in one picture hides it in the next one too. So the order of looks
+is no matter, and none is counted twice.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contracts.geometry import Pose2D
+from coordinator.belief.clues import Clue
+from coordinator.belief.detection_probability import across, by_distance
+from coordinator.coverage.untyped import maximum_filter
+from coordinator.coverage.viewpoints import Coarse, coarsen
+from coordinator.coverage.visibility import VisibilityIndex
+from geometry.grids import OccupancyGrid
+from geometry.poses import wrap
+
+HERE = 0.85
+"""That a thing one asks for is in this home at all, where memory knows nothing of it."""
+AT_AN_EDGE = 4.0
+"""Times as probable as the middle of a floor: things stand at walls and at furniture."""
+BEYOND = 3.0
+"""A cell at the edge of the unknown stands for so many cells behind it."""
+SIDES = 8
+REACH_M = 4.5
+RAYS = 180
+SEEN_TIMES = 6.0
+"""A box of the target's class makes what lies behind it so many times more probable, until it is judged."""
+REFUSED_M, REFUSED_LEFT = 0.4, 0.05
+
+Cells = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Glance:
+    """One look: from where, and the bearings (in the robot's frame) of boxes that may be the target."""
+
+    pose: Pose2D
+    hfov_rad: float
+    boxes_rad: tuple[tuple[float, float], ...] = ()
+
+
+class BeliefMap:
+    """Over one map; a new map begins a new one, to which the looks are told again."""
+
+    def __init__(
+        self, grid: OccupancyGrid, *, label: str, clues: Sequence[Clue], radius_m: float, start: Pose2D | None
+    ) -> None:
+        self.grid = grid
+        self.label = label
+        self.coarse: Coarse = coarsen(grid, radius_m, start)
+        self.reach = int(REACH_M / self.coarse.resolution_m)
+        self.clues = tuple(clues)
+        self._prior = self._believed_before()
+        self.doubt = np.zeros((SIDES, *self._prior.shape))
+        """(sides, rows, columns): the best chance so far of having seen it there, from each side."""
+        self._times = np.ones_like(self._prior)
+
+    @property
+    def cells(self) -> Cells:
+        """(rows, columns) probabilities."""
+        left = self._left()
+        return left / (left.sum() + self._absent)
+
+    @property
+    def absent(self) -> float:
+        """That it is nowhere on this map."""
+        return self._absent / float(self._left().sum() + self._absent)
+
+    def look(self, glance: Glance) -> None:
+        """In vain but for the boxes. A look from outside the map tells nothing."""
+        place = self.cell(glance.pose)
+        if place is None:
+            return
+        view = VisibilityIndex(self.coarse.blocked, np.array([place]), self.reach, rays=RAYS, edges=True)
+        rows, columns = view.around
+        bearings = np.arctan2(rows, columns) + self.grid.origin.yaw - glance.pose.yaw
+        bearings = (bearings + np.pi) % (2 * np.pi) - np.pi
+        off_axis = np.abs(np.tan(np.clip(bearings, -1.5, 1.5))) / math.tan(glance.hfov_rad / 2)
+        off_axis = np.where(np.abs(bearings) < np.pi / 2, off_axis, np.inf)
+        chance = by_distance(self.label, np.hypot(rows, columns) * self.coarse.resolution_m) * across(off_axis)
+        rows, columns = rows + place[0], columns + place[1]
+        height, width = self._prior.shape
+        shown = view.seen[0] & (chance > 0) & (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        boxed = np.zeros_like(shown)
+        for low, high in glance.boxes_rad:
+            boxed |= shown & (bearings >= low) & (bearings <= high)
+        self._times[rows[boxed], columns[boxed]] = SEEN_TIMES
+        vain = shown & ~boxed
+        sides = sides_of(*view.around)[vain]
+        at = sides, rows[vain], columns[vain]
+        self.doubt[at] = np.maximum(self.doubt[at], chance[vain])
+
+    def refuse(self, x: float, y: float) -> None:
+        """What stands there was judged, and is another thing."""
+        there = self._apart_m(x, y) <= REFUSED_M
+        self._times[there] = np.minimum(self._times[there], REFUSED_LEFT)
+
+    def cell(self, pose: Pose2D) -> tuple[int, int] | None:
+        fine = self.grid.cell(pose.x, pose.y)
+        return (fine[0] // self.coarse.factor, fine[1] // self.coarse.factor) if fine is not None else None
+
+    def point(self, row: int, column: int) -> tuple[float, float]:
+        """(x, y) in map of a cell's middle."""
+        x, y = self.grid.points((column + 0.5) * self.coarse.factor, (row + 0.5) * self.coarse.factor)
+        return float(x), float(y)
+
+    def most_likely(self) -> tuple[float, float]:
+        row, column = np.unravel_index(int(np.argmax(self.cells)), self._prior.shape)
+        return self.point(int(row), int(column))
+
+    def _left(self) -> Cells:
+        return self._prior * self._times * np.prod(1.0 - self.doubt, axis=0)
+
+    def _apart_m(self, x: float, y: float) -> Cells:
+        rows, columns = np.indices(self.coarse.free.shape)
+        at_x, at_y = self.grid.points((columns + 0.5) * self.coarse.factor, (rows + 0.5) * self.coarse.factor)
+        return np.hypot(at_x - x, at_y - y)
+
+    def _believed_before(self) -> Cells:
+        """What memory is sure of stands where it stood; the rest is spread over where a thing can stand."""
+        coarse = self.coarse
+        edge = maximum_filter(coarse.blocked, 3) & maximum_filter(coarse.free, 3)
+        spread = np.where(edge, AT_AN_EDGE, 0.0) + np.where(coarse.free & ~edge, 1.0, 0.0)
+        rows, columns = np.nonzero(coarse.free & maximum_filter(self._unknown(), 3))
+        spread[rows, columns] *= BEYOND
+        own = np.zeros_like(spread)
+        nowhere = 1.0
+        for clue in self.clues:
+            near = np.exp(-0.5 * (self._apart_m(clue.x, clue.y) / clue.sigma_m) ** 2)
+            if not clue.itself:
+                spread *= 1.0 + (clue.weight - 1.0) * near
+                continue
+            near *= spread > 0
+            if near.sum() > 0.05:  # on this map
+                own += clue.weight * near / near.sum()
+                nowhere *= 1.0 - clue.weight
+        known, total = 1.0 - nowhere, float(spread.sum())
+        rest = (1.0 - known) * HERE
+        self._absent = 1.0 - known - rest if total else 1.0
+        if own.any():
+            own *= known / own.sum()
+        return own + (spread * (rest / total) if total else spread)
+
+    def _unknown(self) -> NDArray[np.bool_]:
+        factor = self.coarse.factor
+        rows, columns = (-(-n // factor) for n in self.grid.cells.shape)
+        padded = np.ones((rows * factor, columns * factor), dtype=bool)
+        padded[: self.grid.cells.shape[0], : self.grid.cells.shape[1]] = self.grid.unknown
+        return padded.reshape(rows, factor, columns, factor).mean(axis=(1, 3)) > 0.5
+
+
+def sides_of(rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.intp]:
+    """From which of the sides a cell so far away is looked at."""
+    turn = np.arctan2(rows, columns) / (2 * np.pi) * SIDES
+    return np.floor(turn + 0.5).astype(np.intp) % SIDES
+
+
+def box_bearings(x_min_px: float, x_max_px: float, width_px: int, hfov_rad: float) -> tuple[float, float]:
+    """(right, left) edge of a box from the camera's axis, counter-clockwise positive."""
+    focal_px = width_px / 2 / math.tan(hfov_rad / 2)
+    right, left = (math.atan2(width_px / 2 - u, focal_px) for u in (x_max_px, x_min_px))
+    return wrap(right), wrap(left)

@@ -1,0 +1,83 @@
+"""What speaks for a place before anything was looked at: memory's things, and what usually stands near what."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from contracts.memory import RecalledView, RememberedObject
+from contracts.vision import Target
+
+
+@dataclass(frozen=True, slots=True)
+class Clue:
+    """A place in map. Of the thing itself, `weight` is how probably it is there; else how many times more probable the
+    places round it are than others.
+    """
+
+    x: float
+    y: float
+    sigma_m: float
+    weight: float
+    why: str
+    itself: bool = True
+
+
+SIGMA_M_MIN = 0.25
+VIEW_AHEAD_M, VIEW_SIGMA_M = 1.3, 0.8
+"""Of a view without a measured place: somewhere before the camera."""
+ITSELF_MAX = 0.95
+NEAR_SIGMA_M = 1.2
+TIMES_NEAR, TIMES_SAME = 2.5, 2.0
+NEAR_MAX = 40
+
+_KITCHEN = ("refrigerator", "oven", "sink", "microwave", "toaster", "dining table")
+_LIVING = ("couch", "tv", "bed", "dining table")
+_DESK = ("laptop", "keyboard", "mouse", "tv", "dining table")
+_BATH = ("sink", "toilet")
+_HALL = ("bed", "couch", "bench", "chair")
+NEAR: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(
+        ("bottle", "wine glass", "cup", "fork", "knife", "spoon", "bowl", "banana", "apple", "sandwich", "orange",
+         "broccoli", "carrot", "hot dog", "pizza", "donut", "cake", "toaster", "microwave", "oven", "sink",
+         "refrigerator"), _KITCHEN),
+    **dict.fromkeys(
+        ("remote", "teddy bear", "vase", "potted plant", "clock", "cat", "dog", "bird", "tv", "couch"), _LIVING),
+    **dict.fromkeys(("book", "laptop", "mouse", "keyboard", "cell phone", "scissors"), _DESK),
+    **dict.fromkeys(("toothbrush", "hair drier", "toilet"), _BATH),
+    **dict.fromkeys(("backpack", "handbag", "suitcase", "umbrella", "tie"), _HALL),
+    **dict.fromkeys(("chair", "dining table"), ("dining table", "chair")),
+}  # fmt: skip
+"""By hand, from what homes are like. A class without an entry may be anywhere: what lives out of doors, mostly."""
+
+
+def clues(target: Target, recalled: Sequence[RecalledView], things: Sequence[RememberedObject]) -> tuple[Clue, ...]:
+    """From what memory recalls of the target, and from all the things that it remembers."""
+    own: dict[tuple[float, float], Clue] = {}
+    for one in recalled:
+        clue = _of(one)
+        place = (clue.x, clue.y)
+        if place not in own or own[place].weight < clue.weight:
+            own[place] = clue
+    near = [clue for thing in things if (clue := _near(target, thing)) is not None]
+    return (*own.values(), *near[:NEAR_MAX])
+
+
+def _of(recalled: RecalledView) -> Clue:
+    view, thing, parts = recalled.view, recalled.thing, recalled.parts
+    share = parts.relation * parts.agreement if parts is not None else 1.0
+    why = recalled.reason or f"{view.label} seen before"
+    if thing is not None:
+        weight = min(ITSELF_MAX, thing.belief * share)
+        return Clue(thing.position.x, thing.position.y, max(SIGMA_M_MIN, thing.uncertainty_m), weight, why)
+    pose = recalled.pose or view.pose
+    x, y = pose.x + VIEW_AHEAD_M * math.cos(pose.yaw), pose.y + VIEW_AHEAD_M * math.sin(pose.yaw)
+    weight = (parts.belief if parts is not None else 0.5) * view.confidence * share
+    return Clue(x, y, VIEW_SIGMA_M, min(ITSELF_MAX, weight), why)
+
+
+def _near(target: Target, thing: RememberedObject) -> Clue | None:
+    times = TIMES_SAME if thing.label == target.label else TIMES_NEAR
+    if thing.label != target.label and thing.label not in NEAR.get(target.label, ()):
+        return None
+    times = 1.0 + (times - 1.0) * thing.belief
+    return Clue(thing.position.x, thing.position.y, NEAR_SIGMA_M, times, f"near the {thing.label}", itself=False)
