@@ -9,6 +9,7 @@ from support.source import Module, all_modules
 
 PURE = {
     "coordinator": (
+        "belief",
         "core",
         "coverage.coverage_tracker",
         "coverage.lawnmower",

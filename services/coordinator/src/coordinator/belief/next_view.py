@@ -94,21 +94,20 @@ class _Views:
         self._walks: dict[int, NDArray[np.float64]] = {}
         index = VisibilityIndex(coarse.blocked, np.vstack([[start], lattice]), reach, rays=RAYS, edges=True)
         rows, columns = index.around
-        far = np.hypot(rows, columns) * coarse.resolution_m
         turned = (np.arctan2(rows, columns) + belief.grid.origin.yaw) % (2 * math.pi)
         bins = np.minimum((turned / BIN_RAD).astype(np.intp), BINS - 1)
-        order = np.argsort(bins, kind="stable")
-        self._starts = np.searchsorted(bins[order], np.arange(BINS))
-        self._chance = by_distance(belief.label, far)[order]
-        height, width = coarse.free.shape
-        padded_width = width + 2 * reach
-        self._pad = reach
-        self._plane = (height + 2 * reach) * padded_width
-        self._sides = sides_of(rows, columns)[order] * self._plane
-        self._mass = np.pad(belief.cells, reach).ravel()
+        padded = np.pad(belief.cells, reach)
+        self._mass = padded.ravel()
         self._doubt = np.pad(belief.doubt, ((0, 0), (reach, reach), (reach, reach))).ravel()
+        place, disc = np.nonzero(index.seen & (self._mass[index.cells] > 0.0))
+        chance = by_distance(belief.label, np.hypot(rows, columns) * coarse.resolution_m)
         self._places = np.vstack([[start], lattice])
-        self._cells, self._seen = index.cells[:, order], index.seen[:, order]
+        self._place, self._bin = place, bins[disc]
+        """Of each cell that a place sees: which place, in which direction, which cell and from which side, and how
+        probably a look shows it."""
+        self._cell = index.cells[place, disc]
+        self._side = self._cell + sides_of(rows, columns)[disc] * padded.size
+        self._chance = chance[disc]
         self._keep_the_best()
 
     def _keep_the_best(self) -> None:
@@ -118,7 +117,14 @@ class _Views:
         rate = gains / (self._travel_s(0) + self._pace.look_s)
         rate[0] = np.inf
         kept = np.sort(np.argsort(-rate, kind="stable")[:PLACES_MAX])
-        self._places, self._cells, self._seen = self._places[kept], self._cells[kept], self._seen[kept]
+        number = np.full(len(self._places), -1, dtype=np.intp)
+        number[kept] = np.arange(len(kept))
+        mine = number[self._place] >= 0
+        self._place = number[self._place[mine]]
+        self._bin, self._cell, self._side, self._chance = (
+            each[mine] for each in (self._bin, self._cell, self._side, self._chance)
+        )
+        self._places = self._places[kept]
         self._walks.clear()
 
     def choice(self) -> Choice:
@@ -170,9 +176,10 @@ class _Views:
 
     def _gains(self, mass: NDArray[np.float64], doubt: NDArray[np.float64]) -> NDArray[np.float64]:
         """(places, bins): the probability that a look there shows it."""
-        old = doubt[self._sides + self._cells]
-        new = np.maximum(0.0, self._chance - old) / np.maximum(1.0 - old, 1e-9)
-        return np.add.reduceat(mass[self._cells] * new * self._seen, self._starts, axis=1)
+        old = doubt[self._side]
+        shown = mass[self._cell] * np.maximum(0.0, self._chance - old) / np.maximum(1.0 - old, 1e-9)
+        size = len(self._places) * BINS
+        return np.bincount(self._place * BINS + self._bin, shown, size).reshape(-1, BINS)
 
     def _travel_s(self, at: int) -> NDArray[np.float64]:
         metres = self._metres(at)
@@ -205,12 +212,12 @@ class _Views:
         across = min(BINS, int(self._arc_rad(option.looks) / BIN_RAD))
         bins = np.zeros(BINS, dtype=bool)
         bins[(option.first_bin + np.arange(across)) % BINS] = True
-        counts = np.diff(np.append(self._starts, self._cells.shape[1]))
-        shown = self._seen[option.place] & np.repeat(bins, counts)
-        cells, sides = self._cells[option.place][shown], self._sides[shown]
-        old, new = doubt[sides + cells], self._chance[shown]
+        mine = slice(*np.searchsorted(self._place, [option.place, option.place + 1]))
+        shown = bins[self._bin[mine]]
+        cells, sides, new = self._cell[mine][shown], self._side[mine][shown], self._chance[mine][shown]
+        old = doubt[sides]
         mass[cells] *= np.minimum(1.0, (1.0 - new) / np.maximum(1.0 - old, 1e-9))
-        doubt[sides + cells] = np.maximum(old, new)
+        doubt[sides] = np.maximum(old, new)
 
     def _arc_rad(self, looks: int) -> float:
         return self._pace.hfov_rad + (looks - 1) * self._pace.step_rad
