@@ -153,7 +153,7 @@ def test_a_turn_is_no_wider_than_it_is_worth() -> None:
     assert len(choice.view.headings) <= 4
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(st.lists(glances, max_size=3), poses)
 def test_the_same_belief_gives_the_same_choice(looks: list[Glance], here: Pose2D) -> None:
     first, again = (next_view(after(looks, CUP), here, PACE) for _ in range(2))
@@ -178,7 +178,7 @@ def searched(belief: BeliefMap, here: Pose2D, views_max: int = 60) -> tuple[Choi
 
 
 def test_a_search_in_vain_ends_and_says_how_sure_it_is() -> None:
-    last, left, seconds = searched(belief_of(), START)
+    last, left, seconds = searched(belief_of(grid=flat(rooms=1)), START)
     assert last.view is None
     assert last.here < 0.45
     assert left == sorted(left, reverse=True)

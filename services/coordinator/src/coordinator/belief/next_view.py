@@ -121,9 +121,8 @@ class _Views:
         number[kept] = np.arange(len(kept))
         mine = number[self._place] >= 0
         self._place = number[self._place[mine]]
-        self._bin, self._cell, self._side, self._chance = (
-            each[mine] for each in (self._bin, self._cell, self._side, self._chance)
-        )
+        self._bin, self._cell = self._bin[mine], self._cell[mine]
+        self._side, self._chance = self._side[mine], self._chance[mine]
         self._places = self._places[kept]
         self._walks.clear()
 
@@ -179,7 +178,7 @@ class _Views:
         old = doubt[self._side]
         shown = mass[self._cell] * np.maximum(0.0, self._chance - old) / np.maximum(1.0 - old, 1e-9)
         size = len(self._places) * BINS
-        return np.bincount(self._place * BINS + self._bin, shown, size).reshape(-1, BINS)
+        return np.bincount(self._place * BINS + self._bin, shown, size).astype(float).reshape(-1, BINS)
 
     def _travel_s(self, at: int) -> NDArray[np.float64]:
         metres = self._metres(at)
