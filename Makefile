@@ -17,7 +17,7 @@ export YOLO_OFFLINE ?= 1
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search
-.PHONY: test-ui screens bench-ui
+.PHONY: bench-calibration test-ui screens bench-ui
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -94,6 +94,9 @@ bench-faults: setup ## do to the running mesh what may happen to it, and tell wh
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))
+
+bench-calibration: setup ## what each vote is worth, on held-out pictures: DATA=folder of sim.training.dataset; writes sim/weights/calibration.json
+	$(PY) -m bench.calibration $(DATA)
 
 bench-parser: setup ## how well commands are read, by the rules and by the language model INFERENCE_* names
 	$(PY) -m bench.parser

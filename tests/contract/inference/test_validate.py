@@ -185,3 +185,11 @@ async def test_what_was_judged_can_be_looked_at_and_is_what_clip_was_shown(house
     blue, _, red = crop[crop.shape[0] // 2, crop.shape[1] // 2]
     assert crop.shape[1] < SCENE.shape[1]
     assert red > 150 > blue
+
+
+async def test_each_vote_tells_what_it_is_worth_where_its_model_was_measured(house: House, opened: Opened) -> None:
+    house.detector.name = "detector"
+    detector, clip, _ = (await judged(house, opened, request("blue bottle", BLUE))).votes
+    assert detector.log_odds is not None
+    assert 0.0 < detector.log_odds < 1.0
+    assert clip.log_odds is None

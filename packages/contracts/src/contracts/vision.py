@@ -60,6 +60,10 @@ class ObjectSpotted(Message):
     pose: Pose2D | None = None
 
 
+LOG_ODDS_MAX = 6.0
+"""Of one vote: nobody measured that a voter is wrong less often than once in 400."""
+
+
 class Verdict(StrEnum):
     YES = "yes"
     NO = "no"
@@ -74,6 +78,12 @@ class Vote(Message):
     rival: str = Field(default="", max_length=120, description="clip: the other colour that came nearest")
     rival_score: float | None = None
     frame_score: float | None = Field(default=None, description="clip: of the whole frame; the crop is what votes")
+    log_odds: float | None = Field(
+        default=None,
+        ge=-LOG_ODDS_MAX,
+        le=LOG_ODDS_MAX,
+        description="what it says for the target: natural, measured on held-out pictures; none = not measured",
+    )
     model: str = ""
     took_ms: float = Field(default=0.0, ge=0.0)
     reason: str = ""

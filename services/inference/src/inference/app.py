@@ -16,6 +16,7 @@ from inference.ports import Camera, LanguageModel, VisionLanguageModel
 from inference.routes import get_inference, router
 from inference.service import Inference
 from inference.settings import ModelSet, Settings
+from inference.validation.calibration import read_calibration
 from inference.validation.validation import Validator
 from mesh.app import make_app
 from mesh.bus import Bus, open_bus
@@ -67,7 +68,12 @@ def create_app(
                 models=eyes,
                 perception=Perception(settings, real_camera, eyes, real_bus, real_clock),
                 validator=Validator(
-                    real_camera, eyes, languages.vlm, settings.validate_frame_wait_s, settings.vlm_deadline_s
+                    real_camera,
+                    eyes,
+                    languages.vlm,
+                    settings.validate_frame_wait_s,
+                    settings.vlm_deadline_s,
+                    read_calibration(settings.clip_file.parent),
                 ),
                 reader=languages.reader,
                 reasoner=languages.reasoner,

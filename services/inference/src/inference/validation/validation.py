@@ -13,6 +13,7 @@ from inference.perception.annotate import to_jpeg
 from inference.perception.embeddings import NoEmbeddingError
 from inference.perception.models import Models, judged_crop
 from inference.ports import Camera, Frame, ImageText, RgbImage, VisionLanguageModel
+from inference.validation.calibration import UNMEASURED, Calibration
 from inference.validation.evidence import Evidence
 from inference.validation.votes import VOTES_NEEDED, ClipScores, abstain, clip_vote, decide, detector_vote
 from mesh.errors import ServiceTimeoutError, UnavailableError, UnprocessableError, UpstreamError
@@ -29,6 +30,7 @@ class Validator:
     vlm: VisionLanguageModel | None
     frame_wait_s: float
     vlm_deadline_s: float
+    calibration: Calibration = UNMEASURED
     evidence: Evidence = field(default_factory=Evidence)
 
     async def validate(self, request: ValidateRequest) -> Validation:
@@ -59,7 +61,7 @@ class Validator:
         return Validation(
             id=self.evidence.keep(self._judged(image, bbox)),
             confirmed=decision.confirmed,
-            votes=votes,
+            votes=self.calibration.weighed(votes, bbox, image.shape[1]),
             by_single_vote=decision.by_single_vote,
             stamp_s=frame.stamp_s,
             image_width_px=image.shape[1],
