@@ -18,6 +18,7 @@ from contracts.memory import (
     LabelCount,
     Look,
     LookBatch,
+    ObjectState,
     RecalledView,
     RecallReply,
     RecallRequest,
@@ -509,6 +510,16 @@ class FakeInference:
         return Dependency.of("inference", ok=True)
 
 
+def thing(
+    number: int, label: str, x: float, y: float, colour: str | None = None, seen_s: float = 400.0
+) -> RememberedObject:
+    return RememberedObject(
+        id=number, label=label, colour=colour, description=f"{colour} {label}" if colour else label,
+        position=Point3D(x=x, y=y, z=0.4), uncertainty_m=0.1, belief=0.9, state=ObjectState.PRESENT, confidence=0.8,
+        first_seen_s=1.0, last_seen_s=seen_s, times_seen=3,
+    )  # fmt: skip
+
+
 class FakeMemory:
     """The port `Memory` over a list of robot poses."""
 
@@ -560,7 +571,8 @@ class FakeMemory:
             View(id=k, label=request.target.label, confidence=0.9, pose=pose, stamp_s=1.0)
             for k, pose in enumerate(self.remembered[: request.limit])
         )
-        recalled = tuple(RecalledView(view=view, source="label") for view in views)
+        thing = next((one for one in self.things or () if one.label == request.target.label), None)
+        recalled = tuple(RecalledView(view=view, source="label", thing=thing) for view in views)
         return RecallReply(views=recalled, in_other_maps=self.in_other_maps)
 
     async def dependency(self) -> Dependency:

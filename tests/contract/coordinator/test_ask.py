@@ -3,23 +3,13 @@
 import pytest
 
 from contracts.asking import About, Answer
-from contracts.geometry import Point3D, Pose2D
-from contracts.memory import ObjectState, RememberedObject
+from contracts.geometry import Pose2D
+from contracts.memory import ObjectState
 from contracts.mission import Outcome
 from support.coordinator_mesh import Mesh, OpenMesh
-from support.coordinator_world import Thing
+from support.coordinator_world import Thing, thing
 
 RED = Thing("bottle", "red", 3.5, 2.5)
-
-
-def thing(
-    number: int, label: str, x: float, y: float, colour: str | None = None, seen_s: float = 400.0
-) -> RememberedObject:
-    return RememberedObject(
-        id=number, label=label, colour=colour, description=f"{colour} {label}" if colour else label,
-        position=Point3D(x=x, y=y, z=0.4), uncertainty_m=0.1, belief=0.9, state=ObjectState.PRESENT, confidence=0.8,
-        first_seen_s=1.0, last_seen_s=seen_s, times_seen=3,
-    )  # fmt: skip
 
 
 KITCHEN = (

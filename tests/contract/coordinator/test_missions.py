@@ -7,8 +7,9 @@ from contracts.geometry import Pose2D
 from contracts.mission import MissionState, Outcome
 from contracts.robot import GoalStatus
 from contracts.topics import MISSION_EVENTS, MISSION_STATE, MISSION_TARGET
+from geometry.poses import apart_m
 from support.coordinator_mesh import OpenMesh
-from support.coordinator_world import Thing
+from support.coordinator_world import Thing, thing
 
 RED = Thing("bottle", "red", 3.5, 2.5)
 BLUE = Thing("bottle", "blue", 3.0, 3.2)
@@ -74,6 +75,19 @@ async def test_a_remembered_view_is_tried_first_and_saves_the_search(open_mesh: 
         assert mission.outcome is Outcome.FOUND
         status = (await mesh.client.get("/state")).json()
         assert len(status["scan_points_done"]) == 0
+
+
+async def test_a_thing_remembered_with_its_place_is_driven_to_itself_not_to_where_it_was_seen_from(
+    open_mesh: OpenMesh,
+) -> None:
+    view = Pose2D(x=6.0, y=4.5, yaw=0.7)
+    async with open_mesh(HIGH, views=(view,)) as mesh:
+        mesh.memory.things = (thing(1, "bottle", HIGH.x, HIGH.y, "red"),)
+        mission = await mesh.until_over((await mesh.post_mission()).id, within_s=120.0)
+        assert mission.outcome is Outcome.FOUND
+        first = mesh.robot.goals["goal-0"].pose
+        assert math.hypot(first.x - HIGH.x, first.y - HIGH.y) < 1.51
+        assert apart_m(first, view) > 1.0
 
 
 async def test_a_thing_that_moved_since_it_was_remembered_is_still_found(open_mesh: OpenMesh) -> None:

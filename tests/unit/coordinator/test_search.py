@@ -13,11 +13,16 @@ from contracts.vision import Detection
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core.activities import AwaitingFrame, Waking
-from support.mission_script import ORIGIN, Script, box
+from coordinator.core.geometry import relative
+from coordinator.core.mission import SearchPose
+from coordinator.core.rules import ApproachRule
+from support.mission_script import ORIGIN, TARGET, Script, box
 
 S = MissionState
 VIEW = Pose2D(x=3.0, y=0.0, yaw=1.0)
 OTHER = Pose2D(x=0.0, y=4.0, yaw=0.0)
+THING_XY = (6.0, 0.0)
+FARTHER = Pose2D(x=6.0, y=3.0, yaw=-1.57)
 
 
 def scan(script: Script, looks: int = 11) -> Script:
@@ -39,6 +44,43 @@ def test_with_memory_it_drives_to_the_best_view_first() -> None:
     script = Script().begin(VIEW, OTHER)
     assert script.mission.state is S.MEMORY_NAV
     assert script.last(do.Navigate).candidates[0].pose == VIEW
+
+
+def remembered(thing_xy: tuple[float, float] | None = THING_XY, **rules: object) -> Script:
+    return Script(**rules).feed(
+        ev.MissionStarted("m1", "find the red bottle", TARGET, "rules", (SearchPose(VIEW, "seen before", thing_xy),))
+    )
+
+
+def test_a_thing_whose_place_is_known_is_driven_to_itself_on_the_side_it_was_seen_from() -> None:
+    *in_reach, last = remembered().last(do.Navigate).candidates
+    assert (last.pose, last.rank) == (VIEW, 2)
+    assert [one.rank for one in in_reach] == [0] * 5 + [1] * 5
+    best = in_reach[0].pose
+    assert (best.x, best.y, best.yaw) == pytest.approx((4.75, 0.0, 0.0))
+    for pose in (one.pose for one in in_reach):
+        away = relative(*THING_XY, pose)
+        assert away.bearing_rad == pytest.approx(0.0, abs=1e-6)
+        assert away.distance_m < 1.51
+        assert pose.x < THING_XY[0]
+
+
+def test_before_a_thing_it_looks_at_it_first_from_wherever_it_could_stand() -> None:
+    script = remembered()
+    stands = script.arrived(at=3).last(do.Navigate).candidates[3].pose
+    assert script.mission.search.headings[0] == pytest.approx(stands.yaw)
+
+
+def test_a_thing_seen_from_near_and_one_of_the_plain_approach_are_looked_at_from_where_it_was_seen() -> None:
+    for script in (remembered((4.0, 0.0)), remembered(approach_rule=ApproachRule.STRAIGHT), remembered(None)):
+        assert [one.pose for one in script.last(do.Navigate).candidates] == [VIEW]
+
+
+def test_a_thing_looked_for_in_reach_is_looked_for_from_its_further_view_itself() -> None:
+    views = tuple(SearchPose(pose, "seen before", THING_XY) for pose in (VIEW, FARTHER))
+    script = Script().feed(ev.MissionStarted("m1", "find the red bottle", TARGET, "rules", views))
+    scan(script.arrived())
+    assert [one.pose for one in script.last(do.Navigate).candidates] == [FARTHER]
 
 
 def test_it_leaves_the_dock_before_anything_else() -> None:

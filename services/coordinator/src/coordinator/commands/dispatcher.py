@@ -187,7 +187,9 @@ class Dispatcher:
 def _place(recalled: RecalledView) -> SearchPose:
     view = recalled.view
     reason = recalled.reason or f"{view.label} seen at confidence {view.confidence:.2f}"
-    return SearchPose(recalled.pose or view.pose, reason)
+    thing = recalled.thing if recalled.source == "label" else None  # nobody drives up to what it may be near
+    thing_xy = (thing.position.x, thing.position.y) if thing is not None else None
+    return SearchPose(recalled.pose or view.pose, reason, thing_xy)
 
 
 def _last_seen(recalled: Sequence[RecalledView], task: CheckedTask) -> LastSeen | None:

@@ -1,14 +1,18 @@
-"""Where the candidate is from the robot, and the ring of poses from which it can be reached."""
+"""Where the candidate is from the robot, and the poses in reach of it, or of a thing that is remembered."""
 
 import math
 
 from contracts.geometry import Pose2D
 from contracts.robot import CandidatePose
-from coordinator.core.geometry import Relative, relative
+from coordinator.core.geometry import Relative, near_any, relative
+from coordinator.core.mission import SearchPose
+from coordinator.core.rules import ApproachRule, Rules
 from coordinator.core.step_context import StepContext
 from geometry.poses import wrap
 
 EXCLUDED_RAD = 0.5
+SAME_SIDE_RAD = 0.75
+"""A thing remembered from one side may be hidden from another."""
 
 
 def target_in_base(context: StepContext) -> Relative | None:
@@ -37,9 +41,41 @@ def approach_candidates(
     candidate, pose, rules = context.candidate, context.mission.robot.pose, context.rules
     if candidate.map_xy is None or pose is None:
         return ()
-    x, y = candidate.map_xy
-    seen_from = math.atan2(pose.y - y, pose.x - x)
-    away_m = math.hypot(pose.x - x, pose.y - y)
+    away_m = _away_m(candidate.map_xy, pose)
+    radii_m = tuple(r for r in radii_m if tried_rad or r < away_m - rules.goal_m_min)
+    return _facing(candidate.map_xy, pose, radii_m, rules, tried_rad)
+
+
+def look_candidates(context: StepContext, place: SearchPose) -> tuple[CandidatePose, ...]:
+    """In reach of the remembered thing and facing it, on the side it was seen from; last where it was seen from.
+
+    Only there if its place is not known, or once it was looked for in reach.
+    """
+    rules, thing_xy, visited = context.rules, place.thing_xy, context.search.visited
+    if thing_xy is None or rules.approach_rule is not ApproachRule.LOCALIZED:
+        return (CandidatePose(pose=place.pose),)
+    radii_m = tuple(r for r in rules.step_ring_radii_m if r < _away_m(thing_xy, place.pose) - rules.goal_m_min)
+    there = place.pose.model_copy(update={"x": thing_xy[0], "y": thing_xy[1]})
+    if near_any(there, visited, max(radii_m, default=0.0) + rules.goal_m_min):
+        radii_m = ()
+    in_reach = _facing(thing_xy, place.pose, radii_m, rules, within_rad=SAME_SIDE_RAD)
+    return (*in_reach, CandidatePose(pose=place.pose, rank=len(radii_m)))
+
+
+def _away_m(xy: tuple[float, float], pose: Pose2D) -> float:
+    return math.hypot(pose.x - xy[0], pose.y - xy[1])
+
+
+def _facing(
+    xy: tuple[float, float],
+    seen: Pose2D,
+    radii_m: tuple[float, ...],
+    rules: Rules,
+    tried_rad: tuple[float, ...] = (),
+    within_rad: float = math.pi,
+) -> tuple[CandidatePose, ...]:
+    x, y = xy
+    seen_from = math.atan2(seen.y - y, seen.x - x)
     return tuple(
         CandidatePose(
             pose=Pose2D(
@@ -50,7 +86,7 @@ def approach_candidates(
             cost_m=abs(a) * rules.ring_turn_cost_m_rad,
             rank=rank,
         )
-        for rank, radius_m in enumerate(r for r in radii_m if tried_rad or r < away_m - rules.goal_m_min)
+        for rank, radius_m in enumerate(radii_m)
         for a in rules.ring_angles_rad
-        if all(abs(wrap(seen_from + a - tried)) > EXCLUDED_RAD for tried in tried_rad)
+        if abs(a) <= within_rad and all(abs(wrap(seen_from + a - tried)) > EXCLUDED_RAD for tried in tried_rad)
     )

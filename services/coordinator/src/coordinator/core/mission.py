@@ -46,6 +46,8 @@ class SearchPose:
 
     pose: Pose2D
     reason: str = ""
+    thing_xy: tuple[float, float] | None = None
+    """Where the thing itself is, in map, if memory knows."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,9 @@ from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.robot import CandidatePose, GoalStatus
 from coordinator.core import actions as do
 from coordinator.core.activities import Navigating, PlanningCoverage
+from coordinator.core.approach_poses import look_candidates
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, GoalEnded
-from coordinator.core.geometry import near_any
+from coordinator.core.geometry import near_any, relative
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, abort_for_the_map, give_up
 from coordinator.core.search import drop_views_looked_at, new_scan
@@ -100,15 +101,19 @@ class MemoryNav(Travelling):
         if is_here(context, place.pose):
             self.arrive(context)
             return
+        candidates = look_candidates(context, place)
         context.log_event(
-            EventKind.NAVIGATION, f"driving to a remembered place: {place.reason}", EventFacts(goal=place.pose)
+            EventKind.NAVIGATION, f"driving to a remembered place: {place.reason}", EventFacts(goal=candidates[0].pose)
         )
-        context.navigate((CandidatePose(pose=place.pose),))
+        context.navigate(candidates)
 
     def on_arrival(self, context: StepContext) -> None:
         place, *others = context.search.views
         context.update_search(views=tuple(others))
-        new_scan(context, "arrived where it was seen before: looking around", start_rad=place.pose.yaw)
+        here, start_rad = context.mission.robot.pose, place.pose.yaw
+        if here is not None and place.thing_xy is not None:
+            start_rad = relative(*place.thing_xy, here).bearing_rad + here.yaw
+        new_scan(context, "arrived where it was seen before: looking around", start_rad=start_rad)
 
     def drop_place(self, context: StepContext) -> None:
         place, *others = context.search.views
