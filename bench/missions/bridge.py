@@ -178,7 +178,7 @@ class SimulatedBridge:
         async def work() -> Map:
             return self.place.map_message
 
-        return await self.wire.call("GET /map", work)
+        return await self.wire.call(work)
 
     async def navigate(self, request: GoalRequest) -> Goal:
         self.asked("navigate")
@@ -192,7 +192,7 @@ class SimulatedBridge:
             self._may_move(request.epoch)
             return await self._accept(checked, request)
 
-        return await self.wire.call("POST /navigation/goals", work, timeout_s=GOAL_ANSWER_S)
+        return await self.wire.call(work, timeout_s=GOAL_ANSWER_S)
 
     async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
         """As Nav2's planner answers the bridge."""
@@ -208,7 +208,7 @@ class SimulatedBridge:
         async def work() -> Goal:
             return self._known(goal_id)
 
-        return await self.wire.call("GET /navigation/goals/{id}", work)
+        return await self.wire.call(work)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
         async def work() -> Goal:
@@ -219,16 +219,16 @@ class SimulatedBridge:
                 goal = self._known(goal_id)
             return goal
 
-        return await self.wire.call("DELETE /navigation/goals/{id}", work)
+        return await self.wire.call(work)
 
     async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply:
         self.asked("rotate")
-        motion, end = await self._motion("POST /rotate", lambda: Turning(angle_rad, speed_rad_s), timeout_s, epoch)
+        motion, end = await self._motion(lambda: Turning(angle_rad, speed_rad_s), timeout_s, epoch)
         return motion.reply(end)
 
     async def drive(self, distance_m: float, *, speed_m_s: float, timeout_s: float, epoch: int) -> DriveReply:
         self.asked("drive")
-        motion, end = await self._motion("POST /drive", lambda: Straight(distance_m, speed_m_s), timeout_s, epoch)
+        motion, end = await self._motion(lambda: Straight(distance_m, speed_m_s), timeout_s, epoch)
         return motion.reply(end)
 
     async def velocity(self, twist: Twist2D, *, duration_s: float, epoch: int) -> VelocityReply:
@@ -240,14 +240,14 @@ class SimulatedBridge:
             self.wheels.lease(twist, asyncio.get_running_loop().time() + duration_s)
             return VelocityReply(accepted=True, sent=twist)
 
-        return await self.wire.call("POST /velocity", work, timeout_s=1.0)
+        return await self.wire.call(work, timeout_s=1.0)
 
     async def end_motion(self) -> None:
         async def work() -> None:
             if self._goal_id is None:
                 self.wheels.end(MotionEnd.CANCELED)
 
-        await self.wire.call("DELETE /motion", work)
+        await self.wire.call(work)
 
     async def halt(self) -> EmergencyStop:
         async def work() -> EmergencyStop:
@@ -256,14 +256,14 @@ class SimulatedBridge:
             await self._end_goal(GoalStatus.CANCELED, GoalCause.CANCELED)
             return self.stop
 
-        return await self.wire.call("POST /halt", work, timeout_s=1.0)
+        return await self.wire.call(work, timeout_s=1.0)
 
     async def emergency_stop(self, reason: str) -> EmergencyStop:
         async def work() -> EmergencyStop:
             await self.latch(reason)
             return self.stop
 
-        return await self.wire.call("POST /emergency-stop", work, timeout_s=1.0)
+        return await self.wire.call(work, timeout_s=1.0)
 
     async def undock(self, *, timeout_s: float) -> BaseReply:
         self.asked("undock")
@@ -277,7 +277,7 @@ class SimulatedBridge:
                 self.docked = False
             return BaseReply(end=BaseEnd.COMPLETED)
 
-        return await self.wire.call("POST /undock", work, timeout_s=timeout_s)
+        return await self.wire.call(work, timeout_s=timeout_s)
 
     async def dock(self, *, timeout_s: float) -> BaseReply:
         self.asked("dock")
@@ -290,7 +290,7 @@ class SimulatedBridge:
             self.docked = True
             return BaseReply(end=BaseEnd.COMPLETED)
 
-        return await self.wire.call("POST /dock", work, timeout_s=timeout_s)
+        return await self.wire.call(work, timeout_s=timeout_s)
 
     async def celebrate(self) -> None:
         self.celebrations += 1
@@ -370,7 +370,7 @@ class SimulatedBridge:
         self._goals[goal.id], self._goal_id = over, None
         await self._bus.publish(ROBOT_NAVIGATION, over)
 
-    async def _motion(self, route: str, make: Callable[[], M], timeout_s: float, epoch: int) -> tuple[M, MotionEnd]:
+    async def _motion(self, make: Callable[[], M], timeout_s: float, epoch: int) -> tuple[M, MotionEnd]:
         async def work() -> tuple[M, MotionEnd]:
             self._may_move(epoch)
             motion = make()
@@ -387,13 +387,12 @@ class SimulatedBridge:
                 if not motion.ended.done() or motion.ended.cancelled():
                     self.wheels.end(MotionEnd.CLIENT_LEFT)
 
-        return await self.wire.call(route, work, timeout_s=timeout_s + 2.0)
+        return await self.wire.call(work, timeout_s=timeout_s + 2.0)
 
     # --- depth
 
-    def localize(self, frame: Frame, caller: str, boxes: Sequence[BboxXyxy]) -> tuple[Measurement, ...]:
+    def localize(self, frame: Frame, boxes: Sequence[BboxXyxy]) -> tuple[Measurement, ...]:
         """All boxes of one picture in one call."""
-        self.wire.calls[caller, "POST /localize"] += 1
         return tuple(self._measured(frame, box) for box in boxes)
 
     def _measured(self, frame: Frame, box: BboxXyxy) -> Measurement:

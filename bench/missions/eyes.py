@@ -43,8 +43,6 @@ class SimulatedEyes:
         self.rng = np.random.default_rng([seed, 41])
         self.wire = Wire("inference", faults, np.random.default_rng([seed, 42]))
         self.validations = 0
-        self.taken: list[Frame] = []
-        self.told: list[Detections] = []
         self._bridge = bridge
         self._bus = bus
         self._errors = faults.errors
@@ -71,26 +69,23 @@ class SimulatedEyes:
         now_s = asyncio.get_running_loop().time()
         frame = Frame(now_s, bridge.wheels.pose, bridge.wheels.believed(), tuple(boxes))
         bridge.frames.append(frame)
-        bridge.wire.calls["inference", "GET /camera/frame"] += 1
-        self.taken.append(frame)
         return frame
 
     def _publish_later(self, frame: Frame) -> None:
         boxes = [found.bbox_xyxy for found, _ in frame.boxes]
-        measured = self._bridge.localize(frame, "inference", boxes) if boxes else ()
-        self.told.append(detections_of(frame, measured))
-        self._publishing = asyncio.ensure_future(self._bus.publish(VISION_DETECTIONS, self.told[-1]))
+        measured = self._bridge.localize(frame, boxes) if boxes else ()
+        told = detections_of(frame, measured)
+        self._publishing = asyncio.ensure_future(self._bus.publish(VISION_DETECTIONS, told))
 
     async def parse_task(self, request: ParseTaskRequest) -> ParsedTask:
         async def work() -> ParsedTask:
             return ParsedTask(targets=(self._task.model_copy(update={"said": request.command}),))
 
-        return await self.wire.call("POST /parse-task", work, timeout_s=20.0)
+        return await self.wire.call(work, timeout_s=20.0)
 
     async def validate(self, request: ValidateRequest, *, timeout_s: float) -> Validation:
         async def work() -> Validation:
             self.validations += 1
-            self._bridge.wire.calls["inference", "GET /camera/frame"] += 1
             await asyncio.sleep(VOTE_S + (float(self.rng.uniform(*VLM_S)) if self._errors.vlm else 0.0))
             frame = self._bridge.frames[-1]
             assert request.bbox_xyxy is not None
@@ -104,7 +99,7 @@ class SimulatedEyes:
                 bbox_xyxy=box,
             )  # fmt: skip
 
-        return await self.wire.call("POST /validate", work, timeout_s=timeout_s)
+        return await self.wire.call(work, timeout_s=timeout_s)
 
     async def evidence(self, validation_id: str) -> bytes:
         """There are no pictures here, only what is in them."""
@@ -139,7 +134,6 @@ class SimulatedMemory:
         self.wire = Wire("memory", faults, np.random.default_rng([seed, 51]))
         self._views = tuple(views)
         self._label = label
-        self.told: list[LookBatch] = []
 
     async def labels(self) -> Sequence[LabelCount]:
         async def work() -> Sequence[LabelCount]:
@@ -147,7 +141,7 @@ class SimulatedMemory:
                 return []
             return [LabelCount(label=self._label, views=len(self._views), best_confidence=0.9, last_seen_s=1.0)]
 
-        return await self.wire.call("GET /labels", work, timeout_s=3.0)
+        return await self.wire.call(work, timeout_s=3.0)
 
     async def recall(self, request: RecallRequest) -> RecallReply:
         async def work() -> RecallReply:
@@ -157,13 +151,13 @@ class SimulatedMemory:
             )
             return RecallReply(views=tuple(RecalledView(view=view, source="label") for view in views))
 
-        return await self.wire.call("POST /recall", work, timeout_s=3.0)
+        return await self.wire.call(work, timeout_s=3.0)
 
     async def looks(self, batch: LookBatch) -> None:
         async def work() -> None:
-            self.told.append(batch)
+            pass
 
-        await self.wire.call("POST /looks", work, timeout_s=3.0)
+        await self.wire.call(work, timeout_s=3.0)
 
     async def views(self, label: str, limit: int) -> Sequence[View]:
         return ()

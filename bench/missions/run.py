@@ -44,7 +44,6 @@ class Run:
     took_s: float = 0.0
     way_m: float = 0.0
     recording: tuple[str, ...] = ()
-    stage: "Stage | None" = None
 
 
 @dataclass
@@ -123,7 +122,6 @@ async def run_mission(place: SimulatedPlace, one: Scenario) -> Run:
     memory = SimulatedMemory(remembered_views(place, one, rng), one.kind, one.faults, one.seed)
     stage = Stage(bridge, bus, eyes, memory, Settings.model_validate(one.rules), log, run)
     bridge.asked = stage.asked
-    run.stage = stage
     async with asyncio.TaskGroup() as group:
         others = [group.create_task(work) for work in (bridge.run(), eyes.run(), stage.watch())]
         await _lived(stage)

@@ -1,7 +1,6 @@
 """A call to another service over a bad line: late, lost on the way there or back, or refused while it is down."""
 
 import asyncio
-from collections import Counter
 from collections.abc import Awaitable, Callable
 from typing import TypeVar
 
@@ -16,12 +15,11 @@ TIMEOUT_S = 5.0
 
 
 class Wire:
-    """To one service. `started_s` is the mission's start: outages count from there. `calls`: by caller and route."""
+    """To one service. `started_s` is the mission's start: outages count from there."""
 
     def __init__(self, service: str, faults: Faults, rng: np.random.Generator) -> None:
         self.service = service
         self.started_s = float("inf")
-        self.calls: Counter[tuple[str, str]] = Counter()
         self._faults = faults
         self._rng = rng
 
@@ -29,15 +27,7 @@ class Wire:
     def down(self) -> bool:
         return self._faults.down(self.service, asyncio.get_running_loop().time() - self.started_s)
 
-    async def call(
-        self,
-        route: str,
-        work: Callable[[], Awaitable[T]],
-        *,
-        timeout_s: float = TIMEOUT_S,
-        caller: str = "coordinator",
-    ) -> T:
-        self.calls[caller, route] += 1
+    async def call(self, work: Callable[[], Awaitable[T]], *, timeout_s: float = TIMEOUT_S) -> T:
         self._refuse()
         try:
             async with asyncio.timeout(timeout_s):
