@@ -200,6 +200,8 @@ def test_the_nearest_frontier_comes_first_and_none_is_left_when_all_was_seen() -
     assert sorted(columns) == [79, 150]
     assert columns[0] == 79
     assert all(grid.free[cell] for cell in zip(rows, columns, strict=True))
+    right = nearest_frontiers(grid, radius_m=0.17, start=Pose2D(x=9.0, y=-0.5, yaw=0.0), seen=seen, avoid=())
+    assert right.points == coverage.points[::-1]
     again = nearest_frontiers(grid, radius_m=0.17, start=start, seen=seen, avoid=(coverage.points[0],))
     assert coverage.points[0] not in again.points
     assert nearest_frontiers(grid, radius_m=0.17, start=start, seen=grid.free, avoid=()).points == ()
