@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import structlog
 
-from contracts.memory import RecalledView, RecallRequest
+from contracts.memory import RecalledView, RecallRequest, RememberedObject
 from contracts.mission import EndCause, EventFacts, EventKind, LastSeen, MissionState, Outcome, Report
+from coordinator.belief.clues import clues
 from coordinator.core import events as ev
 from coordinator.core.mission import Order, SearchPose
+from coordinator.core.rules import CoverageRule
 from coordinator.execution.battery_policy import DockingTimer, PowerRules, reason_to_dock, why_too_low
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Memory
@@ -22,6 +24,7 @@ from mesh.errors import MeshError
 log = structlog.get_logger()
 
 
+THINGS_MAX = 200
 IN_ANOTHER_MAP = "also remembered on another map, whose places do not apply here"
 
 
@@ -125,6 +128,7 @@ class Dispatcher:
     async def _begin(self, waiting: QueuedMission, task: CheckedTask) -> None:
         self._beginning = waiting
         recalled, note = await self._recall(task)
+        things = await self._things()
         if not self._still_begins(waiting):
             self._close(waiting, Outcome.CANCELED, EndCause.PERSON, "ended by the operator before it began")
             return
@@ -141,6 +145,7 @@ class Dispatcher:
                 notes="; ".join(part for part in (task.notes, note) if part),
                 order=waiting.order,
                 last_seen=_last_seen(recalled, task),
+                clues=clues(task.target, recalled, things) if self._by_belief else (),
             )
         )
 
@@ -165,6 +170,21 @@ class Dispatcher:
         except (MeshError, TimeoutError) as error:
             log.warning("nothing was recalled", error=str(error))
             return (), "memory gave no places"
+
+    @property
+    def _by_belief(self) -> bool:
+        return self._settings.coverage_rule is CoverageRule.BELIEF
+
+    async def _things(self) -> Sequence[RememberedObject]:
+        """All that memory knows, for what stands near what; a belief alone asks for it."""
+        if not self._by_belief or self._settings.memory_views_max == 0:
+            return ()
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                return await self._memory.objects(None, THINGS_MAX)
+        except (MeshError, TimeoutError) as error:
+            log.warning("no surroundings from memory", error=str(error))
+            return ()
 
     def _end_waiting(self, by: EndCause, why: str) -> None:
         for waiting in self._queue.clear():

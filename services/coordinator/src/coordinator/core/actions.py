@@ -74,6 +74,8 @@ class PlanCoverage:
     call: int
     avoid: tuple[Pose2D, ...]
     timeout_s: float
+    refused: tuple[tuple[float, float], ...] = ()
+    """Places in map of what was judged and is another thing; told to a belief only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,8 @@ class RecordLook:
 
     pose: Pose2D
     seen: Detections | None = None
+    moving: bool = False
+    """On the way: the belief learns of it; memory does not, which doubts things by looks at rest."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from contracts.mission import LastSeen, MapTrouble
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus
 from contracts.vision import Detections, Target, Validation
+from coordinator.belief.clues import Clue
 from coordinator.core.mission import FIRST, Order, SearchPose
 
 
@@ -21,6 +22,8 @@ class MissionStarted:
     notes: str = ""
     order: Order = FIRST
     last_seen: LastSeen | None = None
+    clues: tuple[Clue, ...] = ()
+    """Where it may be; told where the search goes by belief."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +143,9 @@ class CoveragePlanned:
     free_area_m2: float
     trouble: MapTrouble | None = None
     """Why there are no points. None, and no points: all that can be seen was looked at."""
+    headings: tuple[float, ...] = ()
+    """By belief: the looks worth taking at the first point, and the choice in words."""
+    why: str = ""
 
 
 @dataclass(frozen=True, slots=True)

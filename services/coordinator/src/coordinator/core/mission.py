@@ -149,6 +149,8 @@ class Search:
 
     views: tuple[SearchPose, ...] = ()
     points: tuple[Pose2D, ...] = ()
+    glanced_from: Pose2D | None = None
+    """The last look on the way, by belief."""
     plans: int = 0
     visited: tuple[Pose2D, ...] = ()
     unreachable: tuple[Pose2D, ...] = ()

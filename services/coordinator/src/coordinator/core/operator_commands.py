@@ -8,6 +8,7 @@ from coordinator.core import events as ev
 from coordinator.core.activities import Paused, Starting
 from coordinator.core.mission import Mission, Order, Search
 from coordinator.core.outcomes import end
+from coordinator.core.rules import CoverageRule
 from coordinator.core.search import new_scan
 from coordinator.core.step_context import StepContext
 
@@ -42,13 +43,14 @@ def _start(context: StepContext, event: ev.MissionStarted) -> None:
     mission = context.mission
     if mission.state is not MissionState.IDLE:
         return
+    by_belief = mission.rules.coverage_rule is CoverageRule.BELIEF
     context.mission = replace(
         _fresh(context, event.mission_id, event.order),
         command=event.command,
         target=event.target,
         parser=event.parser,
         last_seen=event.last_seen,
-        search=Search(views=event.views[: mission.rules.memory_views_max]),
+        search=Search(views=() if by_belief else event.views[: mission.rules.memory_views_max]),
     )
     notes = f"; {event.notes}" if event.notes else ""
     looking = f"looking for the {event.target.description} ({event.target.label})"
@@ -57,6 +59,8 @@ def _start(context: StepContext, event: ev.MissionStarted) -> None:
         places = len(context.search.views)
         where = "one place: driving there" if places == 1 else f"{places} places: driving to the most likely first"
         context.transition_to(MissionState.MEMORY_NAV, f"seen before at {where}")
+    elif by_belief:
+        new_scan(context, f"weighing {len(event.clues)} clues of memory against what was never looked at")
     else:
         new_scan(context, "nothing remembered: looking around here first")
 

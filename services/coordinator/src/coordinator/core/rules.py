@@ -13,6 +13,7 @@ class CoverageRule(StrEnum):
     LAWNMOWER = "lawnmower"
     FRONTIER = "frontier"
     RANDOM = "random"
+    BELIEF = "belief"
 
 
 class ScanRule(StrEnum):
@@ -37,7 +38,8 @@ class Policy(BaseModel):
 
     coverage_rule: CoverageRule = Field(
         default=CoverageRule.VIEWPOINTS,
-        description="where to look next: computed viewpoints, the lawnmower of requirement A6; to compare with: the "
+        description="where to look next: computed viewpoints, the lawnmower of requirement A6, or what is worth most a "
+        "second by one belief (docs/search.md); to compare with: the "
         "nearest frontier, or viewpoints in random order",
     )
     scan_rule: ScanRule = Field(default=ScanRule.STOP_AND_LOOK, description="look round in steps, or in one slow turn")

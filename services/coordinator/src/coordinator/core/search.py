@@ -6,6 +6,7 @@ from contracts.mission import EventKind, MissionKind, MissionState
 from coordinator.core import actions as do
 from coordinator.core.activities import Undocking, Waking
 from coordinator.core.geometry import near_any
+from coordinator.core.rules import CoverageRule
 from coordinator.core.sightings import lose
 from coordinator.core.step_context import StepContext
 from geometry.poses import apart_m
@@ -38,8 +39,15 @@ def undocked(context: StepContext) -> None:
 
 
 def new_scan(context: StepContext, reason: str, *, start_rad: float | None = None) -> None:
-    """A 420 degree look round in equal steps that overlap in the picture, from the heading that promises most."""
+    """A 420 degree look round in equal steps that overlap in the picture, from the heading that promises most.
+
+    By belief there is none: how much of a turn is worth it is chosen with the place.
+    """
     rules = context.rules
+    if rules.coverage_rule is CoverageRule.BELIEF:
+        context.update_search(headings=(), sweeps=0, scan_from=None)
+        context.transition_to(MissionState.SCANNING, reason)
+        return
     start = context.mission.robot.yaw if start_rad is None else start_rad
     widest = rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)
     count = math.ceil(rules.scan_angle_rad / min(rules.scan_step_rad, widest) - 1e-6)

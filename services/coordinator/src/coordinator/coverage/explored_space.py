@@ -72,7 +72,7 @@ def plan_coverage(
             return lawnmower(space.grid, radius_m=radius_m)
         case CoverageRule.FRONTIER:
             return nearest_frontiers(space.grid, radius_m=radius_m, start=start, seen=seen, avoid=avoid)
-        case CoverageRule.VIEWPOINTS | CoverageRule.RANDOM as rule:
+        case CoverageRule.VIEWPOINTS | CoverageRule.RANDOM | CoverageRule.BELIEF as rule:
             coverage = viewpoints(
                 space.grid,
                 radius_m=radius_m,

@@ -25,9 +25,10 @@ from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.mission import Mission
-from coordinator.core.rules import Rules
+from coordinator.core.rules import CoverageRule, Rules
 from coordinator.core.step import step
 from coordinator.coverage.explored_space import ExploredSpace
+from coordinator.execution.believed_space import BelievedSpace
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
 from coordinator.execution.motion_client import MotionClient
@@ -77,6 +78,7 @@ class MissionRunner:
             on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
         )  # fmt: skip
         self._explored = ExploredSpace(robot, self.mission.rules, None)
+        self._believed: BelievedSpace | None = None
         self._query: asyncio.Task[None] | None = None
         self._publisher = StatusPublisher(
             bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
@@ -99,7 +101,7 @@ class MissionRunner:
     def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
         """Starts a mission, and its recording. Only while the core is idle."""
         self._take_rules()
-        self._explored = self.unexplored()
+        self._explored, self._believed = self.unexplored(), self._belief_of(event)
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
         self._recorded = event.mission_id
@@ -109,6 +111,12 @@ class MissionRunner:
     def unexplored(self) -> ExploredSpace:
         """What nobody has looked at yet. Raises nothing: what needs the body says so when it is asked."""
         return ExploredSpace(self._robot, self.mission.rules, self.description)
+
+    def _belief_of(self, event: ev.MissionStarted | ev.DockingStarted) -> BelievedSpace | None:
+        rules, body = self.mission.rules, self.description
+        if isinstance(event, ev.DockingStarted) or body is None or rules.coverage_rule is not CoverageRule.BELIEF:
+            return None
+        return BelievedSpace(rules, body, event.target, event.clues)
 
     def feed(self, event: ev.Event) -> None:
         before, now_s = self.mission, self._clock.now_s()
@@ -202,8 +210,10 @@ class MissionRunner:
 
     def _keep(self, action: do.RecordLook | do.KeepPicture) -> None:
         match action:
-            case do.RecordLook(pose=pose):
-                if self._settings.looks_to_memory:
+            case do.RecordLook(pose=pose, seen=seen, moving=moving):
+                if self._believed is not None:
+                    self._believed.look(pose, seen)
+                if self._settings.looks_to_memory and not moving:
                     self._looks.add(action)
                 share = self._explored.look(pose)
                 if share is not None:
@@ -261,10 +271,21 @@ class MissionRunner:
                 case do.Validate(call=call, target=target, box=box):
                     request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
                     return ev.Validated(call, await self._inference.validate(request, timeout_s=action.timeout_s))
+                case do.PlanCoverage() if self._believed is not None:
+                    return await self._choose(self._believed, action)
                 case do.PlanCoverage(call=call, avoid=avoid):
                     pose = self.mission.robot.pose
                     plan = await self._explored.plan(pose, avoid)
                     return ev.CoveragePlanned(call, plan.points, plan.free_area_m2, plan.trouble)
+
+    async def _choose(self, believed: BelievedSpace, action: do.PlanCoverage) -> ev.CoveragePlanned:
+        here = self.mission.robot.pose
+        if here is None:
+            raise UnavailableError("robot_bridge", "the robot does not know where it is")
+        grid = (await self._explored.refresh()).grid
+        choice = await believed.choose(grid, here, action.avoid, action.refused)
+        points, headings = ((), ()) if choice.view is None else ((choice.view.pose,), choice.view.headings)
+        return ev.CoveragePlanned(action.call, points, grid.free_area_m2, headings=headings, why=choice.why)
 
     async def _celebrate(self) -> None:
         try:

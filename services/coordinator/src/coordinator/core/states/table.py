@@ -9,6 +9,7 @@ from coordinator.core.plain.centering import proportional_turn
 from coordinator.core.plain.searching import PlannedOnce, SlowTurn
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule
 from coordinator.core.states.approaching import Approaching
+from coordinator.core.states.believing import ByBelief
 from coordinator.core.states.centering import Centering, bearing_turn
 from coordinator.core.states.depth_check import DepthCheck
 from coordinator.core.states.docking import GoingToDock
@@ -18,7 +19,8 @@ from coordinator.core.states.scanning import Scanning
 from coordinator.core.states.state import State
 from coordinator.core.states.travelling import MemoryNav, MovingToScan
 
-RESTING, DOCKING = Resting(), GoingToDock()
+RESTING, DOCKING, MOVING_TO_SCAN = Resting(), GoingToDock(), MovingToScan()
+TRAVELLING = {CoverageRule.LAWNMOWER: PlannedOnce(), CoverageRule.BELIEF: ByBelief()}
 
 
 def state_of(mission: Mission) -> State:
@@ -39,7 +41,7 @@ def states(
         MissionState.IDLE: RESTING,
         MissionState.MEMORY_NAV: MemoryNav(),
         MissionState.SCANNING: SlowTurn() if scan is ScanRule.SLOW_TURN else Scanning(),
-        MissionState.MOVING_TO_SCAN: PlannedOnce() if coverage is CoverageRule.LAWNMOWER else MovingToScan(),
+        MissionState.MOVING_TO_SCAN: TRAVELLING.get(coverage, MOVING_TO_SCAN),
         MissionState.CENTERING: Centering(turn, finishes_unseen=not straight),
         MissionState.DEPTH_CHECK: PlainDepthCheck() if straight else DepthCheck(),
         MissionState.APPROACHING: StraightApproach() if straight else Approaching(),

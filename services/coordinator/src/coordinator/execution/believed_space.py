@@ -1,0 +1,64 @@
+"""The shell's side of the belief: one a mission, on the newest map, told of every look; choosing runs in a thread."""
+
+import asyncio
+
+from contracts.description import RobotDescription
+from contracts.geometry import Pose2D
+from contracts.vision import Detections, Target
+from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
+from coordinator.belief.clues import Clue
+from coordinator.belief.next_view import Choice, Pace, next_view
+from coordinator.core.rules import Rules
+from coordinator.coverage.explored_space import LOOKS_MAX, PLANNING_TASK
+from geometry.grids import OccupancyGrid
+
+
+class BelievedSpace:
+    def __init__(self, rules: Rules, body: RobotDescription, target: Target, clues: tuple[Clue, ...]) -> None:
+        self._rules = rules
+        self._body = body
+        self._target = target
+        self._clues = clues
+        self._belief: BeliefMap | None = None
+        self._glances: list[Glance] = []
+        self._told = 0
+
+    def look(self, pose: Pose2D, seen: Detections | None) -> None:
+        if seen is None or len(self._glances) >= LOOKS_MAX:
+            return
+        boxes = (
+            box_bearings(one.bbox_xyxy[0], one.bbox_xyxy[2], seen.image_width_px, self._rules.camera_hfov_rad)
+            for one in seen.detections
+            if self._target.may_be(one.label, one.colour)
+        )
+        self._glances.append(Glance(pose, self._rules.camera_hfov_rad, tuple(boxes)))
+
+    async def choose(
+        self, grid: OccupancyGrid, here: Pose2D, avoid: tuple[Pose2D, ...], refused: tuple[tuple[float, float], ...]
+    ) -> Choice:
+        choosing = asyncio.to_thread(self._choose, grid, here, avoid, refused)
+        return await asyncio.create_task(choosing, name=PLANNING_TASK)
+
+    def _choose(
+        self, grid: OccupancyGrid, here: Pose2D, avoid: tuple[Pose2D, ...], refused: tuple[tuple[float, float], ...]
+    ) -> Choice:
+        """The belief is touched here alone, one call after another."""
+        body, rules, belief = self._body, self._rules, self._belief
+        if belief is None or belief.grid is not grid:
+            self._told = 0
+            belief = self._belief = BeliefMap(
+                grid, label=self._target.label, clues=self._clues, radius_m=body.footprint_radius_m, start=here
+            )
+        glances = self._glances[self._told :]
+        for glance in glances:
+            belief.look(glance)
+        self._told += len(glances)
+        for x, y in refused:
+            belief.refuse(x, y)
+        pace = Pace(
+            speed_m_s=body.speed_m_s_max,
+            turn_rad_s=rules.scan_speed_rad_s,
+            hfov_rad=rules.camera_hfov_rad,
+            step_rad=min(rules.scan_step_rad, rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)),
+        )
+        return next_view(belief, here, pace, avoid=avoid)
