@@ -121,6 +121,16 @@ async def test_the_plain_rules_find_it_too(open_mesh: OpenMesh) -> None:
         assert mesh.away_m(RED) <= 0.5
 
 
+async def test_a_belief_finds_it_too_and_says_each_choice_in_one_line(open_mesh: OpenMesh) -> None:
+    async with open_mesh(RED, coverage_rule="belief") as mesh:
+        mission = await mesh.until_over((await mesh.post_mission()).id)
+        assert mission.outcome is Outcome.FOUND
+        events = (await mesh.client.get(f"/missions/{mission.id}/events")).json()
+        choices = [one["text"] for one in events if "that it is here" in one["text"]]
+        assert choices
+        assert all("to see it, in" in text and "\n" not in text for text in choices)
+
+
 async def test_it_leaves_the_dock_first(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED) as mesh:
         mesh.world.docked = True

@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
+from contracts.mission import MapTrouble
 from coordinator.belief.belief_map import RAYS, BeliefMap, sides_of
 from coordinator.belief.detection_probability import by_distance
+from coordinator.coverage.lawnmower import trouble_of
 from coordinator.coverage.viewpoints import candidate_cells, walks_m
 from coordinator.coverage.visibility import VisibilityIndex
 from geometry.poses import wrap
@@ -25,8 +27,8 @@ PLACES_MAX = 240
 PLAYED, STEPS = 6, 5
 TAIL_S = 45.0
 """What is not found at the end of a play is taken to be found so much later."""
-WORTH_S = 900.0
-"""A find is worth so long a search: a view with less than 1/900 a second is not driven to."""
+WORTH_S = 2000.0
+"""A find is worth so long a search: a view with less than 1/2000 a second is not driven to."""
 HERE_MIN = 0.03
 NEAR_M = 3.0
 """A clue so near is told as the reason."""
@@ -40,9 +42,11 @@ class Pace:
     turn_rad_s: float
     hfov_rad: float
     step_rad: float
-    look_s: float = 0.7
-    turn_s: float = 0.5
+    look_s: float = 0.9
+    turn_s: float = 0.7
     """Beside the turning itself: to begin and to end it."""
+    choice_s: float = 1.5
+    """Of each view, to be chosen and begun."""
     drive_s: float = 3.0
     """The same of a drive: planning, turning there, settling."""
 
@@ -65,6 +69,8 @@ class Choice:
     view: View | None
     here: float
     why: str
+    trouble: MapTrouble | None = None
+    """A map to search nothing on, as a plan of coverage tells it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +86,9 @@ def next_view(
     belief: BeliefMap, here: Pose2D, pace: Pace, *, avoid: tuple[Pose2D, ...] = (), avoid_m: float = 0.35
 ) -> Choice:
     """The same belief, place and pace give the same choice."""
+    trouble = trouble_of(belief.grid, fits=bool(belief.coarse.passable.any()))
+    if trouble is not None:
+        return Choice(None, 1.0 - belief.absent, "", trouble)
     return _Views(belief, here, pace, avoid, avoid_m).choice()
 
 
@@ -147,7 +156,9 @@ class _Views:
         for looks in range(1, math.ceil((2 * math.pi) / pace.step_rad) + 1):
             across = min(BINS, int((pace.hfov_rad + (looks - 1) * pace.step_rad) / BIN_RAD))
             gain = before[:, across : across + BINS] - before[:, :BINS]
-            sweep_s = looks * pace.look_s + (looks - 1) * (pace.step_rad / pace.turn_rad_s + pace.turn_s)
+            sweep_s = (
+                pace.choice_s + looks * pace.look_s + (looks - 1) * (pace.step_rad / pace.turn_rad_s + pace.turn_s)
+            )
             seconds = np.full(gain.shape, sweep_s) + travel_s[:, None]
             turns = self._first_turn_rad(yaw, looks, across)
             seconds[at] += turns / pace.turn_rad_s + np.where(turns > 0.06, pace.turn_s, 0.0)

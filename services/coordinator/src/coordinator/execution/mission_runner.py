@@ -285,7 +285,7 @@ class MissionRunner:
         grid = (await self._explored.refresh()).grid
         choice = await believed.choose(grid, here, action.avoid, action.refused)
         points, headings = ((), ()) if choice.view is None else ((choice.view.pose,), choice.view.headings)
-        return ev.CoveragePlanned(action.call, points, grid.free_area_m2, headings=headings, why=choice.why)
+        return ev.CoveragePlanned(action.call, points, grid.free_area_m2, choice.trouble, headings, choice.why)
 
     async def _celebrate(self) -> None:
         try:
