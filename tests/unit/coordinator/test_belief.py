@@ -217,7 +217,7 @@ def test_a_large_map_takes_bounded_time() -> None:
     belief = belief_of(grid=flat(rooms=12, side=160))
     began_s = time.process_time()
     assert next_view(belief, START, PACE).view is not None
-    assert time.process_time() - began_s < 8.0
+    assert time.process_time() - began_s < 20.0
 
 
 def test_the_chances_are_chances_and_end_with_the_picture() -> None:
