@@ -14,7 +14,7 @@ from inference.perception.models import Loaded
 from inference.settings import Backend, Settings
 from support.source import ROOT
 
-PATIENCE_S = 6.0
+PATIENCE_S = 4.0
 
 
 @pytest.fixture(scope="module")
