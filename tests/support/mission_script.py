@@ -147,10 +147,12 @@ class Script:
         )
         return self.see(box(colour=colour).model_copy(update={"measurement": measured}), *beside)
 
-    def voted(self, clip: Verdict, score: float = 0.1, *, detector: Verdict = Verdict.YES) -> "Script":
+    def voted(
+        self, clip: Verdict, score: float = 0.1, *, detector: Verdict = Verdict.YES, log_odds: float | None = None
+    ) -> "Script":
         votes = (
             Vote(voter="detector", verdict=detector, score=0.8 if detector is Verdict.YES else None, threshold=0.3),
-            Vote(voter="clip", verdict=clip, score=score, threshold=0.4),
+            Vote(voter="clip", verdict=clip, score=score, threshold=0.4, log_odds=log_odds),
         )
         validation = Validation(
             confirmed=clip is Verdict.YES, votes=votes, stamp_s=self.now_s, image_width_px=320, image_height_px=240

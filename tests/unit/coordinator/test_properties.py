@@ -35,7 +35,7 @@ from coordinator.core.activities import (
     Waking,
 )
 from coordinator.core.mission import Mission, SearchPose
-from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule
+from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule, ValidationRule
 from coordinator.core.step import step
 from coordinator.core.transitions import ALLOWED
 from support.mission_script import rules_of
@@ -250,6 +250,7 @@ def check_path(before: MissionState, actions: tuple[do.Action, ...], after: Miss
     st.sampled_from(CenteringRule),
     st.sampled_from(CoverageRule),
     st.sampled_from(ScanRule),
+    st.sampled_from(ValidationRule),
 )
 def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
     stream: list[tuple[Any, ...]],
@@ -257,8 +258,10 @@ def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
     centering: CenteringRule,
     coverage: CoverageRule,
     scan: ScanRule,
+    validation: ValidationRule,
 ) -> None:
-    player = Player(rules_of(approach_rule=approach, centering_rule=centering, coverage_rule=coverage, scan_rule=scan))
+    looking = {"coverage_rule": coverage, "scan_rule": scan, "validation_rule": validation}
+    player = Player(rules_of(approach_rule=approach, centering_rule=centering, **looking))
     start = player.mission
     for what in [LOCALISED, ("start", ()), *stream]:
         before, actions = player.play(player.event(what))

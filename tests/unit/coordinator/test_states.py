@@ -6,7 +6,7 @@ import re
 import pytest
 
 from contracts.mission import MissionState
-from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule
+from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule, ValidationRule
 from coordinator.core.states.table import states
 from coordinator.core.transitions import ALLOWED, SENTENCES, TRANSITIONS, diagram
 from coordinator.write_states import page
@@ -30,7 +30,7 @@ def test_the_table_names_every_state() -> None:
 
 
 def test_by_every_rule_each_state_is_answered_for() -> None:
-    rules = itertools.product(ApproachRule, CenteringRule, CoverageRule, ScanRule)
+    rules = itertools.product(ApproachRule, CenteringRule, CoverageRule, ScanRule, ValidationRule)
     assert all(set(states(*chosen)) == set(MissionState) for chosen in rules)
 
 

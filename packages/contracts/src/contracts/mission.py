@@ -114,6 +114,9 @@ class Candidate(Message):
     distance_m: float | None = Field(default=None, description="camera to its near surface when it was judged")
     confidence: Confidence | None = Field(default=None, description="the detector's")
     votes: tuple[Vote, ...] = ()
+    log_odds: tuple[float, ...] = Field(
+        default=(), max_length=100, description="that it is the target, of all looks at it; after each, the first first"
+    )
     confirmed: bool = False
     narrow: bool = Field(default=False, description="refused by a hair, or judged by too few: it may be the target")
     colour_unseen: bool = Field(default=False, description="no look at it named the colour asked for: votes alone did")
@@ -310,6 +313,7 @@ class EventFacts(Message, extra="ignore"):
     distance_m: float | None = Field(default=None, description="as measured")
     confirmed: bool | None = Field(default=None, description="what the votes say")
     votes: tuple[Vote, ...] = ()
+    log_odds: float | None = Field(default=None, description="that it is the target, of all looks at it so far")
     picture: int | None = Field(default=None, ge=0, description="number of the crop that was judged")
     service: str = Field(default="", description="whose call failed")
 

@@ -4,6 +4,7 @@ import math
 
 from contracts.geometry import Pose2D
 from contracts.robot import CandidatePose
+from coordinator.core.evidence import of_the_same, sides_rad
 from coordinator.core.geometry import Relative, near_any, relative
 from coordinator.core.mission import SearchPose
 from coordinator.core.rules import ApproachRule, Rules
@@ -29,6 +30,15 @@ def surface_distance_m(context: StepContext) -> float | None:
     """From the camera to the near surface, by the last measurement and odometry."""
     there = target_in_base(context)
     return max(0.0, there.distance_m - context.rules.camera_forward_m) if there is not None else None
+
+
+def other_sides(context: StepContext) -> tuple[CandidatePose, ...]:
+    """Where the candidate can be looked at from a side that it was not judged from."""
+    at, rules = context.candidate.map_xy, context.rules
+    if at is None:
+        return ()
+    looks = of_the_same(context.search.judgements, at, rules.rejected_radius_m)
+    return approach_candidates(context, rules.step_ring_radii_m, sides_rad(looks))
 
 
 def approach_candidates(

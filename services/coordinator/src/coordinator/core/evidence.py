@@ -1,7 +1,7 @@
 """What all looks at one thing come to: the votes' log-odds, fused across frames and viewpoints. Pure.
 
-A look that repeats another one says little new. Each counts by one over the sum of its correlations with all looks, itself
-included: looks from one place count together as their mean, n looks from n places as n / (1 + (n - 1) r) of them. Two
+A look that repeats another one says little new. Each counts by one over the sum of its correlations with all looks,
+itself included: looks from one place count together as their mean, n looks from n places as n / (1 + (n - 1) r). Two
 views of one thing were measured to correlate by r = 0.25 to 0.40 (`bench.calibration`). The order makes no difference.
 """
 

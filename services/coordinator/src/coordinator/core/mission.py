@@ -11,6 +11,7 @@ from contracts.motion import MotionEnd
 from contracts.robot import BoxQuery
 from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Idle, Paused, Stage
+from coordinator.core.evidence import Judgement
 from coordinator.core.rules import Rules
 
 
@@ -91,6 +92,14 @@ class Candidate:
     unjudged: int = 0
     picture: int | None = None
     judged_s: float | None = None
+    log_odds: tuple[float, ...] = ()
+    """What all looks at its place came to, after each."""
+    other_sides: int = 0
+    """Drives to look at it from another side."""
+    elsewhere: bool = False
+    """The next drive is one."""
+    revisited: bool = False
+    """It was refused before, and is looked at once more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +117,8 @@ class Rejection:
     votes: tuple[Vote, ...] = ()
     record: CandidateRecord | None = None
     distance_m: float | None = None
+    sighting: Sighting | None = None
+    revisited: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +178,9 @@ class Search:
     undocks: int = 0
     rejections: tuple[Rejection, ...] = ()
     losses: tuple[Loss, ...] = ()
+    judgements: tuple[Judgement, ...] = ()
+    """Every picture that was judged, of whatever thing."""
+    revisits: int = 0
     other_objects: tuple[SeenInstead, ...] = ()
     map_trouble: MapTrouble | None = None
 

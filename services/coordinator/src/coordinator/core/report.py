@@ -27,6 +27,7 @@ def candidate_record(
         distance_m=candidate.distance_m,
         confidence=candidate.sighting.confidence,
         votes=candidate.votes,
+        log_odds=candidate.log_odds,
         confirmed=candidate.confirmed,
         narrow=narrow,
         picture=candidate.picture,

@@ -31,6 +31,11 @@ class ApproachRule(StrEnum):
     STRAIGHT = "straight"
 
 
+class ValidationRule(StrEnum):
+    TWO_OF_THREE = "two_of_three"
+    EVIDENCE = "evidence"
+
+
 class Policy(BaseModel):
     """Defaults are the requirements' numbers; where a better rule stands, the plain one stays selectable."""
 
@@ -50,6 +55,11 @@ class Policy(BaseModel):
     approach_rule: ApproachRule = Field(
         default=ApproachRule.LOCALIZED,
         description="drive to a measured place on the map, or straight ahead as requirement A10 has it",
+    )
+
+    validation_rule: ValidationRule = Field(
+        default=ValidationRule.TWO_OF_THREE,
+        description="two of three votes on one picture (requirement A11), or those and what all looks at it come to",
     )
 
     # deadlines
@@ -179,6 +189,10 @@ class Policy(BaseModel):
     )
     closer_looks_max: int = Field(default=1, ge=0, description="looks from nearer after a narrow no")
     unseen_again_max: int = Field(default=2, ge=0, description="a no on a picture without its box is asked again")
+    confirm_log_odds: float = Field(default=1.0, ge=0.0, le=20.0, description="all looks together, to confirm")
+    doubt_log_odds: float = Field(default=-1.0, ge=-20.0, le=0.0, description="a refused thing above it is in doubt")
+    other_sides_max: int = Field(default=2, ge=0, le=8, description="other sides a thing in doubt is looked at from")
+    revisits_max: int = Field(default=3, ge=0, le=20, description="things in doubt looked at again in the end")
     rejudge_share: float = Field(
         default=0.6,
         ge=0.0,

@@ -156,8 +156,16 @@ def reject(context: StepContext, text: str, *, narrow: bool) -> None:
         votes=candidate.votes,
         record=record,
         distance_m=candidate.distance_m,
+        sighting=candidate.sighting,
+        revisited=candidate.revisited,
     )
-    context.update_search(rejections=(*context.search.rejections, rejection)[-100:])
+    others = context.search.rejections
+    if (
+        candidate.other_sides > 0 and (at := candidate.map_xy) is not None
+    ):  # its looks were weighed again: one word for it
+        near_m = context.rules.rejected_radius_m
+        others = tuple(r for r in others if r.map_xy is None or math.dist(r.map_xy, at) > near_m)
+    context.update_search(rejections=(*others, rejection)[-100:])
     context.update(candidate=None, approach=None)
 
 

@@ -45,6 +45,7 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
         _S.SCANNING: "arrived",
         _S.MOVING_TO_SCAN: "this place cannot be reached: the next one",
         _S.CENTERING: "seen on the way",
+        _S.DRIVING_1M: "every place was looked at: once more to what was refused in doubt",
         _S.IDLE: f"every place was looked at; {_OVER}",
         _S.EMERGENCY_STOP: _STOP,
     },

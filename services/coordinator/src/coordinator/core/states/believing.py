@@ -8,6 +8,7 @@ from coordinator.core.activities import Navigating, PlanningCoverage
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event
 from coordinator.core.outcomes import give_up
 from coordinator.core.states.travelling import MovingToScan, is_here
+from coordinator.core.states.weighing import revisit
 from coordinator.core.step_context import StepContext
 from geometry.poses import apart_m, wrap
 
@@ -25,7 +26,8 @@ class ByBelief(MovingToScan):
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
             case PlanningCoverage(), CoveragePlanned(points=(), trouble=None, why=why):
-                give_up(context, EndCause.ALL_LOOKED, why)
+                if not revisit(context):
+                    give_up(context, EndCause.ALL_LOOKED, why)
             case PlanningCoverage(), CoveragePlanned(trouble=None):
                 self._go(context, event)
             case Navigating(), DetectionsSeen(detections=seen) if seen.pose is not None:

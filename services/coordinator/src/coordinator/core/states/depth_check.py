@@ -9,6 +9,7 @@ from coordinator.core.activities import AwaitingFrame, Validating
 from coordinator.core.depth_consensus import agreed
 from coordinator.core.events import DetectionsSeen, Event
 from coordinator.core.events import Validated as ValidatedEvent
+from coordinator.core.evidence import Judgement, fused, of_the_same, said_by
 from coordinator.core.outcomes import found, retry_or_abort
 from coordinator.core.plausibility import is_confirmed
 from coordinator.core.rules import Rules
@@ -28,6 +29,18 @@ class DepthCheck(State):
     """Whether what lies within reach counts as found without a vote."""
     looks_closer = True
     """Whether a narrow no is looked at from closer once."""
+
+    def confirms(self, context: StepContext, validation: Validation) -> bool:
+        return is_confirmed(validation, context.rules)
+
+    def doubts(self, context: StepContext) -> bool:
+        """Whether what this picture refused may be the target for other reasons."""
+        return _looked_right(context)
+
+    def looks_elsewhere(self, context: StepContext, text: str) -> bool:
+        """True where what was refused is looked at from another side before it is given up."""
+        del context, text
+        return False
 
     def once_beyond_m(self, rules: Rules) -> float:
         """What is farther than this is measured only once: it is too far to judge."""
@@ -105,7 +118,9 @@ class DepthCheck(State):
         take_measurement(context, reply)
         distance = reply.distance_m or 0.0
         context.log_event(EventKind.DEPTH, f"{distance:.2f} m away", EventFacts(distance_m=round(distance, 3)))
-        if not context.candidate.confirmed and is_refused(context.mission, context.candidate.map_xy, reply.distance_m):
+        candidate = context.candidate
+        known = candidate.confirmed or candidate.revisited or candidate.other_sides > 0
+        if not known and is_refused(context.mission, candidate.map_xy, reply.distance_m):
             lose(context)
             context.update_search(headings=context.search.headings[1:])  # else the next look would find it here again
             back_to_search(context, "this one was already rejected")
@@ -118,7 +133,9 @@ class DepthCheck(State):
 
     def _validated(self, context: StepContext, validation: Validation) -> None:
         rules, candidate = context.rules, context.candidate
-        confirmed = is_confirmed(validation, rules)
+        log_odds = _weigh(context, validation)
+        context.update_candidate(log_odds=(*candidate.log_odds, log_odds)[-100:])
+        confirmed = self.confirms(context, validation)
         context.update_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=context.now_s)
         _keep_picture(context, validation.id)
         tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
@@ -126,7 +143,9 @@ class DepthCheck(State):
         context.log_event(
             EventKind.VOTES,
             f"{word}: {tally}",
-            EventFacts(confirmed=confirmed, votes=validation.votes, picture=context.candidate.picture),
+            EventFacts(
+                confirmed=confirmed, votes=validation.votes, log_odds=log_odds, picture=context.candidate.picture
+            ),
         )
         distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
         if confirmed:
@@ -138,7 +157,7 @@ class DepthCheck(State):
                 context.transition_to(MissionState.DRIVING_1M, f"{word} ({tally}): moving closer first")
             return
         narrow = (
-            is_narrow(validation.votes, rules.narrow_margin) or _looked_right(context) or by_too_few(validation.votes)
+            is_narrow(validation.votes, rules.narrow_margin) or self.doubts(context) or by_too_few(validation.votes)
         )
         closer = (
             (narrow or unseen(validation.votes)) and distance > 1.2 and candidate.closer_looks < rules.closer_looks_max
@@ -155,9 +174,27 @@ class DepthCheck(State):
                 MissionState.CENTERING, f"{word} ({tally}); the picture did not show it: looking again"
             )
             return
-        text = f"a {_label(context)} {distance:.1f} m off ({tally})"
+        text = f"a {_label(context)} {distance:.1f} m off ({tally}{_evidence(context)})"
+        if self.looks_elsewhere(context, text):
+            return
         reject(context, text, narrow=narrow)
         back_to_search(context, f"{word} ({tally})")
+
+
+def _weigh(context: StepContext, validation: Validation) -> float:
+    """Writes the look down; returns what all looks at this place come to, this one alone without a place."""
+    said, at, here = said_by(validation.votes), context.candidate.map_xy, context.mission.robot.pose
+    if at is None or here is None:
+        return round(said, 2)
+    judgements = (*context.search.judgements, Judgement(at, (here.x, here.y), said))[-100:]
+    context.update_search(judgements=judgements)
+    return round(fused(of_the_same(judgements, at, context.rules.rejected_radius_m)), 2)
+
+
+def _evidence(context: StepContext) -> str:
+    """How it grew, where there was more than one look."""
+    grown = context.candidate.log_odds
+    return f"; evidence {', '.join(f'{one:+.1f}' for one in grown)}" if len(grown) > 1 else ""
 
 
 def take_measurement(context: StepContext, reply: Measurement) -> None:

@@ -4,25 +4,39 @@ from contracts.causes import GoalCause
 from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.robot import GoalStatus
 from coordinator.core.activities import Driving, Navigating
-from coordinator.core.approach_poses import approach_candidates, surface_distance_m
+from coordinator.core.approach_poses import approach_candidates, other_sides, surface_distance_m
 from coordinator.core.events import Event, GoalEnded, MotionEnded
 from coordinator.core.reactions import Reaction, react
-from coordinator.core.search import set_aside
+from coordinator.core.search import back_to_search, set_aside
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
 
 
 class Driving1m(State):
     def begin(self, context: StepContext) -> None:
-        candidates = approach_candidates(context, context.rules.step_ring_radii_m)
+        elsewhere = context.candidate.elsewhere
+        candidates = (
+            other_sides(context) if elsewhere else approach_candidates(context, context.rules.step_ring_radii_m)
+        )
         if candidates:
-            context.log_event(EventKind.NAVIGATION, "driving to a place closer to it")
+            side = "on another side of it" if elsewhere else "closer to it"
+            context.log_event(EventKind.NAVIGATION, f"driving to a place {side}")
             context.navigate(candidates, ring_radius_m=0.0)
+        elif elsewhere:
+            context.update(candidate=None, approach=None)
+            back_to_search(context, "there is no other side to look at it from")
         else:
             _straight(context)
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
+            case Navigating(), GoalEnded(status=status) if context.candidate.elsewhere:
+                context.update_candidate(elsewhere=False)
+                if status is GoalStatus.SUCCEEDED:
+                    context.transition_to(MissionState.CENTERING, "on another side of it: looking from here")
+                else:
+                    context.update(candidate=None, approach=None)
+                    back_to_search(context, f"its other side cannot be reached ({event.error or status.value})")
             case Navigating(), GoalEnded(status=status, cause=cause):
                 if status is GoalStatus.REJECTED or cause is GoalCause.UNREACHABLE:
                     why = f"{event.error or 'Nav2 rejected the goal'}: driving straight ahead"

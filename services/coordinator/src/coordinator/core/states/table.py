@@ -7,7 +7,7 @@ from coordinator.core.mission import Mission
 from coordinator.core.plain.approaching import PlainDepthCheck, StraightApproach, StraightStep
 from coordinator.core.plain.centering import proportional_turn
 from coordinator.core.plain.searching import PlannedOnce, SlowTurn
-from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule
+from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, ScanRule, ValidationRule
 from coordinator.core.states.approaching import Approaching
 from coordinator.core.states.believing import ByBelief
 from coordinator.core.states.centering import Centering, bearing_turn
@@ -18,6 +18,7 @@ from coordinator.core.states.resting import Resting
 from coordinator.core.states.scanning import Scanning
 from coordinator.core.states.state import State
 from coordinator.core.states.travelling import MemoryNav, MovingToScan
+from coordinator.core.states.weighing import WeighingDepthCheck
 
 RESTING, DOCKING, MOVING_TO_SCAN = Resting(), GoingToDock(), MovingToScan()
 TRAVELLING = {CoverageRule.LAWNMOWER: PlannedOnce(), CoverageRule.BELIEF: ByBelief()}
@@ -27,15 +28,22 @@ def state_of(mission: Mission) -> State:
     if mission.kind is MissionKind.DOCK and mission.state is MissionState.MEMORY_NAV:
         return DOCKING
     rules = mission.rules
-    table = states(rules.approach_rule, rules.centering_rule, rules.coverage_rule, rules.scan_rule)
+    table = states(
+        rules.approach_rule, rules.centering_rule, rules.coverage_rule, rules.scan_rule, rules.validation_rule
+    )
     return table[mission.state]
 
 
 @cache
 def states(
-    approach: ApproachRule, centering: CenteringRule, coverage: CoverageRule, scan: ScanRule
+    approach: ApproachRule,
+    centering: CenteringRule,
+    coverage: CoverageRule,
+    scan: ScanRule,
+    validation: ValidationRule,
 ) -> dict[MissionState, State]:
     straight = approach is ApproachRule.STRAIGHT
+    judging = WeighingDepthCheck() if validation is ValidationRule.EVIDENCE else DepthCheck()
     turn = bearing_turn if centering is CenteringRule.BEARING else proportional_turn
     return {
         MissionState.IDLE: RESTING,
@@ -43,7 +51,7 @@ def states(
         MissionState.SCANNING: SlowTurn() if scan is ScanRule.SLOW_TURN else Scanning(),
         MissionState.MOVING_TO_SCAN: TRAVELLING.get(coverage, MOVING_TO_SCAN),
         MissionState.CENTERING: Centering(turn, finishes_unseen=not straight),
-        MissionState.DEPTH_CHECK: PlainDepthCheck() if straight else DepthCheck(),
+        MissionState.DEPTH_CHECK: PlainDepthCheck() if straight else judging,
         MissionState.APPROACHING: StraightApproach() if straight else Approaching(),
         MissionState.DRIVING_1M: StraightStep() if straight else Driving1m(),
         MissionState.DONE: RESTING,

@@ -13,6 +13,7 @@ from coordinator.core.outcomes import abort, abort_for_the_map, give_up
 from coordinator.core.search import drop_views_looked_at, new_scan
 from coordinator.core.sightings import is_near_rejected, is_worth_pursuing, new_candidate, sightings
 from coordinator.core.states.state import State
+from coordinator.core.states.weighing import revisit
 from coordinator.core.step_context import StepContext
 from geometry.poses import apart_m, wrap
 
@@ -146,6 +147,8 @@ class MovingToScan(Travelling):
         points = tuple(p for p in search.points if not near_any(p, done, NEAR_POINT_M))
         context.update_search(points=points)
         if not points:
+            if revisit(context):
+                return
             if search.unreachable:
                 give_up(context, EndCause.NO_PLACE_LEFT, "no other place could be reached")
             else:
