@@ -11,6 +11,7 @@ POLICIES: dict[str, dict[str, Any]] = {
         "coverage_rule": "lawnmower", "scan_rule": "slow_turn", "centering_rule": "proportional",
         "approach_rule": "straight", "moving_twice": False,
     },
+    "direct": {"approach_rule": "direct"},
     "frontier": {"coverage_rule": "frontier", "memory_views_max": 0},
     "random": {"coverage_rule": "random", "memory_views_max": 0},
     "belief": {"coverage_rule": "belief"},

@@ -133,6 +133,12 @@ async def test_the_third_model_is_not_asked_when_two_agree(house: House, opened:
     assert (told.confirmed, house.vlm.asked, told.votes[2].reason) == (True, 0, "not asked: two already agree")
 
 
+async def test_the_third_model_is_not_asked_of_a_robot_that_drives_on(house: House, opened: Opened) -> None:
+    house.vlm = FakeLanguageModel(presence=True)
+    told = await judged(house, opened, {**request("red bottle", BLUE), "moving": True})
+    assert (told.confirmed, said(told), house.vlm.asked) == (False, "yes no abstain", 0)
+
+
 @pytest.mark.parametrize(("mood", "word"), [({"hangs": True}, "deadline"), ({"away": True}, "not reachable")])
 async def test_a_third_model_that_does_not_answer_abstains(
     house: House, opened: Opened, mood: dict[str, bool], word: str

@@ -95,6 +95,9 @@ class ValidateRequest(Message):
     target: Target
     bbox_xyxy: BboxXyxy | None = None
     after_stamp_s: float | None = None
+    moving: bool = Field(
+        default=False, description="the robot drives on: the vision-language model, which takes seconds, abstains"
+    )
     allow_single_vote: bool = Field(
         default=False, description="where only one model can vote at all, let its yes confirm (the answer says so)"
     )

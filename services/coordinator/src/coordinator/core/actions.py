@@ -65,6 +65,7 @@ class Validate:
     target: Target
     box: BoxQuery
     timeout_s: float
+    moving: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Idle, Paused, Stage
 from coordinator.core.evidence import Judgement
 from coordinator.core.rules import Rules
+from coordinator.core.tracking import Track
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,8 @@ class Candidate:
     sigma_m: float = 0.0
     map_xy: tuple[float, float] | None = None
     odom_xy: tuple[float, float] | None = None
+    track: Track | None = None
+    """Where all its measurements together say it is in map."""
     votes: tuple[Vote, ...] = ()
     confirmed: bool = False
     closer_looks: int = 0
@@ -133,6 +136,15 @@ class Loss:
 
 
 @dataclass(frozen=True, slots=True)
+class Goal:
+    """A place near the thing: where that was believed to be, and how far from it the goal was chosen."""
+
+    thing_xy: tuple[float, float]
+    radius_m: float
+    since_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class Approach:
     stage: Stage = Stage.RING
     drives: int = 0
@@ -143,6 +155,13 @@ class Approach:
     furniture: str = ""
     disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
+    goal: Goal | None = None
+    """On the direct way: where it drives to, while it is not there."""
+    goals: int = 0
+    votes_call: int = 0
+    """The votes asked for on the way, 0 while none are."""
+    votes_due_s: float = 0.0
+    clear_noes: int = 0
 
     @property
     def blocked(self) -> bool:

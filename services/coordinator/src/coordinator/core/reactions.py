@@ -89,7 +89,7 @@ def react(context: StepContext, ended: MotionEnded) -> Reaction:
 def lifted(context: StepContext) -> None:
     """Pauses. Where the candidate was measured to be does not hold for a robot that was carried: it is forgotten."""
     if context.mission.candidate is not None:
-        context.update_candidate(map_xy=None, odom_xy=None)
+        context.update_candidate(map_xy=None, odom_xy=None, track=None)
     context.pause(f"{MotionEnd.LIFTED.sentence}: paused until a person resumes it")
 
 

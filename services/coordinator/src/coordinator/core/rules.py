@@ -28,6 +28,7 @@ class CenteringRule(StrEnum):
 
 class ApproachRule(StrEnum):
     LOCALIZED = "localized"
+    DIRECT = "direct"
     STRAIGHT = "straight"
 
 
@@ -54,7 +55,7 @@ class Policy(BaseModel):
     )
     approach_rule: ApproachRule = Field(
         default=ApproachRule.LOCALIZED,
-        description="drive to a measured place on the map, or straight ahead as requirement A10 has it",
+        description="drive to a measured place on the map, at once (direct) or when judged, or straight ahead (A10)",
     )
 
     validation_rule: ValidationRule = Field(

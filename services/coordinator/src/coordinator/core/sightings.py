@@ -13,6 +13,7 @@ from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighti
 from coordinator.core.plausibility import plausible
 from coordinator.core.report import candidate_record, count_objects_in
 from coordinator.core.step_context import StepContext
+from coordinator.core.tracking import Track, fused, measured
 from geometry.poses import apart_m, wrap
 
 FRAME_PX = 320
@@ -93,13 +94,34 @@ def _nearest(some: Sequence[Sighting], expected_rad: float, within_rad: float) -
 
 def follow(context: StepContext, sighting: Sighting) -> None:
     named = context.candidate.colour_named or sighting.colour is not None
-    followed = replace(context.candidate, sighting=sighting, seen_s=context.now_s, colour_named=named)
+    track, seen = context.candidate.track, _located(sighting)
+    if seen is not None:
+        track = fused(track, seen) if track is not None else seen
+    followed = replace(context.candidate, sighting=sighting, seen_s=context.now_s, colour_named=named, track=track)
     context.update(candidate=followed)
 
 
 def new_candidate(context: StepContext, sighting: Sighting) -> None:
     named, here = sighting.colour is not None, context.mission.robot.pose
-    context.update(candidate=Candidate(sighting=sighting, seen_s=context.now_s, colour_named=named, origin=here))
+    context.update(
+        candidate=Candidate(
+            sighting=sighting, seen_s=context.now_s, colour_named=named, origin=here, track=_located(sighting)
+        )
+    )
+
+
+def _located(sighting: Sighting) -> Track | None:
+    """Its place alone, none where it was not measured."""
+    found = sighting.measurement
+    if found.map_point is None or found.distance_m is None:
+        return None
+    return measured(
+        found.map_point.x,
+        found.map_point.y,
+        bearing_rad=sighting.bearing_rad,
+        distance_m=found.distance_m,
+        sigma_m=found.sigma_m or 0.0,
+    )
 
 
 def is_worth_pursuing(mission: Mission, sighting: Sighting) -> bool:

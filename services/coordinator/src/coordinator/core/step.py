@@ -81,8 +81,10 @@ def _apply(context: StepContext, event: ev.Event) -> None:
 
 def _answered(context: StepContext, event: ev.Answer) -> None:
     match event:
-        case ev.CallFailed(service=service, detail=detail):
+        case ev.CallFailed(service=service, detail=detail) if event.call == context.mission.activity.call:
             _call_failed(context, service, detail, stopped=event.stopped)
+        case ev.CallFailed():
+            state_of(context.mission).handle(context, event)
         case ev.GoalEnded():
             context.update(failures=0)
             state_of(context.mission).handle(context, checked_arrival(context.mission, event))
@@ -98,7 +100,8 @@ def _answered(context: StepContext, event: ev.Answer) -> None:
 
 def _awaited(context: StepContext, call: int) -> bool:
     """Answers to calls that were given up are too late."""
-    return context.mission.running and call != 0 and context.mission.activity.call == call
+    awaited = {context.mission.activity.call, context.approach.votes_call}
+    return context.mission.running and call != 0 and call in awaited
 
 
 # time

@@ -9,7 +9,7 @@ SENTENCES: dict[MissionState, str] = {
     MissionState.MOVING_TO_SCAN: "Driving to the next place of the search.",
     MissionState.CENTERING: "Turning until the target is in the middle of the picture.",
     MissionState.DEPTH_CHECK: "Standing still: measuring the distance and validating.",
-    MissionState.APPROACHING: "Driving up to a validated target.",
+    MissionState.APPROACHING: "Driving up to a target that was validated, or is on the way (the direct approach).",
     MissionState.DRIVING_1M: "Taking one step of about a metre towards a far target.",
     MissionState.DONE: "The target was found; resets by itself.",
     MissionState.EMERGENCY_STOP: "Stopped until RESUME.",
@@ -52,7 +52,7 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
     _S.CENTERING: {
         _S.DEPTH_CHECK: "in the middle in three pictures",
         _S.SCANNING: "lost for 4 s, or not centred within 15 s",
-        _S.APPROACHING: "validated and localised, but out of the picture",
+        _S.APPROACHING: "validated and localised, but out of the picture; measured (the direct approach)",
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },
@@ -67,8 +67,8 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
     },
     _S.APPROACHING: {
         _S.DONE: "within reach, or as near as the map allows",
-        _S.CENTERING: "it drifted from the middle, or its place is not known",
-        _S.SCANNING: "it cannot be driven up to",
+        _S.CENTERING: "it drifted from the middle, its place is not known, or the way there settled nothing",
+        _S.SCANNING: "it cannot be driven up to, or was refused on the way",
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },

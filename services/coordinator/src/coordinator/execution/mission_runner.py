@@ -268,8 +268,10 @@ class MissionRunner:
     async def _ask(self, action: do.Validate | do.PlanCoverage) -> ev.Event:
         async with asyncio.timeout(action.timeout_s):
             match action:
-                case do.Validate(call=call, target=target, box=box):
-                    request = ValidateRequest(target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s)
+                case do.Validate(call=call, target=target, box=box, moving=moving):
+                    request = ValidateRequest(
+                        target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s, moving=moving
+                    )
                     return ev.Validated(call, await self._inference.validate(request, timeout_s=action.timeout_s))
                 case do.PlanCoverage() if self._believed is not None:
                     return await self._choose(self._believed, action)

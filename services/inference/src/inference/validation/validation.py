@@ -55,7 +55,11 @@ class Validator:
         )
         bbox = meant.bbox_xyxy if meant is not None else request.bbox_xyxy
         second = await self._ask_clip(image, bbox, request.target, meant)
-        third = await self._ask_vlm(image, bbox, request.target, (first, second))
+        third = (
+            abstain("vlm", "not asked: the robot drives on")
+            if request.moving
+            else await self._ask_vlm(image, bbox, request.target, (first, second))
+        )
         votes = (first, second, third)
         decision = decide(votes, allow_single_vote=request.allow_single_vote)
         return Validation(

@@ -64,11 +64,9 @@ class Centering(State):
             context.stop_motion()
             self.on_timeout(context)
             return
-        other = _other_colour(context, seen)
+        other = other_colour(context, seen)
         if other:
-            context.stop_motion()
-            lose(context)
-            back_to_search(context, f"it is {other}, not {context.mission.colour}")
+            leave_for_its_colour(context, other)
             return
         sighting = tracked(context.mission, context.candidate, seen)
         if sighting is None:
@@ -87,7 +85,7 @@ class Centering(State):
         self.turn(context, sighting)
 
 
-def _other_colour(context: StepContext, seen: Detections) -> str:
+def other_colour(context: StepContext, seen: Detections) -> str:
     """The colour it has after all, once enough pictures have named it; empty until then."""
     asked, named = context.mission.colour, colour_in_its_place(context.mission, context.candidate, seen)
     if asked is None or named is None:
@@ -95,6 +93,12 @@ def _other_colour(context: StepContext, seen: Detections) -> str:
     count = context.candidate.other_colour + (1 if named != asked else -1)
     context.update_candidate(other_colour=max(0, count))
     return named if count >= context.rules.other_colour_looks else ""
+
+
+def leave_for_its_colour(context: StepContext, other: str) -> None:
+    context.stop_motion()
+    lose(context)
+    back_to_search(context, f"it is {other}, not {context.mission.colour}")
 
 
 def bearing_turn(context: StepContext, sighting: Sighting) -> None:

@@ -1,5 +1,7 @@
 """DEPTH_CHECK: standing still, measuring how far, and asking the three votes (requirements A9 to A11)."""
 
+from collections.abc import Callable
+
 from contracts.geometry import Pose2D
 from contracts.measuring import Measurement
 from contracts.mission import EventFacts, EventKind, MissionState
@@ -81,7 +83,7 @@ class DepthCheck(State):
         context.update_candidate(unjudged=context.candidate.unjudged + 1)
         if context.candidate.unjudged < context.rules.judge_tries:
             return False
-        reject(context, f"a {_label(context)} that could not be judged ({detail})", narrow=True)
+        reject(context, f"a {label_of(context)} that could not be judged ({detail})", narrow=True)
         back_to_search(context, f"inference could not judge it in {context.rules.judge_tries} tries")
         return True
 
@@ -133,20 +135,8 @@ class DepthCheck(State):
 
     def _validated(self, context: StepContext, validation: Validation) -> None:
         rules, candidate = context.rules, context.candidate
-        log_odds = _weigh(context, validation)
-        context.update_candidate(log_odds=(*candidate.log_odds, log_odds)[-100:])
-        confirmed = self.confirms(context, validation)
-        context.update_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=context.now_s)
-        _keep_picture(context, validation.id)
-        tally = ", ".join(f"{v.voter} {v.verdict.value}" for v in validation.votes)
+        confirmed, tally = take_votes(context, validation, self.confirms), in_words(validation.votes)
         word = "confirmed" if confirmed else "refused"
-        context.log_event(
-            EventKind.VOTES,
-            f"{word}: {tally}",
-            EventFacts(
-                confirmed=confirmed, votes=validation.votes, log_odds=log_odds, picture=context.candidate.picture
-            ),
-        )
         distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
         if confirmed:
             if distance <= rules.reach_m:
@@ -174,7 +164,7 @@ class DepthCheck(State):
                 MissionState.CENTERING, f"{word} ({tally}); the picture did not show it: looking again"
             )
             return
-        text = f"a {_label(context)} {distance:.1f} m off ({tally}{_evidence(context)})"
+        text = f"a {label_of(context)} {distance:.1f} m off ({tally}{_evidence(context)})"
         if self.looks_elsewhere(context, text):
             return
         reject(context, text, narrow=narrow)
@@ -195,6 +185,32 @@ def _evidence(context: StepContext) -> str:
     """How it grew, where there was more than one look."""
     grown = context.candidate.log_odds
     return f"; evidence {', '.join(f'{one:+.1f}' for one in grown)}" if len(grown) > 1 else ""
+
+
+def take_votes(
+    context: StepContext, validation: Validation, confirms: Callable[[StepContext, Validation], bool]
+) -> bool:
+    """Whether they confirm it. Kept with the picture they were given on."""
+    log_odds = _weigh(context, validation)
+    context.update_candidate(log_odds=(*context.candidate.log_odds, log_odds)[-100:])
+    confirmed = confirms(context, validation)
+    context.update_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=context.now_s)
+    _keep_picture(context, validation.id)
+    picture = context.candidate.picture
+    context.log_event(
+        EventKind.VOTES,
+        f"{'confirmed' if confirmed else 'refused'}: {in_words(validation.votes)}",
+        EventFacts(confirmed=confirmed, votes=validation.votes, log_odds=log_odds, picture=picture),
+    )
+    return confirmed
+
+
+def two_of_three(context: StepContext, validation: Validation) -> bool:
+    return is_confirmed(validation, context.rules)
+
+
+def in_words(votes: tuple[Vote, ...]) -> str:
+    return ", ".join(f"{v.voter} {v.verdict.value}" for v in votes)
 
 
 def take_measurement(context: StepContext, reply: Measurement) -> None:
@@ -226,11 +242,19 @@ def _unmeasured(context: StepContext) -> None:
 
 
 def _ask(context: StepContext) -> None:
-    mission, call, limit_s = context.mission, context.call(), context.rules.validate_timeout_s
-    assert mission.target is not None, "a running mission has a target"
-    context.request(do.Validate(call, mission.target, context.candidate.sighting.box, limit_s))
-    context.set_activity(Validating(call, context.now_s + limit_s + context.rules.call_margin_s))
-    context.update(progress=f"checking whether this is the {mission.target.description}")
+    call = ask_votes(context, moving=False)
+    limit_s = context.rules.validate_timeout_s + context.rules.call_margin_s
+    context.set_activity(Validating(call, context.now_s + limit_s))
+
+
+def ask_votes(context: StepContext, *, moving: bool) -> int:
+    """The number of the call."""
+    target, call = context.mission.target, context.call()
+    assert target is not None, "a running mission has a target"
+    box, limit_s = context.candidate.sighting.box, context.rules.validate_timeout_s
+    context.request(do.Validate(call, target, box, limit_s, moving))
+    context.update(progress=f"checking whether this is the {target.description}")
+    return call
 
 
 def _keep_picture(context: StepContext, validation_id: str) -> None:
@@ -241,6 +265,10 @@ def _keep_picture(context: StepContext, validation_id: str) -> None:
     context.update(pictures=number + 1)
     context.update_candidate(picture=number)
     context.request(do.KeepPicture(number, validation_id))
+
+
+def is_no_clear_no(context: StepContext, votes: tuple[Vote, ...]) -> bool:
+    return is_narrow(votes, context.rules.narrow_margin) or _looked_right(context) or by_too_few(votes)
 
 
 def _looked_right(context: StepContext) -> bool:
@@ -271,5 +299,5 @@ def is_narrow(votes: tuple[Vote, ...], margin: float) -> bool:
     )
 
 
-def _label(context: StepContext) -> str:
+def label_of(context: StepContext) -> str:
     return context.mission.target.label if context.mission.target is not None else "thing"

@@ -12,6 +12,7 @@ from coordinator.core.states.approaching import Approaching
 from coordinator.core.states.believing import ByBelief
 from coordinator.core.states.centering import Centering, bearing_turn
 from coordinator.core.states.depth_check import DepthCheck
+from coordinator.core.states.direct import DirectApproach, DirectCentering
 from coordinator.core.states.docking import GoingToDock
 from coordinator.core.states.driving_1m import Driving1m
 from coordinator.core.states.resting import Resting
@@ -42,7 +43,7 @@ def states(
     scan: ScanRule,
     validation: ValidationRule,
 ) -> dict[MissionState, State]:
-    straight = approach is ApproachRule.STRAIGHT
+    straight, direct = approach is ApproachRule.STRAIGHT, approach is ApproachRule.DIRECT
     judging = WeighingDepthCheck() if validation is ValidationRule.EVIDENCE else DepthCheck()
     turn = bearing_turn if centering is CenteringRule.BEARING else proportional_turn
     return {
@@ -50,9 +51,9 @@ def states(
         MissionState.MEMORY_NAV: MemoryNav(),
         MissionState.SCANNING: SlowTurn() if scan is ScanRule.SLOW_TURN else Scanning(),
         MissionState.MOVING_TO_SCAN: TRAVELLING.get(coverage, MOVING_TO_SCAN),
-        MissionState.CENTERING: Centering(turn, finishes_unseen=not straight),
+        MissionState.CENTERING: (DirectCentering if direct else Centering)(turn, finishes_unseen=not straight),
         MissionState.DEPTH_CHECK: PlainDepthCheck() if straight else judging,
-        MissionState.APPROACHING: StraightApproach() if straight else Approaching(),
+        MissionState.APPROACHING: StraightApproach() if straight else DirectApproach() if direct else Approaching(),
         MissionState.DRIVING_1M: StraightStep() if straight else Driving1m(),
         MissionState.DONE: RESTING,
         MissionState.EMERGENCY_STOP: RESTING,
