@@ -12,11 +12,11 @@ from contracts.geometry import Pose2D
 from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
 from coordinator.belief.clues import Clue
 from coordinator.belief.detection_probability import KINDS, OFF_AXIS, across, by_distance
-from coordinator.belief.next_view import Choice, Pace, next_view
+from coordinator.belief.next_view import Choice, MotionTimes, next_view
 from geometry.grids import OccupancyGrid
 
 HFOV_RAD = 0.94
-PACE = Pace(speed_m_s=0.3, turn_rad_s=1.0, hfov_rad=HFOV_RAD, step_rad=0.733)
+PACE = MotionTimes(speed_m_s=0.3, turn_rad_s=1.0, hfov_rad=HFOV_RAD, step_rad=0.733)
 RADIUS_M = 0.17
 
 
@@ -233,3 +233,34 @@ def test_a_box_spans_its_bearings() -> None:
     right, left = box_bearings(125.0, 250.0, 250, HFOV_RAD)
     assert right == pytest.approx(-HFOV_RAD / 2)
     assert left == pytest.approx(0.0)
+
+
+def boxed_when_facing(thing: tuple[float, float], pose: Pose2D) -> Glance:
+    """A look of which the box is what stands there, when that is in the picture."""
+    bearing = math.remainder(math.atan2(thing[1] - pose.y, thing[0] - pose.x) - pose.yaw, 2 * math.pi)
+    boxes = ((bearing - 0.1, bearing + 0.1),) * (abs(bearing) < HFOV_RAD / 2)
+    return Glance(pose, HFOV_RAD, boxes)
+
+
+@pytest.mark.parametrize("refused", [((3.0, 2.6),), ()], ids=["refused", "lost, or refused without a place"])
+def test_the_search_moves_on_from_a_box_that_is_not_it_and_ends(refused: tuple[tuple[float, float], ...]) -> None:
+    belief, here = belief_of(grid=flat(rooms=1)), START
+    views: list[tuple[Pose2D, tuple[float, ...]]] = []
+    while len(views) < 40 and (view := next_view(belief, here, PACE).view) is not None:
+        views.append((view.pose, view.headings))
+        for heading in view.headings:
+            here = Pose2D(x=view.pose.x, y=view.pose.y, yaw=heading)
+            belief.look(boxed_when_facing((3.0, 2.6), here))
+        for x, y in refused:
+            belief.refuse(x, y)
+    assert len(views) < 40
+    assert len(set(views)) == len(views)
+
+
+def test_a_refused_box_leaves_what_lies_before_and_behind_it_as_looked_at_in_vain() -> None:
+    boxed, vain = belief_of(), belief_of()
+    boxed.look(Glance(START, HFOV_RAD, ((-0.1, 0.1),)))
+    boxed.refuse(3.0, 2.0)
+    vain.look(Glance(START, HFOV_RAD))
+    vain.refuse(3.0, 2.0)
+    assert np.allclose(boxed.cells, vain.cells)

@@ -16,7 +16,7 @@ from contracts.geometry import Pose2D
 from coordinator.belief.clues import Clue
 from coordinator.belief.detection_probability import across, by_distance
 from coordinator.coverage.untyped import maximum_filter
-from coordinator.coverage.viewpoints import Coarse, coarsen
+from coordinator.coverage.viewpoints import CoarseMap, coarsen
 from coordinator.coverage.visibility import VisibilityIndex
 from geometry.grids import OccupancyGrid
 from geometry.poses import wrap
@@ -35,6 +35,8 @@ SEEN_TIMES = 6.0
 REFUSED_M, REFUSED_LEFT = 0.4, 0.05
 
 Cells = NDArray[np.float64]
+_Shown = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]
+"""Cells of one look: sides, rows, columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +56,16 @@ class BeliefMap:
     ) -> None:
         self.grid = grid
         self.label = label
-        self.coarse: Coarse = coarsen(grid, radius_m, start)
+        self.coarse: CoarseMap = coarsen(grid, radius_m, start)
         self.reach = int(REACH_M / self.coarse.resolution_m)
         self.clues = tuple(clues)
         self._prior = self._believed_before()
         self.doubt = np.zeros((SIDES, *self._prior.shape))
         """(sides, rows, columns): the best chance so far of having seen it there, from each side."""
-        self._times = np.ones_like(self._prior)
+        self.looked = self.doubt.copy()
+        """The same of every look, in vain or not: to look there again from that side shows nothing new."""
+        self._boxed: list[tuple[_Shown, Cells]] = []
+        self._refused = np.zeros(self._prior.shape, dtype=bool)
 
     @property
     def cells(self) -> Cells:
@@ -84,23 +89,29 @@ class BeliefMap:
         bearings = (bearings + np.pi) % (2 * np.pi) - np.pi
         off_axis = np.abs(np.tan(np.clip(bearings, -1.5, 1.5))) / math.tan(glance.hfov_rad / 2)
         off_axis = np.where(np.abs(bearings) < np.pi / 2, off_axis, np.inf)
-        chance = by_distance(self.label, np.hypot(rows, columns) * self.coarse.resolution_m) * across(off_axis)
+        in_the_middle = by_distance(self.label, np.hypot(rows, columns) * self.coarse.resolution_m)
+        chance = in_the_middle * across(off_axis)
         rows, columns = rows + place[0], columns + place[1]
         height, width = self._prior.shape
         shown = view.seen[0] & (chance > 0) & (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-        boxed = np.zeros_like(shown)
+        sides, vain = sides_of(*view.around), shown.copy()
         for low, high in glance.boxes_rad:
-            boxed |= shown & (bearings >= low) & (bearings <= high)
-        self._times[rows[boxed], columns[boxed]] = SEEN_TIMES
-        vain = shown & ~boxed
-        sides = sides_of(*view.around)[vain]
-        at = sides, rows[vain], columns[vain]
-        self.doubt[at] = np.maximum(self.doubt[at], chance[vain])
+            boxed = shown & (bearings >= low) & (bearings <= high)
+            vain &= ~boxed
+            at = sides[boxed], rows[boxed], columns[boxed]
+            self._boxed.append((at, chance[boxed]))
+            self.looked[at] = np.maximum(self.looked[at], in_the_middle[boxed])
+        self._in_vain((sides[vain], rows[vain], columns[vain]), chance[vain])
 
     def refuse(self, x: float, y: float) -> None:
-        """What stands there was judged, and is another thing."""
+        """What stands there was judged, and is another thing: the looks that showed its box were in vain."""
         there = self._apart_m(x, y) <= REFUSED_M
-        self._times[there] = np.minimum(self._times[there], REFUSED_LEFT)
+        self._refused |= there
+        of_it = [there[rows, columns].any() for (_, rows, columns), _ in self._boxed]
+        for (at, chance), judged in zip(self._boxed, of_it, strict=True):
+            if judged:
+                self._in_vain(at, chance)
+        self._boxed = [one for one, judged in zip(self._boxed, of_it, strict=True) if not judged]
 
     def cell(self, pose: Pose2D) -> tuple[int, int] | None:
         fine = self.grid.cell(pose.x, pose.y)
@@ -115,8 +126,16 @@ class BeliefMap:
         row, column = np.unravel_index(int(np.argmax(self.cells)), self._prior.shape)
         return self.point(int(row), int(column))
 
+    def _in_vain(self, at: _Shown, chance: Cells) -> None:
+        for known in (self.doubt, self.looked):
+            known[at] = np.maximum(known[at], chance)
+
     def _left(self) -> Cells:
-        return self._prior * self._times * np.prod(1.0 - self.doubt, axis=0)
+        times = np.ones_like(self._prior)
+        for (_, rows, columns), _ in self._boxed:
+            times[rows, columns] = SEEN_TIMES
+        times[self._refused] = REFUSED_LEFT
+        return self._prior * times * np.prod(1.0 - self.doubt, axis=0)
 
     def _apart_m(self, x: float, y: float) -> Cells:
         rows, columns = np.indices(self.coarse.free.shape)

@@ -35,7 +35,7 @@ NEAR_M = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class MotionTimes:
     """How long moving and looking takes."""
 
     speed_m_s: float
@@ -52,7 +52,7 @@ class Pace:
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class NextView:
     """Stand there, and look in these directions of the map frame, one after another."""
 
     pose: Pose2D
@@ -66,7 +66,7 @@ class View:
 class Choice:
     """None where nothing is worth it any more; `here` is how probably the target is on this map."""
 
-    view: View | None
+    view: NextView | None
     here: float
     why: str
     trouble: MapTrouble | None = None
@@ -83,7 +83,7 @@ class _Option:
 
 
 def next_view(
-    belief: BeliefMap, here: Pose2D, pace: Pace, *, avoid: tuple[Pose2D, ...] = (), avoid_m: float = 0.35
+    belief: BeliefMap, here: Pose2D, pace: MotionTimes, *, avoid: tuple[Pose2D, ...] = (), avoid_m: float = 0.35
 ) -> Choice:
     """The same belief, place and pace give the same choice."""
     trouble = trouble_of(belief.grid, fits=bool(belief.coarse.passable.any()))
@@ -95,7 +95,9 @@ def next_view(
 class _Views:
     """All views of one belief from where the robot stands; place 0 is that place."""
 
-    def __init__(self, belief: BeliefMap, here: Pose2D, pace: Pace, avoid: tuple[Pose2D, ...], avoid_m: float) -> None:
+    def __init__(
+        self, belief: BeliefMap, here: Pose2D, pace: MotionTimes, avoid: tuple[Pose2D, ...], avoid_m: float
+    ) -> None:
         self._belief, self._pace, self._here = belief, pace, here
         coarse, reach = belief.coarse, belief.reach
         start = belief.cell(here) or (0, 0)
@@ -107,7 +109,7 @@ class _Views:
         bins = np.minimum((turned / BIN_RAD).astype(np.intp), BINS - 1)
         padded = np.pad(belief.cells, reach)
         self._mass = padded.ravel()
-        self._doubt = np.pad(belief.doubt, ((0, 0), (reach, reach), (reach, reach))).ravel()
+        self._doubt = np.pad(belief.looked, ((0, 0), (reach, reach), (reach, reach))).ravel()
         place, disc = np.nonzero(index.seen & (self._mass[index.cells] > 0.0))
         chance = by_distance(belief.label, np.hypot(rows, columns) * coarse.resolution_m)
         self._places = np.vstack([[start], lattice])
@@ -232,7 +234,7 @@ class _Views:
     def _arc_rad(self, looks: int) -> float:
         return self._pace.hfov_rad + (looks - 1) * self._pace.step_rad
 
-    def _view(self, option: _Option) -> View:
+    def _view(self, option: _Option) -> NextView:
         x, y = self._here.x, self._here.y
         if option.place != 0:
             x, y = self._belief.point(*map(int, self._places[option.place]))
@@ -244,9 +246,9 @@ class _Views:
         if abs(wrap(headings[-1] - towards)) < abs(wrap(headings[0] - towards)):
             headings.reverse()
         pose = Pose2D(x=x, y=y, yaw=headings[0])
-        return View(pose, tuple(headings), option.gain, option.seconds, float(self._metres(0)[option.place]))
+        return NextView(pose, tuple(headings), option.gain, option.seconds, float(self._metres(0)[option.place]))
 
-    def _sentence(self, view: View, here: float) -> str:
+    def _sentence(self, view: NextView, here: float) -> str:
         where = "here" if view.metres == 0 else f"{view.metres:.1f} m away"
         looks = f"{len(view.headings)} look{'s' if len(view.headings) > 1 else ''}"
         near = [c for c in self._belief.clues if math.hypot(c.x - view.pose.x, c.y - view.pose.y) <= NEAR_M]

@@ -25,7 +25,7 @@ BESIDE_CELLS = 4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Coarse:
+class CoarseMap:
     """Every n-th cell stands for its block: free when most of it is, blocked when any of it is occupied; passable where
     the robot fits, walkable where it may also stand and turn with room to spare.
     """
@@ -76,7 +76,7 @@ def _blocks(mask: Mask, factor: int) -> NDArray[np.bool_]:
     return padded.reshape(rows, factor, columns, factor)
 
 
-def coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> Coarse:
+def coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> CoarseMap:
     factor = max(1, round(COARSE_M / grid.resolution_m))
     free: Mask = np.asarray(_blocks(grid.free, factor).mean(axis=(1, 3)) >= 0.5)
     blocked: Mask = np.asarray(~free | _blocks(grid.occupied, factor).any(axis=(1, 3)))
@@ -94,7 +94,7 @@ def coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> Coars
     walkable &= passable
     if not walkable.any():
         walkable = passable.copy()
-    return Coarse(factor, free, blocked, passable, walkable, grid.resolution_m * factor)
+    return CoarseMap(factor, free, blocked, passable, walkable, grid.resolution_m * factor)
 
 
 def _standing(grid: OccupancyGrid, clearance_m: float, factor: int) -> Mask:
@@ -112,7 +112,9 @@ def _nearest_label(labels: NDArray[np.int32], row: int, column: int) -> int:
     return int(labels[rows[nearest], columns[nearest]])
 
 
-def candidate_cells(grid: OccupancyGrid, coarse: Coarse, avoid: tuple[Pose2D, ...], avoid_m: float) -> NDArray[np.intp]:
+def candidate_cells(
+    grid: OccupancyGrid, coarse: CoarseMap, avoid: tuple[Pose2D, ...], avoid_m: float
+) -> NDArray[np.intp]:
     """(n, 2) coarse cells: a lattice over what is walkable, and in each region at least its roomiest cell."""
     stride = max(1, round(CANDIDATE_STRIDE_M / coarse.resolution_m))
     lattice = np.zeros_like(coarse.walkable)
@@ -128,7 +130,9 @@ def candidate_cells(grid: OccupancyGrid, coarse: Coarse, avoid: tuple[Pose2D, ..
     return cells
 
 
-def _chosen(coarse: Coarse, candidates: NDArray[np.intp], todo: Mask, reach: int, points_max: int) -> NDArray[np.intp]:
+def _chosen(
+    coarse: CoarseMap, candidates: NDArray[np.intp], todo: Mask, reach: int, points_max: int
+) -> NDArray[np.intp]:
     """(n, 2) cells: of the lattice first; then, for what those leave unseen, of all walkable cells beside it."""
     gain_min = max(1, int(GAIN_MIN_M2 / coarse.resolution_m**2))
     lattice = VisibilityIndex(coarse.blocked, candidates, reach)
@@ -146,12 +150,12 @@ def _chosen(coarse: Coarse, candidates: NDArray[np.intp], todo: Mask, reach: int
     return np.concatenate([candidates[first], more[second]])
 
 
-def _start_cell(grid: OccupancyGrid, coarse: Coarse, start: Pose2D | None) -> tuple[int, int] | None:
+def _start_cell(grid: OccupancyGrid, coarse: CoarseMap, start: Pose2D | None) -> tuple[int, int] | None:
     cell = grid.cell(start.x, start.y) if start is not None else None
     return (cell[0] // coarse.factor, cell[1] // coarse.factor) if cell is not None else None
 
 
-def _in_order(coarse: Coarse, cells: NDArray[np.intp], start: tuple[int, int] | None) -> NDArray[np.intp]:
+def _in_order(coarse: CoarseMap, cells: NDArray[np.intp], start: tuple[int, int] | None) -> NDArray[np.intp]:
     """Nearest neighbour from the start, then 2-opt with the start fixed and the end open; on foot for few stops, as the
     crow flies and without 2-opt for many.
     """
@@ -196,7 +200,7 @@ def two_opt(order: list[int], between: NDArray[np.float64], rounds_max: int = 10
     return tour.tolist()
 
 
-def walks_m(coarse: Coarse, stops: NDArray[np.intp], starts: NDArray[np.intp] | None = None) -> NDArray[np.float64]:
+def walks_m(coarse: CoarseMap, stops: NDArray[np.intp], starts: NDArray[np.intp] | None = None) -> NDArray[np.float64]:
     """(starts, stops) metres on foot over passable cells; as the crow flies, times three, where no way is known.
 
     Without `starts` from every stop.

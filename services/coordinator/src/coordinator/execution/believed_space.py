@@ -1,13 +1,14 @@
 """The shell's side of the belief: one a mission, on the newest map, told of every look; choosing runs in a thread."""
 
 import asyncio
+import threading
 
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.vision import Detections, Target
 from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
 from coordinator.belief.clues import Clue
-from coordinator.belief.next_view import Choice, Pace, next_view
+from coordinator.belief.next_view import Choice, MotionTimes, next_view
 from coordinator.core.rules import Rules
 from coordinator.coverage.explored_space import LOOKS_MAX, PLANNING_TASK
 from geometry.grids import OccupancyGrid
@@ -22,6 +23,7 @@ class BelievedSpace:
         self._belief: BeliefMap | None = None
         self._glances: list[Glance] = []
         self._told = 0
+        self._choosing = threading.Lock()
 
     def look(self, pose: Pose2D, seen: Detections | None) -> None:
         if seen is None or len(self._glances) >= LOOKS_MAX:
@@ -42,23 +44,24 @@ class BelievedSpace:
     def _choose(
         self, grid: OccupancyGrid, here: Pose2D, avoid: tuple[Pose2D, ...], refused: tuple[tuple[float, float], ...]
     ) -> Choice:
-        """The belief is touched here alone, one call after another."""
-        body, rules, belief = self._body, self._rules, self._belief
-        if belief is None or belief.grid is not grid:
-            self._told = 0
-            belief = self._belief = BeliefMap(
-                grid, label=self._target.label, clues=self._clues, radius_m=body.footprint_radius_m, start=here
+        """The belief is touched here alone, one call after another: the thread of a cancelled one goes on."""
+        with self._choosing:
+            body, rules, belief = self._body, self._rules, self._belief
+            if belief is None or belief.grid is not grid:
+                self._told = 0
+                belief = self._belief = BeliefMap(
+                    grid, label=self._target.label, clues=self._clues, radius_m=body.footprint_radius_m, start=here
+                )
+            told = len(self._glances)
+            for glance in self._glances[self._told : told]:
+                belief.look(glance)
+            self._told = told
+            for x, y in refused:
+                belief.refuse(x, y)
+            pace = MotionTimes(
+                speed_m_s=body.speed_m_s_max,
+                turn_rad_s=rules.scan_speed_rad_s,
+                hfov_rad=rules.camera_hfov_rad,
+                step_rad=min(rules.scan_step_rad, rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)),
             )
-        glances = self._glances[self._told :]
-        for glance in glances:
-            belief.look(glance)
-        self._told += len(glances)
-        for x, y in refused:
-            belief.refuse(x, y)
-        pace = Pace(
-            speed_m_s=body.speed_m_s_max,
-            turn_rad_s=rules.scan_speed_rad_s,
-            hfov_rad=rules.camera_hfov_rad,
-            step_rad=min(rules.scan_step_rad, rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)),
-        )
-        return next_view(belief, here, pace, avoid=avoid)
+            return next_view(belief, here, pace, avoid=avoid)
