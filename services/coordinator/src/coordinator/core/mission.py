@@ -136,7 +136,7 @@ class Loss:
 
 
 @dataclass(frozen=True, slots=True)
-class Goal:
+class NearGoal:
     """A place near the thing: where that was believed to be, and how far from it the goal was chosen."""
 
     thing_xy: tuple[float, float]
@@ -155,7 +155,7 @@ class Approach:
     furniture: str = ""
     disputed: tuple[tuple[float, float], ...] = ()
     until_s: float = float("inf")
-    goal: Goal | None = None
+    goal: NearGoal | None = None
     """On the direct way: where it drives to, while it is not there."""
     goals: int = 0
     votes_call: int = 0

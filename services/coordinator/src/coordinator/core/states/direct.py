@@ -12,7 +12,7 @@ from contracts.vision import Detections, Validation
 from coordinator.core.activities import Navigating
 from coordinator.core.approach_poses import approach_candidates
 from coordinator.core.events import CallFailed, DetectionsSeen, Event, GoalEnded, Tick, Validated
-from coordinator.core.mission import Approach, Goal
+from coordinator.core.mission import Approach, NearGoal
 from coordinator.core.search import back_to_search
 from coordinator.core.sightings import follow, reject, tracked
 from coordinator.core.states.approaching import APPROACH_TIMEOUT_S, Approaching
@@ -96,7 +96,7 @@ def _drive_on(context: StepContext, text: str) -> bool:
     candidates = approach_candidates(context, radii_m[:8])
     if not candidates or context.approach.goals >= GOALS_MAX:
         return False
-    goal = Goal(track.place, radius_m, context.now_s)
+    goal = NearGoal(track.place, radius_m, context.now_s)
     context.update_approach(goal=goal, goals=context.approach.goals + 1)
     context.log_event(EventKind.NAVIGATION, text)
     context.navigate(candidates, ring_radius_m=0.0)
