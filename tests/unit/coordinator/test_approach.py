@@ -215,8 +215,39 @@ def test_the_plain_approach_stands_still_and_says_why_where_nobody_measures() ->
     assert script.asked(do.StopMotion)
     assert len(script.wait(1.0).asked(do.SetVelocity)) == leases
     assert "robot_bridge: no measurement came with the picture; trying again" in script.said()
-    script.wait(1.2).see(box()).wait(3.2).see(box())
+    assert len(script.wait(1.2).asked(do.SetVelocity)) == leases
+    script.see(box()).wait(3.2).see(box())
     assert script.mission.outcome is Outcome.ABORTED
+    assert len(script.asked(do.SetVelocity)) == leases
+
+
+def test_the_plain_approach_drives_on_once_it_is_measured_again() -> None:
+    script = approaching(approach_rule="straight").see(box()).wait(2.2)
+    leases = len(script.asked(do.SetVelocity))
+    assert len(script.see_at(1.0, 1.06).wait(0.3).asked(do.SetVelocity)) > leases
+
+
+def test_the_plain_approach_turns_to_it_again_where_it_is_gone_after_a_failure() -> None:
+    script = approaching(approach_rule="straight").see(box()).wait(5.5)
+    assert script.mission.state is S.CENTERING
+
+
+def test_the_last_look_is_measured_or_the_robot_stands_and_says_who_failed() -> None:
+    script = approaching(failures_max=3).arrived().see(box())
+    drives = len(script.asked(do.Drive))
+    for _ in range(20):
+        script.see(box()).wait(0.7)
+    assert len(script.asked(do.Drive)) == drives
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "robot_bridge failed 3 times in a row" in script.mission.reason
+
+
+def test_a_last_look_that_is_measured_late_goes_on_from_where_it_stands() -> None:
+    script = approaching().arrived().see(box()).wait(5.0)
+    goals = len(script.asked(do.Navigate))
+    script.wait(1.0).measured(0.7)
+    assert script.asked(do.Drive)
+    assert len(script.asked(do.Navigate)) == goals
 
 
 def test_a_measurement_ends_the_row_of_those_that_failed() -> None:

@@ -72,9 +72,24 @@ def test_too_few_measurements_decide_nothing_it_is_looked_at_again() -> None:
 
 
 def test_without_any_measurement_the_cause_is_told_and_it_is_tried_again() -> None:
-    script = Script(failures_max=2).begin().centred().wait(2.2)
+    script = Script(failures_max=2).begin().centred().see(box()).wait(2.2)
     assert "robot_bridge: no measurement came with the picture; trying again" in script.said()
     assert script.mission.running
+
+
+def test_who_never_measures_is_named_as_the_cause_after_the_failures_that_count() -> None:
+    script = Script(failures_max=3).begin().centred()
+    for _ in range(20):
+        script.see(box()).wait(0.7)
+    assert script.mission.outcome is Outcome.ABORTED
+    assert "robot_bridge failed 3 times in a row" in script.mission.reason
+    assert script.states.count(S.CENTERING) == 1
+
+
+def test_a_target_that_left_the_picture_is_nobodys_failure() -> None:
+    script = Script().begin().centred().wait(2.2)
+    assert script.mission.state is S.CENTERING
+    assert script.mission.failures == 0
 
 
 def test_beside_something_refused_what_was_not_measured_is_looked_at_again() -> None:

@@ -96,6 +96,8 @@ class AwaitingFrame:
     after_s: float
     until_s: float
     call: int = 0
+    unmeasured: str | None = None
+    """Why nobody measured the target's box in the newest picture that showed it; None while no picture did so."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from contracts.mission import MissionState
 from contracts.motion import MotionEnd
 from contracts.vision import Detections
 from coordinator.core import actions as do
-from coordinator.core.activities import Steering
+from coordinator.core.activities import AwaitingFrame, Steering
 from coordinator.core.events import DetectionsSeen, Event, LeaseAnswered, MotionEnded, Tick
 from coordinator.core.outcomes import found, retry_or_abort
 from coordinator.core.reactions import Reaction, react
@@ -25,12 +25,17 @@ OVERTIME_S = 10.0
 
 class StraightApproach(State):
     def begin(self, context: StepContext) -> None:
-        distance = context.candidate.distance_m or context.rules.near_m
-        until_s = context.now_s + distance / context.rules.approach_speed_m_s + OVERTIME_S
-        context.set_activity(Steering(until_s=until_s, moving_s=context.now_s))
+        """After a failure it stands until a picture is measured: it does not drive by a distance nobody checks."""
+        if context.mission.failures > 0:
+            context.look(context.rules.look_again_s)
+        else:
+            context.set_activity(_ahead(context))
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
+            case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
+                if _follow(context, seen):
+                    _check_depth(context, _ahead(context))
             case Steering() as steering, Tick():
                 _tick(context, steering)
             case Steering() as steering, DetectionsSeen(detections=seen):
@@ -43,7 +48,9 @@ class StraightApproach(State):
 
     def on_timeout(self, context: StepContext) -> None:
         context.stop_motion()
-        context.transition_to(MissionState.CENTERING, "not there in time: turning to it again")
+        waited = isinstance(context.mission.activity, AwaitingFrame)
+        why = "out of view: looking again" if waited else "not there in time: turning to it again"
+        context.transition_to(MissionState.CENTERING, why)
 
 
 class StraightStep(State):
@@ -72,6 +79,12 @@ class PlainDepthCheck(DepthCheck):
 
     def once_beyond_m(self, rules: Rules) -> float:
         return rules.near_m
+
+
+def _ahead(context: StepContext) -> Steering:
+    distance_m = context.candidate.distance_m or context.rules.near_m
+    until_s = context.now_s + distance_m / context.rules.approach_speed_m_s + OVERTIME_S
+    return Steering(until_s=until_s, moving_s=context.now_s)
 
 
 def _tick(context: StepContext, steering: Steering) -> None:

@@ -3,6 +3,7 @@ more where looking is possible, and drives the rest straight on odometry ("Geome
 """
 
 import math
+from dataclasses import replace
 
 from contracts.measuring import Measurement
 from contracts.mission import EventFacts, EventKind, MissionState
@@ -12,7 +13,7 @@ from coordinator.core.approach_poses import approach_candidates, surface_distanc
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, MotionEnded, Tick
 from coordinator.core.mission import Approach
 from coordinator.core.obstruction import furniture_before, hindrance
-from coordinator.core.outcomes import found
+from coordinator.core.outcomes import found, retry_or_abort
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.search import set_aside
 from coordinator.core.sightings import follow, tracked
@@ -30,6 +31,10 @@ APPROACH_TIMEOUT_S = 240.0
 
 class Approaching(State):
     def begin(self, context: StepContext) -> None:
+        """After a failure of a look it looks once more, from where it stands."""
+        if context.mission.failures > 0 and context.approach.stage in {Stage.LOOK, Stage.CONFIRM}:
+            context.look(context.rules.look_again_s)
+            return
         there = target_in_base(context)
         if there is None:
             context.transition_to(MissionState.CENTERING, "its position is unknown: looking again")
@@ -52,13 +57,16 @@ class Approaching(State):
             case Rotating(), MotionEnded() as ended:
                 if _goes_on(context, ended):
                     _turned(context, stage)
-            case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
+            case AwaitingFrame(after_s=after_s) as awaiting, DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
                 sighting = tracked(context.mission, context.candidate, seen)
                 if sighting is not None:
                     follow(context, sighting)
                     furniture = furniture_before(seen, sighting.box.bbox_xyxy)
                     context.update_approach(furniture=furniture or context.approach.furniture)
-                    if sighting.measurement.answered:
+                    if not sighting.measurement.answered:
+                        context.set_activity(replace(awaiting, unmeasured=sighting.measurement.text))
+                    else:
+                        context.update(failures=0)
                         _measured(context, stage, sighting.measurement)
             case Driving(), MotionEnded():
                 _driven(context, event)
@@ -66,7 +74,13 @@ class Approaching(State):
                 pass
 
     def on_timeout(self, context: StepContext) -> None:
-        """It is out of the picture from here, as expected of something high: the place measured before counts."""
+        """It is out of the picture from here, as expected of something high: the place measured before counts. What was
+        in the picture and not measured is measured first: robot_bridge fails.
+        """
+        activity = context.mission.activity
+        if isinstance(activity, AwaitingFrame) and activity.unmeasured is not None:
+            retry_or_abort(context, "robot_bridge", activity.unmeasured)
+            return
         _go_on(context, context.approach.stage)
 
 

@@ -1,6 +1,7 @@
 """DEPTH_CHECK: standing still, measuring how far, and asking the three votes (requirements A9 to A11)."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from contracts.geometry import Pose2D
 from contracts.measuring import Measurement
@@ -49,7 +50,8 @@ class DepthCheck(State):
         return rules.far_m
 
     def begin(self, context: StepContext) -> None:
-        if context.now_s - context.candidate.seen_s > BOX_FRESH_S:
+        """After a failure it awaits a picture as it stands: no round of centring is spent on a service that fails."""
+        if context.mission.failures == 0 and context.now_s - context.candidate.seen_s > BOX_FRESH_S:
             context.transition_to(MissionState.CENTERING, "the last detection is too old: looking again")
             return
         context.update_candidate(samples=())
@@ -57,24 +59,24 @@ class DepthCheck(State):
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
-            case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s > after_s:
+            case AwaitingFrame(after_s=after_s) as awaiting, DetectionsSeen(detections=seen) if seen.stamp_s > after_s:
                 sighting = tracked(context.mission, context.candidate, seen)
                 if sighting is not None:
                     follow(context, sighting)
-                    self._take_sample(context)
+                    self._take_sample(context, awaiting)
             case Validating(), ValidatedEvent(validation=validation):
                 self._validated(context, validation)
             case _:
                 pass
 
     def on_timeout(self, context: StepContext) -> None:
-        measurement = context.candidate.sighting.measurement
-        if len(context.candidate.samples) >= context.rules.depth_samples:
-            self._decide(context)
-        elif not measurement.answered:
-            retry_or_abort(context, "robot_bridge", measurement.text)
-        else:
-            context.transition_to(MissionState.CENTERING, "too few pictures measured it: looking again")
+        match context.mission.activity:
+            case _ if len(context.candidate.samples) >= context.rules.depth_samples:
+                self._decide(context)
+            case AwaitingFrame(unmeasured=str() as why):
+                retry_or_abort(context, "robot_bridge", why)
+            case _:
+                context.transition_to(MissionState.CENTERING, "too few pictures measured it: looking again")
 
     def on_call_failed(self, context: StepContext, detail: str) -> bool:
         """A candidate that nobody could judge in several tries stays in doubt, and the search goes on."""
@@ -91,10 +93,11 @@ class DepthCheck(State):
         after_s = context.candidate.sighting.stamp_s
         context.set_activity(AwaitingFrame(after_s=after_s, until_s=context.now_s + NEXT_BOX_S))
 
-    def _take_sample(self, context: StepContext) -> None:
+    def _take_sample(self, context: StepContext, awaiting: AwaitingFrame) -> None:
         """Several, and more while too few agree; of what is too far to judge only one."""
         measurement, rules = context.candidate.sighting.measurement, context.rules
         if not measurement.answered:
+            context.set_activity(replace(awaiting, unmeasured=measurement.text))
             return
         context.update(failures=0)
         samples = (*context.candidate.samples, measurement)
