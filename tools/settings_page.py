@@ -23,7 +23,10 @@ Written by `.venv/bin/python tools/settings_page.py` from the settings classes; 
 environment variable. Lists and tables are written in JSON; one part of a topic is set as
 `ROBOT_BRIDGE_ROS__SCAN__NAME=lidar/scan`, and keeps the others.
 A service refuses to start with a value beyond its bounds, and with a variable of its prefix that is no setting: it says
-where the setting has moved to, or which is nearest.
+where the setting has moved to, or which is nearest. A prefix as plain as `MEMORY_` may meet variables of others: a
+container platform sets `..._SERVICE_HOST`, `..._SERVICE_PORT` and `..._PORT=tcp://...` for a service of that name, a
+host perhaps a `..._LIMIT`. They stop the service too (systemd's two about memory pressure do not): unset them where it
+starts.
 """
 
 

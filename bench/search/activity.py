@@ -14,8 +14,6 @@ NAMES = {
     "PlanningCoverage": "plan where to look",
     "Rotating": "turn",
     "AwaitingFrame": "wait for a picture",
-    "CheckingPlace": "measure",
-    "Measuring": "measure",
     "Validating": "vote",
     "Driving": "drive straight",
     "Steering": "drive straight",

@@ -33,7 +33,10 @@ def test_a_variable_that_is_no_setting_is_refused_and_the_nearest_named(
 ) -> None:
     prefix = service.upper()
     said = refused(service, monkeypatch, **{f"{prefix}_REDIS_ULR": "redis://elsewhere"})
-    assert said == f"{prefix}_REDIS_ULR is no setting: the nearest is {prefix}_REDIS_URL"
+    assert (
+        said
+        == f"{prefix}_REDIS_ULR is no setting: the nearest is {prefix}_REDIS_URL; unset it if it is another program's"
+    )
 
 
 @pytest.mark.parametrize(
@@ -43,6 +46,31 @@ def test_a_variable_that_is_no_setting_is_refused_and_the_nearest_named(
 def test_a_setting_that_has_moved_is_named_where_it_is_now(old: str, new: str, monkeypatch: pytest.MonkeyPatch) -> None:
     said = refused("robot_bridge", monkeypatch, **{f"ROBOT_BRIDGE_{old}": "1.5"})
     assert said.endswith(f"ROBOT_BRIDGE_{old} is no setting: it is ROBOT_BRIDGE_{new} now")
+
+
+@pytest.mark.parametrize(
+    ("variable", "told"),
+    [
+        ("DEPTH", "is no setting: the nearest is ROBOT_BRIDGE_"),  # of many topics
+        ("LASER_MASKS__FROM_RAD", "is no setting: the nearest is ROBOT_BRIDGE_LASER_MASKS"),
+        ("ROS__SCANN__NAME", "is no setting: the nearest is ROBOT_BRIDGE_ROS__SCAN__NAME"),
+        ("XYZZY", "is no setting; unset it"),
+    ],
+)
+def test_a_variable_that_names_no_one_setting_is_told_the_nearest_at_most(
+    variable: str, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert refused("robot_bridge", monkeypatch, **{f"ROBOT_BRIDGE_{variable}": "1"}).startswith(
+        f"ROBOT_BRIDGE_{variable} {told}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("value", "fault"), [('{"scann": {"name": "x"}}', "ROS__SCANN"), ('{"scan": {"nam": "x"}}', "ROS__SCAN__NAM")]
+)
+def test_an_unknown_key_in_a_settings_json_is_refused(value: str, fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = refused("robot_bridge", monkeypatch, ROBOT_BRIDGE_ROS=value)
+    assert said == f"ROBOT_BRIDGE_{fault}: Extra inputs are not permitted"
 
 
 def test_a_value_beyond_its_bounds_is_told_by_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:

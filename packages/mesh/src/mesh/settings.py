@@ -3,7 +3,8 @@
 import os
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
-from typing import Annotated, Final, Self, get_args
+from types import UnionType
+from typing import Annotated, Final, Self, Union, get_args, get_origin
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict, SettingsError
@@ -36,11 +37,13 @@ class ServiceSettings(BaseSettings):
             told = (f"{prefix}{name}: {why}" if name else why.removeprefix("Value error, ") for name, why in faults)
             raise SystemExit("\n".join(told)) from None
 
-    @model_validator(mode="after")
-    def _knows_every_variable(self) -> Self:
-        if said := refusals(type(self), os.environ):
+    @model_validator(mode="before")
+    @classmethod
+    def _knows_every_variable(cls, values: object) -> object:
+        """Before any value is judged: a nested model would refuse an unknown name too, but name no nearest one."""
+        if said := refusals(cls, os.environ):
             raise ValueError("\n".join(said))
-        return self
+        return values
 
 
 def refusals(settings: type[BaseSettings], environment: Iterable[str]) -> list[str]:
@@ -53,10 +56,11 @@ def refusals(settings: type[BaseSettings], environment: Iterable[str]) -> list[s
 
 def _refusal(prefix: str, own: str, between: str, known: set[str]) -> str:
     moved = [one for one in sorted(known) if between and one.endswith(f"{between}{own}")]
-    if moved:
+    if len(moved) == 1:
         return f"{prefix}{own} is no setting: it is {prefix}{moved[0]} now"
     near = get_close_matches(own, sorted(known), n=1)
-    return f"{prefix}{own} is no setting" + (f": the nearest is {prefix}{near[0]}" if near else "")
+    nearest = f": the nearest is {prefix}{near[0]}" if near else ""
+    return f"{prefix}{own} is no setting{nearest}; unset it if it is another program's"
 
 
 def _names(settings: type[BaseSettings]) -> tuple[str, str]:
@@ -67,6 +71,7 @@ def _names(settings: type[BaseSettings]) -> tuple[str, str]:
 def _variables(model: type[BaseModel], prefix: str, between: str) -> Iterator[str]:
     for name, field in model.model_fields.items():
         yield (variable := f"{prefix}{name.upper()}")
-        for part in (field.annotation, *get_args(field.annotation)):
+        kind = field.annotation
+        for part in get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,):
             if between and isinstance(part, type) and issubclass(part, BaseModel):
                 yield from _variables(part, f"{variable}{between}", between)

@@ -21,7 +21,7 @@ from robot_bridge.sensing.object_localizer import LocalizerLimits
 class Channel(BaseModel):
     """A ROS topic and its quality of service."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
     reliability: Literal["reliable", "best_effort", "best_available"] = "best_effort"
@@ -53,7 +53,7 @@ def _field(channel: Channel, what: str) -> Any:
 class RosSettings(BaseModel):
     """Names, types and quality of service on the ROS side; relative names live in `namespace`."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     node_name: str = Field(default="robot_bridge", description="of the bridge's own node")
     namespace: str = Field(default="", description="of the robot: topics, actions, services, tf")

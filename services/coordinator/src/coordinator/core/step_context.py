@@ -115,7 +115,7 @@ class StepContext:
         self.update(failures=self.mission.failures + 1)
 
     def retry_later(self, service: str, detail: str, *, stopped: bool = False) -> None:
-        """One more call failed in a row: the state is taken up again after a pause (the count ends it, see step).
+        """One more call failed in a row: the state is taken up again after a pause (`outcomes.retry_or_abort` ends it).
 
         `stopped`: an emergency stop cut it off. It is not said to be tried again: word of the stop is about to end it.
         """
