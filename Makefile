@@ -15,7 +15,7 @@ STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if
 export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up down doctor check format test test-fast test-e2e train models clean replay
+.PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search
 .PHONY: bench-calibration test-ui screens bench-ui
 
@@ -77,6 +77,9 @@ doctor: setup ## look at the live ROS graph: what fits, what does not, what to s
 
 replay: setup ## decide a recorded mission again, step by step: MISSION=<file, or id in the database>
 	@$(PY) -m coordinator.replay $(MISSION)
+
+api: setup ## write docs/api from the services' own code; what breaks a caller is told, and written with BREAKING=1 only
+	@$(PY) tools/api_documents.py $(if $(BREAKING),--breaking)
 
 train: setup ## train the simulator's weights again, about three hours on two idle cores
 	$(PY) -m sim.training.dataset out/training/homes --first 100000 --homes 700 --images 10
