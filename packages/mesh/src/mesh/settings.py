@@ -20,7 +20,7 @@ class ServiceSettings(BaseSettings):
 
     model_config = SettingsConfigDict(frozen=True)
 
-    host: str = Field(default="127.0.0.1", description="address to listen on; 0.0.0.0 for every one of the machine")
+    host: str = Field(default="127.0.0.1", description="addresses to listen on, commas between; 0.0.0.0 for every one")
     port: Port
     redis_url: str = Field(default="redis://127.0.0.1:6379/0", description="of the bus")
 
