@@ -7,6 +7,7 @@ from typing import Any
 
 from contracts.base import Message
 from contracts.topics import M, Topic
+from mesh.tracing import following, traceparent
 
 DELAY_S = 0.001
 
@@ -17,33 +18,37 @@ class WorldBus:
     connected = True
 
     def __init__(self) -> None:
-        self._kept: dict[str, Message] = {}
+        self._kept: dict[str, tuple[Message, str]] = {}
         self._listeners: dict[str, list[asyncio.Queue[Any]]] = defaultdict(list)
 
     async def publish(self, topic: Topic[M], message: M) -> bool:
         if not topic.kept and not self._listeners[topic.name]:
             return True
         heard = topic.decode(topic.encode(message))  # messages are immutable: one decoding does for all
+        said = heard, traceparent()
         if topic.kept:
-            self._kept[topic.name] = heard
-        asyncio.get_running_loop().call_later(DELAY_S, self._deliver, topic.name, heard)
+            self._kept[topic.name] = said
+        asyncio.get_running_loop().call_later(DELAY_S, self._deliver, topic.name, said)
         return True
 
-    def _deliver(self, name: str, heard: Message) -> None:
+    def _deliver(self, name: str, said: tuple[Message, str]) -> None:
         for queue in self._listeners[name]:
-            queue.put_nowait(heard)
+            queue.put_nowait(said)
 
     async def last(self, topic: Topic[M]) -> M | None:
-        return self._kept.get(topic.name)  # type: ignore[return-value] # of a topic only its own messages are kept
+        kept = self._kept.get(topic.name)
+        return kept[0] if kept is not None else None  # type: ignore[return-value] # of a topic only its own messages are kept
 
     async def listen(self, topic: Topic[M], handler: Callable[[M], Awaitable[None]]) -> None:
-        queue: asyncio.Queue[M] = asyncio.Queue()
+        queue: asyncio.Queue[Any] = asyncio.Queue()
         self._listeners[topic.name].append(queue)
         try:
-            if topic.kept and (kept := await self.last(topic)) is not None:
-                await handler(kept)
+            if topic.kept and (kept := self._kept.get(topic.name)) is not None:
+                queue.put_nowait(kept)
             while True:
-                await handler(await queue.get())
+                message, parent = await queue.get()
+                with following(parent):
+                    await handler(message)
         finally:
             self._listeners[topic.name].remove(queue)
 

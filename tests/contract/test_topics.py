@@ -5,7 +5,7 @@ from pydantic import ValidationError
 
 from contracts.mission import MissionTarget
 from contracts.robot import EmergencyStop
-from contracts.topics import ALL_TOPICS, MISSION_TARGET, ROBOT_EMERGENCY_STOP
+from contracts.topics import ALL_TOPICS, MISSION_TARGET, ROBOT_EMERGENCY_STOP, traceparent_of
 from contracts.vision import Target
 
 SERVICES = {"coordinator", "inference", "memory", "robot_bridge", "ui"}
@@ -27,7 +27,25 @@ def test_the_wire_format_is_pinned() -> None:
     assert MISSION_TARGET.decode(wire) == message
 
 
-@pytest.mark.parametrize("data", [b"", b"null", b'{"latched":true}', b'{"latched":true,"epoch":1,"extra":1}'])
+def test_the_trace_stands_before_the_message_and_may_be_missing() -> None:
+    parent, message = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01", MissionTarget(mission_id="m1")
+    plain = MISSION_TARGET.encode(message)
+    traced = b'{"traceparent":"%s",%s' % (parent.encode(), plain[1:])
+    assert MISSION_TARGET.encode(message, parent) == traced
+    assert [MISSION_TARGET.decode(data) for data in (plain, traced)] == [message, message]
+    assert [traceparent_of(data) for data in (plain, traced)] == ["", parent]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"null",
+        b'{"latched":true}',
+        b'{"latched":true,"epoch":1,"extra":1}',
+        b'{"traceparent":"no trace","latched":true,"epoch":1}',
+    ],
+)
 def test_anything_else_is_refused(data: bytes) -> None:
     with pytest.raises(ValidationError):
         ROBOT_EMERGENCY_STOP.decode(data)

@@ -6,7 +6,8 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from contracts.base import Message
-from contracts.topics import M, Topic
+from contracts.topics import M, Topic, traceparent_of
+from mesh.tracing import following, traceparent
 
 
 class MemoryBus:
@@ -21,7 +22,7 @@ class MemoryBus:
     async def publish(self, topic: Topic[M], message: M) -> bool:
         if not self.connected:
             return False
-        data = topic.encode(message)
+        data = topic.encode(message, traceparent())
         self.published.append((topic.name, message))
         if topic.kept:
             self._kept[topic.name] = data
@@ -41,10 +42,12 @@ class MemoryBus:
         queue: asyncio.Queue[bytes] = asyncio.Queue()
         self._listeners[topic.name].append(queue)
         try:
-            if topic.kept and (kept := await self.last(topic)) is not None:
-                await handler(kept)
+            if topic.kept and (kept := self._kept.get(topic.name)) is not None:
+                queue.put_nowait(kept)
             while True:
-                await handler(topic.decode(await queue.get()))
+                data = await queue.get()
+                with following(traceparent_of(data)):
+                    await handler(topic.decode(data))
         finally:
             self._listeners[topic.name].remove(queue)
 

@@ -13,6 +13,7 @@ from contracts.robot import Goal, GoalStatus
 from contracts.topics import MISSION_TARGET, ROBOT_NAVIGATION
 from contracts.vision import Target
 from mesh.bus import Bus, RedisBus, kept_key, open_bus
+from mesh.tracing import following, traceparent
 from support.bus import MemoryBus
 from support.redis_server import free_port, start_redis
 from support.waiting import until
@@ -118,3 +119,19 @@ async def test_a_listener_heals_when_redis_comes_back() -> None:
 
 def test_the_real_bus_is_a_bus() -> None:
     assert {name for name in vars(Bus) if not name.startswith("_")} <= set(dir(RedisBus))
+
+
+async def test_a_listener_is_inside_the_trace_a_message_was_said_in(bus: Bus) -> None:
+    parent, heard = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01", list[str]()
+
+    async def hear(_: MissionTarget) -> None:
+        heard.append(traceparent())
+
+    with following(parent):
+        await bus.publish(MISSION_TARGET, BOTTLE)  # kept: a listener who comes later is told with its trace too
+    task = asyncio.create_task(bus.listen(MISSION_TARGET, hear))
+    await until(lambda: len(heard) == 1)
+    await bus.publish(MISSION_TARGET, BOTTLE)
+    await until(lambda: len(heard) == 2)
+    task.cancel()
+    assert heard == [parent, ""]

@@ -1,7 +1,8 @@
 """Every Redis channel of the mesh: its name, its message, its single publisher, and whether the last value is kept."""
 
+import re
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from contracts.base import Message
 from contracts.description import RobotDescription
@@ -10,6 +11,9 @@ from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.vision import Detections, ObjectSpotted
 
 M = TypeVar("M", bound=Message)
+
+ENVELOPE: Final = re.compile(rb'^\{"traceparent":"([0-9a-f-]{55})",')
+"""What may stand before a message's own fields: the trace it was said in, as W3C writes a `traceparent`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +25,20 @@ class Topic(Generic[M]):
     publisher: str
     kept: bool = False
 
-    def encode(self, message: M) -> bytes:
-        return message.model_dump_json().encode()
+    def encode(self, message: M, traceparent: str = "") -> bytes:
+        """With the trace it is said in as its first field, where there is one."""
+        data = message.model_dump_json().encode()
+        return b'{"traceparent":"%s",%s' % (traceparent.encode(), data[1:]) if traceparent else data
 
     def decode(self, data: bytes) -> M:
         """Raises `pydantic.ValidationError` on anything that is not exactly this topic's message."""
-        return self.message.model_validate_json(data)
+        return self.message.model_validate_json(ENVELOPE.sub(b"{", data, count=1))
+
+
+def traceparent_of(data: bytes) -> str:
+    """Of the trace in which the message was said; '' where it was said in none."""
+    found = ENVELOPE.match(data)
+    return found[1].decode() if found is not None else ""
 
 
 ROBOT_STATE = Topic("robot.state", RobotState, "robot_bridge", kept=True)

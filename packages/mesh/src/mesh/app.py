@@ -1,6 +1,8 @@
 """What every service's FastAPI app has in common: problems, health, readiness, metrics, middleware."""
 
-from collections.abc import Awaitable, Callable, Collection, Mapping, Sequence
+import asyncio
+from collections.abc import AsyncGenerator, Awaitable, Callable, Collection, Mapping, Sequence
+from contextlib import asynccontextmanager
 from typing import Any
 
 import prometheus_client
@@ -14,6 +16,7 @@ from contracts.problem import Dependency, Health, Readiness
 from mesh.errors import MeshError, TooManyError
 from mesh.middleware import BodyLimit, SameOrigin, Unbuffered
 from mesh.problems import problem
+from mesh.tracing import flush
 
 Readies = Callable[[Request], Awaitable[Sequence[Dependency]]]
 
@@ -39,13 +42,21 @@ def make_app(
     `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
     What web pages of another origin ask for is refused, but at the paths `open_to_pages`; see `SameOrigin`.
     """
+
+    @asynccontextmanager
+    async def whole_life(app: FastAPI) -> AsyncGenerator[Any]:
+        async with lifespan(app) as state:
+            yield state
+        await asyncio.to_thread(flush)
+
     app = FastAPIOffline(
         redoc_url=None,
         title=f"atom {service}",
         description=description,
         version="0.1.0",
-        lifespan=lifespan,
+        lifespan=whole_life,
         responses=PROBLEM_RESPONSES,
+        telemetry={"tracing": False, "metrics": False, "logs": False},  # a router asks for it: mesh.tracing.TracedRoute
     )
     app.add_middleware(Unbuffered)
     app.add_middleware(SameOrigin, allowed=origins_allowed, open_paths=open_to_pages)

@@ -16,7 +16,8 @@ from pydantic import ValidationError
 from redis.exceptions import RedisError
 
 from contracts.problem import Dependency, DependencyState
-from contracts.topics import M, Topic
+from contracts.topics import M, Topic, traceparent_of
+from mesh.tracing import following, traceparent
 
 log = structlog.get_logger()
 
@@ -52,7 +53,9 @@ class Bus(Protocol):
         ...
 
     async def listen(self, topic: Topic[M], handler: Callable[[M], Awaitable[None]]) -> None:
-        """Calls `handler` with the kept value (if any) and then each message, until cancelled."""
+        """Calls `handler` with the kept value (if any) and then each message, until cancelled; each time inside the
+        trace that the message was published in.
+        """
         ...
 
 
@@ -79,7 +82,7 @@ class RedisBus:
             await asyncio.sleep(1.0)
 
     async def publish(self, topic: Topic[M], message: M) -> bool:
-        data = topic.encode(message)
+        data = topic.encode(message, traceparent())
         try:
             if topic.kept:
                 async with self._client.pipeline(transaction=True) as pipe:
@@ -99,16 +102,20 @@ class RedisBus:
         data = await self._client.get(kept_key(topic))
         return decode(topic, data) if data is not None else None
 
+    async def _hand(self, topic: Topic[M], data: bytes, handler: Callable[[M], Awaitable[None]]) -> None:
+        if (message := decode(topic, data)) is not None:
+            with following(traceparent_of(data)):
+                await handler(message)
+
     async def listen(self, topic: Topic[M], handler: Callable[[M], Awaitable[None]]) -> None:
         while True:
             try:
                 async with self._client.pubsub(ignore_subscribe_messages=True) as pubsub:
                     await pubsub.subscribe(topic.name)
-                    if topic.kept and (kept := await self.last(topic)) is not None:
-                        await handler(kept)
+                    if topic.kept and (kept := await self._client.get(kept_key(topic))) is not None:
+                        await self._hand(topic, kept, handler)
                     async for raw in pubsub.listen():
-                        if (message := decode(topic, raw["data"])) is not None:
-                            await handler(message)
+                        await self._hand(topic, raw["data"], handler)
             except (RedisError, OSError, TimeoutError) as error:
                 log.warning("the bus is away; trying again", topic=topic.name, error=str(error))
                 self._connected = False

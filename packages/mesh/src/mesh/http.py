@@ -4,13 +4,17 @@ from typing import Any, TypeVar, cast
 
 import httpx
 import stamina
+from opentelemetry.trace import SpanKind
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.base import Message
 from contracts.problem import Dependency, DependencyState, Readiness
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
+from mesh.tracing import Tracer, failed, traceparent
 
 M = TypeVar("M", bound=Message)
+
+TRACER = Tracer(__name__)
 
 
 class ServiceClient:
@@ -78,22 +82,35 @@ class ServiceClient:
         kind = "application/json" if isinstance(body, Message) else "application/octet-stream"
         headers = (headers or {}) | ({"content-type": kind} if content is not None else {})
         timeout = httpx.Timeout(timeout_s, connect=1.0) if timeout_s is not None else httpx.USE_CLIENT_DEFAULT
-        try:
-            response = await self.http.request(
-                method, path, content=content, headers=headers, params=params, timeout=timeout
-            )
-        except httpx.ConnectError as error:
-            raise UnavailableError(self.service, "not reachable") from error
-        except httpx.TimeoutException as error:
-            raise ServiceTimeoutError(self.service, f"{method} {path} did not answer in time") from error
-        except httpx.TransportError as error:
-            raise UnavailableError(self.service, f"connection lost ({type(error).__name__})") from error
+        about = {"http.request.method": method, "url.path": path, "server.address": self.service}
+        with TRACER.part(f"{method} to {self.service}", about, kind=SpanKind.CLIENT) as span:
+            try:
+                response = await self._sent(
+                    method, path, content=content, headers=headers, params=params, timeout=timeout
+                )
+            except UnavailableError as error:
+                failed(span, error.said)
+                raise
+            span.set_attribute("http.response.status_code", response.status_code)
         if response.is_success:
             return response
         detail, code = _problem(response)
         if response.status_code in {503, 504}:
             raise UnavailableError(self.service, detail, code=code)
         raise UpstreamError(self.service, response.status_code, detail, code=code)
+
+    async def _sent(self, method: str, path: str, *, headers: dict[str, str], **request: Any) -> httpx.Response:
+        """Whatever is answered. The trace it belongs to goes along."""
+        if parent := traceparent():
+            headers = headers | {"traceparent": parent}
+        try:
+            return await self.http.request(method, path, headers=headers, **request)
+        except httpx.ConnectError as error:
+            raise UnavailableError(self.service, "not reachable") from error
+        except httpx.TimeoutException as error:
+            raise ServiceTimeoutError(self.service, f"{method} {path} did not answer in time") from error
+        except httpx.TransportError as error:
+            raise UnavailableError(self.service, f"connection lost ({type(error).__name__})") from error
 
     async def dependency(self) -> Dependency:
         """This service as a line of somebody's `/ready`: is it ready itself, and does it warn of something?"""

@@ -6,6 +6,8 @@ import sys
 
 import structlog
 
+from mesh.tracing import add_trace_id
+
 
 def configure_logging(service: str, *, level: str = "INFO") -> None:
     """Sets up structlog and the standard library's root logger for one process."""
@@ -16,6 +18,7 @@ def configure_logging(service: str, *, level: str = "INFO") -> None:
     structlog.configure(
         processors=[
             structlog.contextvars.merge_contextvars,
+            add_trace_id,
             structlog.processors.add_log_level,
             structlog.processors.TimeStamper(fmt="iso"),
             structlog.processors.format_exc_info,

@@ -12,9 +12,10 @@ from contracts.asking import About, Answer, Question
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
 from coordinator.commands.mission_service import MissionService
 from coordinator.questions.question_service import QuestionService
+from mesh.tracing import TracedRoute
 from vocabulary.orders import order_in
 
-router = APIRouter()
+router = APIRouter(route_class=TracedRoute)
 
 
 async def get_missions(connection: HTTPConnection) -> MissionService:

@@ -23,8 +23,9 @@ from inference.service import Inference
 from inference.validation.validation import require_box
 from mesh.errors import TooManyError
 from mesh.latest_value import Reading
+from mesh.tracing import TracedRoute
 
-router = APIRouter()
+router = APIRouter(route_class=TracedRoute)
 
 BOUNDARY = "frame"
 STREAM_WAIT_S = 5.0

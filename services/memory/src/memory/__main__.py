@@ -4,10 +4,12 @@ from memory.app import create_app
 from memory.settings import Settings
 from mesh.logging import configure_logging
 from mesh.server import serve
+from mesh.tracing import configure_tracing
 
 
 def main() -> None:
     configure_logging("memory")
+    configure_tracing("memory")
     settings = Settings.read()
     serve(create_app(settings), host=settings.host, port=settings.port)
 

@@ -27,8 +27,9 @@ from contracts.memory import (
     View,
 )
 from memory.memory_service import MemoryService
+from mesh.tracing import TracedRoute
 
-router = APIRouter()
+router = APIRouter(route_class=TracedRoute)
 
 MEDIA = {ExportForm.FULL: "application/x-ndjson", ExportForm.SEEDS: "application/json"}
 FILE = {ExportForm.FULL: "memory.jsonl", ExportForm.SEEDS: "memory.json"}

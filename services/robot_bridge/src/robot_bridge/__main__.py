@@ -8,6 +8,7 @@ import structlog
 from mesh.dds import use_mesh_profile
 from mesh.logging import configure_logging
 from mesh.server import serve
+from mesh.tracing import configure_tracing
 from robot_bridge.app import create_app
 from robot_bridge.settings import Settings
 
@@ -23,6 +24,7 @@ def go_first(nice: int) -> None:
 def main() -> None:
     settings = Settings.read()
     configure_logging("robot_bridge", level=settings.log_level)
+    configure_tracing("robot_bridge")
     use_mesh_profile()
     sys.setswitchinterval(0.001)  # a stop request waits for the robot's thread no longer than this
     go_first(settings.nice)

@@ -8,10 +8,11 @@ from starlette.requests import Request
 from contracts.causes import Refusal
 from contracts.motion import BaseEnd, BaseReply
 from mesh.errors import ConflictError
+from mesh.tracing import TracedRoute
 from robot_bridge.ports import Celebration, Note
 from robot_bridge.routes.deps import BridgeDep, while_connected
 
-router = APIRouter(tags=["base"])
+router = APIRouter(tags=["base"], route_class=TracedRoute)
 
 SessionId = Annotated[str | None, Query(max_length=64, description="ends with this session, see WS /session")]
 

@@ -6,10 +6,11 @@ from fastapi import APIRouter, Query
 from fastapi.responses import Response, StreamingResponse
 
 from mesh.errors import TooManyError, UnavailableError
+from mesh.tracing import TracedRoute
 from robot_bridge.routes.deps import BridgeDep
 from robot_bridge.sensing.camera import BOUNDARY
 
-router = APIRouter(prefix="/camera", tags=["camera"])
+router = APIRouter(prefix="/camera", tags=["camera"], route_class=TracedRoute)
 
 
 @router.get(

@@ -4,9 +4,10 @@ from fastapi import APIRouter
 
 from contracts.measuring import LocalizeReply, LocalizeRequest
 from contracts.robot import BoxQuery, DepthReply
+from mesh.tracing import TracedRoute
 from robot_bridge.routes.deps import BridgeDep
 
-router = APIRouter(tags=["measuring"])
+router = APIRouter(tags=["measuring"], route_class=TracedRoute)
 
 
 @router.post("/depth")

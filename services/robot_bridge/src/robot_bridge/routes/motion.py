@@ -6,11 +6,12 @@ from starlette.requests import Request as HttpRequest
 from contracts.causes import Refusal
 from contracts.motion import DriveReply, DriveRequest, EndedMotion, MotionEnd, MotionGains, RotateReply, RotateRequest
 from mesh.errors import ConflictError, UnprocessableError
+from mesh.tracing import TracedRoute
 from robot_bridge.motion.motions import DriveOnHeading, Spin
 from robot_bridge.navigation.goal_executor import refuse_while_navigating
 from robot_bridge.routes.deps import BridgeDep, while_connected
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(tags=["motion"], route_class=TracedRoute)
 
 
 @router.post("/rotate")

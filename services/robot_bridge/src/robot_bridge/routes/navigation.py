@@ -5,9 +5,10 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 
 from contracts.robot import Goal, GoalRequest, PathReply, PathRequest
+from mesh.tracing import TracedRoute
 from robot_bridge.routes.deps import BridgeDep
 
-router = APIRouter(prefix="/navigation", tags=["navigation"])
+router = APIRouter(prefix="/navigation", tags=["navigation"], route_class=TracedRoute)
 
 GoalId = Annotated[str, Path(min_length=1, max_length=64)]
 

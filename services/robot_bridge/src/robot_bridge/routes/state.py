@@ -12,10 +12,11 @@ from contracts.laser import LaserScan
 from contracts.obstacles import Obstacles
 from contracts.robot import KnownMap, Map, RobotState, SameHomeRequest
 from geometry.grids import encode
+from mesh.tracing import TracedRoute
 from robot_bridge.navigation import maps
 from robot_bridge.routes.deps import BridgeDep
 
-router = APIRouter(tags=["state"])
+router = APIRouter(tags=["state"], route_class=TracedRoute)
 
 
 @router.get("/state")

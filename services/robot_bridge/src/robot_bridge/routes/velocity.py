@@ -9,12 +9,13 @@ from pydantic import ValidationError
 from contracts.causes import Refusal
 from contracts.robot import VelocityReply, VelocityRequest
 from mesh.errors import ConflictError, UnavailableError
+from mesh.tracing import TracedRoute
 from robot_bridge.bridge import Bridge
 from robot_bridge.motion.arbiter import NO_COMMAND, ArbitratedCommand, Request
 from robot_bridge.motion.words import causes_in_words, refusal_in_words
 from robot_bridge.routes.deps import BridgeDep
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(tags=["motion"], route_class=TracedRoute)
 
 TICK_WAIT_S = 0.5
 WAITING_MAX = 200

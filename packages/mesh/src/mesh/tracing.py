@@ -1,0 +1,192 @@
+"""One trace from a person's words to the wheels: W3C trace context over HTTP and the bus, whoever records it or nobody.
+
+A command begins a trace, everything else only follows one: what the services do at rest belongs to none. Spans are
+recorded where `ATOM_TRACES` names a folder or `OTEL_EXPORTER_OTLP_ENDPOINT` a collector; elsewhere only ids travel.
+"""
+
+import os
+import secrets
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, MutableMapping
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Any
+
+from fastapi import Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.routing import APIRoute
+from opentelemetry import context, trace
+from opentelemetry.context import Context
+from opentelemetry.trace import NonRecordingSpan, Span, SpanContext, SpanKind, StatusCode, TraceFlags
+from opentelemetry.trace.propagation.tracecontext import TraceContextTextMapPropagator
+from starlette.exceptions import HTTPException
+
+from mesh.errors import MeshError
+
+NO_SPAN = trace.INVALID_SPAN
+EXPORT_S_MAX = 2.0
+"""A collector that does not answer holds up the end of a process for no longer."""
+
+Attributes = Mapping[str, str | int | float | bool]
+
+_W3C = TraceContextTextMapPropagator()
+
+
+def configure_tracing(service: str) -> None:
+    """Records this process's spans where the environment names a place for them. Once a process."""
+    folder = os.environ.get("ATOM_TRACES", "")
+    collector = os.environ.get("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT") or os.environ.get("OTEL_EXPORTER_OTLP_ENDPOINT")
+    if not folder and not collector:
+        return
+    from opentelemetry.sdk.resources import Resource
+    from opentelemetry.sdk.trace import TracerProvider
+    from opentelemetry.sdk.trace.export import BatchSpanProcessor
+
+    provider = TracerProvider(resource=Resource.create({"service.name": service}))
+    if folder:
+        from mesh.span_file import SpanFile
+
+        provider.add_span_processor(BatchSpanProcessor(SpanFile(Path(folder) / f"{service}.jsonl")))
+    if collector:
+        from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
+
+        provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter(timeout=EXPORT_S_MAX)))
+    trace.set_tracer_provider(provider)
+
+
+def flush() -> None:
+    """Blocks until what was recorded is written, or can not be."""
+    if (write := getattr(trace.get_tracer_provider(), "force_flush", None)) is not None:
+        write(int(EXPORT_S_MAX * 1000))
+
+
+class Tracer:
+    """Spans of one module: `TRACER = Tracer(__name__)`. The package the module is of names the service."""
+
+    def __init__(self, module: str) -> None:
+        self._tracer = trace.get_tracer(module)
+
+    def begin(self, name: str, attributes: Attributes | None = None) -> Span:
+        """An open span of the current trace, which whoever began it ends; where there is none, a trace begins."""
+        span = self._tracer.start_span(name, attributes=attributes)
+        return span if span.get_span_context().is_valid else NonRecordingSpan(_new())
+
+    @contextmanager
+    def command(self, name: str, attributes: Attributes | None = None) -> Iterator[Span]:
+        """As `begin`; everything inside belongs to it."""
+        span = self.begin(name, attributes)
+        try:
+            with inside(span):
+                yield span
+        finally:
+            span.end()
+
+    @contextmanager
+    def part(
+        self, name: str, attributes: Attributes | None = None, *, kind: SpanKind = SpanKind.INTERNAL
+    ) -> Iterator[Span]:
+        """A span of the current trace; where there is none, none begins."""
+        if not trace.get_current_span().get_span_context().is_valid:
+            yield NO_SPAN
+            return
+        with self._tracer.start_as_current_span(
+            name, kind=kind, attributes=attributes, record_exception=False, set_status_on_exception=False
+        ) as span:
+            yield span
+
+
+def inside(span: Span) -> AbstractContextManager[Span]:
+    """What runs in the block belongs to the span, which stays open."""
+    return trace.use_span(span, record_exception=False, set_status_on_exception=False)
+
+
+def current_span() -> Span:
+    return trace.get_current_span()
+
+
+def failed(span: Span, why: str) -> None:
+    span.set_status(StatusCode.ERROR, why)
+
+
+def traceparent() -> str:
+    """Of the current span, as W3C writes it; '' where there is none."""
+    carrier: dict[str, str] = {}
+    _W3C.inject(carrier)
+    return carrier.get("traceparent", "")
+
+
+def trace_id() -> str:
+    """Of the current trace, 32 hexadecimal digits; '' where there is none."""
+    here = trace.get_current_span().get_span_context()
+    return trace.format_trace_id(here.trace_id) if here.is_valid else ""
+
+
+@contextmanager
+def following(parent: str) -> Iterator[None]:
+    """What runs in the block belongs to the trace of this traceparent; to none where it is '' or malformed."""
+    token = context.attach(_W3C.extract({"traceparent": parent}, Context()))
+    try:
+        yield
+    finally:
+        context.detach(token)
+
+
+def add_trace_id(_: Any, __: str, line: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """A processor of structlog: a line that is logged inside a trace says which."""
+    if here := trace_id():
+        line["trace_id"] = here
+    return line
+
+
+class TracedRoute(APIRoute):
+    """`APIRouter(route_class=TracedRoute)`: a request that brings a trace is handled inside it.
+
+    A router that does not ask for it is handled without a step of this: so is the emergency stop's.
+    """
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        handle, tracer = super().get_route_handler(), Tracer(self.endpoint.__module__)
+
+        async def traced(request: Request) -> Response:
+            parent = request.headers.get("traceparent", "")
+            if not parent:
+                return await handle(request)
+            about = {"http.request.method": request.method, "http.route": self.path_format}
+            with (
+                following(parent),
+                tracer.part(f"{request.method} {self.path_format}", about, kind=SpanKind.SERVER) as span,
+            ):
+                return await _answered(handle(request), span)
+
+        return traced
+
+
+async def _answered(answer: Awaitable[Response], span: Span) -> Response:
+    try:
+        response = await answer
+    except Exception as error:
+        status = _status_of(error)
+        span.set_attribute("http.response.status_code", status)
+        if status >= 500:
+            failed(span, str(error))
+        raise
+    span.set_attribute("http.response.status_code", response.status_code)
+    return response
+
+
+def _status_of(error: Exception) -> int:
+    """As `mesh.app` will answer it."""
+    match error:
+        case MeshError():
+            return error.status
+        case HTTPException():
+            return error.status_code
+        case RequestValidationError():
+            return 422
+        case _:
+            return 500
+
+
+def _new() -> SpanContext:
+    return SpanContext(
+        secrets.randbits(128) or 1, secrets.randbits(64) or 1, is_remote=False, trace_flags=TraceFlags(0)
+    )
