@@ -80,6 +80,7 @@ replay: setup ## decide a recorded mission again, step by step: MISSION=<file, o
 
 api: setup ## write docs/api from the services' own code; what breaks a caller is told, and written with BREAKING=1 only
 	@$(PY) tools/api_documents.py $(if $(BREAKING),--breaking)
+	@PYTHONPATH=tests:tools:. $(PY) -m support.consumer_record
 
 train: setup ## train the simulator's weights again, about three hours on two idle cores
 	$(PY) -m sim.training.dataset out/training/homes --first 100000 --homes 700 --images 10

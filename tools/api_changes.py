@@ -28,6 +28,7 @@ class Change:
 
 class Kind(StrEnum):
     MISSING = "a field may be absent that has to be there"
+    GONE = "a field that may be there never is"
     UNKNOWN = "a field may be there that is not known"
     OTHER = "a value may be another than it has to be"
 
@@ -39,6 +40,19 @@ class Gap:
     path: str
     text: str = ""
     kind: Kind = Kind.OTHER
+
+
+OF_BODY: Final = {
+    Kind.MISSING: "needs `{}` in its body now",
+    Kind.UNKNOWN: "no longer takes `{}` in its body",
+    Kind.OTHER: "takes less in its body: `{}` {}",
+}
+OF_ANSWER: Final = {
+    Kind.MISSING: "no longer always answers `{}`",
+    Kind.GONE: "no longer answers `{}`",
+    Kind.UNKNOWN: "answers `{}` besides, and who forbids unknown fields refuses it",
+    Kind.OTHER: "answers something else: `{}` {}",
+}
 
 
 def changes(old: Schema, new: Schema) -> list[Change]:
@@ -95,13 +109,8 @@ def _request(before: Schema, after: Schema, old: Schema, new: Schema) -> Iterato
             continue
         asked = after["content"][kind].get("schema", ANYTHING)
         for gap in accepts(asked, content.get("schema", ANYTHING), new, old):
-            match gap.kind:
-                case Kind.MISSING:
-                    yield (f"needs {_at(gap)} in its body now",)
-                case Kind.UNKNOWN:
-                    yield (f"no longer takes {_at(gap)} in its body",)
-                case Kind.OTHER:
-                    yield (f"takes less in its body: {_at(gap)} {gap.text}",)
+            if gap.kind in OF_BODY:
+                yield (OF_BODY[gap.kind].format(gap.path or "all", gap.text),)
 
 
 def _responses(before: Schema, after: Schema, old: Schema, new: Schema) -> Iterator[tuple[str] | tuple[str, bool]]:
@@ -117,17 +126,7 @@ def _responses(before: Schema, after: Schema, old: Schema, new: Schema) -> Itera
                 continue
             given = after[status]["content"][kind].get("schema", ANYTHING)
             for gap in accepts(content.get("schema", ANYTHING), given, old, new):
-                match gap.kind:
-                    case Kind.MISSING:
-                        yield (f"no longer always answers {_at(gap)}",)
-                    case Kind.UNKNOWN:
-                        yield (f"answers {_at(gap)} besides, and who forbids unknown fields refuses it", True)
-                    case Kind.OTHER:
-                        yield (f"answers something else: {_at(gap)} {gap.text}",)
-
-
-def _at(gap: Gap) -> str:
-    return f"`{gap.path or 'body'}`"
+                yield (OF_ANSWER[gap.kind].format(gap.path or "all", gap.text), gap.kind is Kind.UNKNOWN)
 
 
 def accepts(
@@ -218,11 +217,9 @@ def _fields(
     wide: Schema, narrow: Schema, wide_root: Schema, narrow_root: Schema, path: str, seen: frozenset[str]
 ) -> list[Gap]:
     may, does = wide.get("properties", {}), narrow.get("properties", {})
-    found = [
-        Gap(_in(path, name), kind=Kind.MISSING)
-        for name in wide.get("required", [])
-        if name not in narrow.get("required", [])
-    ]
+    must, always = set(wide.get("required", [])), set(narrow.get("required", [])) & set(does)
+    found = [Gap(_in(path, name), kind=Kind.MISSING) for name in may if name in must - always]
+    found += [Gap(_in(path, name), kind=Kind.GONE) for name in may if name not in {*must, *does}]
     for name, schema in does.items():
         if name in may:
             found += accepts(may[name], schema, wide_root, narrow_root, _in(path, name), seen)

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from api_changes import changes
+from api_consumers import callers
 
 PLACE: Final = Path(__file__).parents[1] / "docs/api"
+NOBODY: Final = "no service of ours, perhaps somebody's script"
 SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "ui")
 
 
@@ -34,10 +36,15 @@ def committed(service: str) -> dict[str, Any]:
 
 def differences(service: str, document: dict[str, Any]) -> tuple[list[str], list[str]]:
     """(what the document breaks, what else is another) against the committed one, a sentence each."""
-    found = changes(committed(service), document)
-    breaking = [f"{service}: {one.operation} {one.text}." for one in found if not one.added]
+    old = committed(service)
+    found, who = changes(old, document), callers(old, service)
+    breaking = [
+        f"{service}: {one.operation} {one.text}. It breaks {', '.join(who.get(one.operation, [NOBODY]))}."
+        for one in found
+        if not one.added
+    ]
     besides = [f"{service}: {one.operation} {one.text}." for one in found if one.added]
-    if not found and document != committed(service):
+    if not found and document != old:
         besides.append(f"{service}: its document is another, and breaks nobody.")
     return breaking, besides
 

@@ -119,3 +119,8 @@ def test_a_new_field_is_told_as_what_readers_of_the_release_before_refuse() -> N
 def test_what_refers_to_itself_comes_to_an_end() -> None:
     nested = {"type": "object", "properties": {"inner": {"$ref": "#/components/schemas/Thing"}}}
     assert changes(document(nested), document(nested)) == []
+
+
+def test_a_field_that_need_not_be_there_and_never_is_breaks_who_reads_it() -> None:
+    before = document(with_field("why", {"type": "string"}))
+    assert Change("POST /things", "no longer answers `why`") in changes(before, document())

@@ -84,7 +84,12 @@ async def recording(mission_id: MissionId, missions: MissionsDep) -> PlainTextRe
     return PlainTextResponse(await missions.recording(mission_id), media_type="application/x-ndjson")
 
 
-@router.get("/missions/{mission_id}/pictures/{number}", tags=["missions"], response_class=Response)
+@router.get(
+    "/missions/{mission_id}/pictures/{number}",
+    tags=["missions"],
+    response_class=Response,
+    responses={200: {"content": {"image/jpeg": {}}}},
+)
 async def picture(
     mission_id: MissionId, number: Annotated[int, Path(ge=0, le=10_000)], missions: MissionsDep
 ) -> Response:

@@ -95,7 +95,12 @@ async def validate(body: ValidateRequest, inference: InferenceDep) -> Validation
     return await inference.validator.validate(body)
 
 
-@router.get("/validations/{validation_id}.jpg", tags=["vision"], response_class=Response)
+@router.get(
+    "/validations/{validation_id}.jpg",
+    tags=["vision"],
+    response_class=Response,
+    responses={200: {"content": {"image/jpeg": {}}}},
+)
 async def evidence(
     validation_id: Annotated[str, Path(min_length=1, max_length=64)], inference: InferenceDep
 ) -> Response:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import httpx
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
@@ -16,8 +17,10 @@ STARTED: TypeAdapter[Mission | Heard] = TypeAdapter(Mission | Heard)
 class CoordinatorClient(ServiceClient):
     """The port `Missions`, for real."""
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__("coordinator", settings.coordinator_url, timeout_s=settings.call_timeout_s)
+    def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
+        super().__init__(
+            "coordinator", settings.coordinator_url, timeout_s=settings.call_timeout_s, transport=transport
+        )
         self._command_timeout_s = settings.command_timeout_s
 
     async def start(self, command: str, *, key: str) -> Mission | Heard:

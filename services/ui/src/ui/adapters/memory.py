@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from urllib.parse import quote
 
+import httpx
+
 from contracts.memory import DeletedReply, ImportReply, LabelCount, RememberedObject, View
 from mesh.http import ServiceClient
 from ui.settings import Settings
@@ -14,8 +16,8 @@ VIEWS_MAX = 1000
 class MemoryClient(ServiceClient):
     """The port `Memory`, for real."""
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__("memory", settings.memory_url, timeout_s=settings.call_timeout_s)
+    def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
+        super().__init__("memory", settings.memory_url, timeout_s=settings.call_timeout_s, transport=transport)
         self._transfer_timeout_s = settings.transfer_timeout_s
 
     async def labels(self) -> Sequence[LabelCount]:

@@ -5,6 +5,7 @@ import math
 from collections.abc import AsyncGenerator
 from typing import Final
 
+import httpx
 from pydantic import ValidationError
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
@@ -57,10 +58,10 @@ class VelocitySocket:
 class RobotBridgeClient(ServiceClient):
     """The port `Robot`, for real."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
         base_url = settings.robot_bridge_url
-        super().__init__("robot_bridge", base_url, timeout_s=settings.call_timeout_s)
-        self._stopper = ServiceClient("robot_bridge", base_url, timeout_s=settings.stop_timeout_s)
+        super().__init__("robot_bridge", base_url, timeout_s=settings.call_timeout_s, transport=transport)
+        self._stopper = ServiceClient("robot_bridge", base_url, timeout_s=settings.stop_timeout_s, transport=transport)
         self._wheels_url = f"ws{base_url.removeprefix('http')}/velocity"
         self._dock_timeout_s = settings.dock_timeout_s
         self._stop_tries = settings.stop_tries
