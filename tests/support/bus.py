@@ -16,6 +16,7 @@ class MemoryBus:
     def __init__(self) -> None:
         self.connected = True
         self.published: list[tuple[str, Message]] = []
+        self._said_in: list[tuple[str, str]] = []
         self._kept: dict[str, bytes] = {}
         self._listeners: dict[str, list[asyncio.Queue[bytes]]] = defaultdict(list)
 
@@ -24,6 +25,7 @@ class MemoryBus:
             return False
         data = topic.encode(message, traceparent())
         self.published.append((topic.name, message))
+        self._said_in.append((topic.name, traceparent()))
         if topic.kept:
             self._kept[topic.name] = data
         for queue in self._listeners[topic.name]:
@@ -61,3 +63,7 @@ class MemoryBus:
     def of(self, topic: Topic[Any]) -> list[Any]:
         """Everything published on a topic so far, oldest first."""
         return [message for name, message in self.published if name == topic.name]
+
+    def said_in(self, topic: Topic[Any]) -> list[str]:
+        """The traceparents of everything published on a topic so far, '' where it was said in no trace."""
+        return [parent for name, parent in self._said_in if name == topic.name]

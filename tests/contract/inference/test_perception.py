@@ -7,11 +7,13 @@ import cv2
 import numpy as np
 import pytest
 
+from contracts.mission import MissionTarget
 from contracts.problem import DependencyState, Readiness
-from contracts.topics import VISION_DETECTIONS, VISION_OBJECT_SPOTTED
+from contracts.topics import MISSION_TARGET, VISION_DETECTIONS, VISION_OBJECT_SPOTTED
 from contracts.vision import Detection, Target
 from inference.ports import Embeddings, Frame, RgbImage
 from mesh.errors import UnavailableError
+from mesh.tracing import following
 from support.inference_fakes import POSE, FakeCamera, FakeClip, FakeDetector, bottle, picture
 from support.waiting import until
 
@@ -275,3 +277,18 @@ async def test_after_a_round_without_a_frame_any_newer_one_will_do(opened: Opene
         camera.show(10.1, picture())
         await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)
     assert [one.stamp_s for one in house.bus.of(VISION_DETECTIONS)] == [10.0, 10.1]
+
+
+async def test_looks_belong_to_the_trace_that_asks_for_the_target_while_one_does(opened: Opened) -> None:
+    parent = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-00"
+    async with opened() as house:
+        with following(parent):
+            await house.bus.publish(MISSION_TARGET, MissionTarget(target=RED_BOTTLE, mission_id="m1"))
+        await until(lambda: house.bus.idle(MISSION_TARGET))
+        house.camera.show(10.0, picture(RED_THING))
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 1)
+        await house.bus.publish(MISSION_TARGET, MissionTarget())
+        await until(lambda: house.bus.idle(MISSION_TARGET))
+        house.camera.show(11.0, picture(RED_THING))
+        await until(lambda: len(house.bus.of(VISION_DETECTIONS)) == 2)
+    assert [said[3:35] for said in house.bus.said_in(VISION_DETECTIONS)] == [parent[3:35], ""]

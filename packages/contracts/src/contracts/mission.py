@@ -236,6 +236,11 @@ class Mission(Message):
     map_id: str | None = Field(
         default=None, max_length=40, description="which home its places are in, see robot.state; none = not known"
     )
+    trace_id: str = Field(
+        default="",
+        pattern=r"^([0-9a-f]{32})?$",
+        description="W3C trace id, from the command on; '' = not known",
+    )
 
 
 class MissionStatus(Message):

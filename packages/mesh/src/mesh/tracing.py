@@ -6,7 +6,7 @@ recorded where `ATOM_TRACES` names a folder or `OTEL_EXPORTER_OTLP_ENDPOINT` a c
 
 import os
 import secrets
-from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, MutableMapping
+from collections.abc import Awaitable, Callable, Coroutine, Generator, Mapping, MutableMapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from starlette.exceptions import HTTPException
 
 from mesh.errors import MeshError
 
-NO_SPAN = trace.INVALID_SPAN
+NO_SPAN: Span = trace.INVALID_SPAN
 EXPORT_S_MAX = 2.0
 """A collector that does not answer holds up the end of a process for no longer."""
 
@@ -71,7 +71,7 @@ class Tracer:
         return span if span.get_span_context().is_valid else NonRecordingSpan(_new())
 
     @contextmanager
-    def command(self, name: str, attributes: Attributes | None = None) -> Iterator[Span]:
+    def command(self, name: str, attributes: Attributes | None = None) -> Generator[Span]:
         """As `begin`; everything inside belongs to it."""
         span = self.begin(name, attributes)
         try:
@@ -83,7 +83,7 @@ class Tracer:
     @contextmanager
     def part(
         self, name: str, attributes: Attributes | None = None, *, kind: SpanKind = SpanKind.INTERNAL
-    ) -> Iterator[Span]:
+    ) -> Generator[Span]:
         """A span of the current trace; where there is none, none begins."""
         if not trace.get_current_span().get_span_context().is_valid:
             yield NO_SPAN
@@ -120,8 +120,13 @@ def trace_id() -> str:
     return trace.format_trace_id(here.trace_id) if here.is_valid else ""
 
 
+def trace_id_of(parent: str) -> str:
+    """Of a traceparent; '' for ''."""
+    return parent[3:35]
+
+
 @contextmanager
-def following(parent: str) -> Iterator[None]:
+def following(parent: str) -> Generator[None]:
     """What runs in the block belongs to the trace of this traceparent; to none where it is '' or malformed."""
     token = context.attach(_W3C.extract({"traceparent": parent}, Context()))
     try:

@@ -20,7 +20,9 @@ from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import UnavailableError
 from mesh.tasks import Tasks
+from mesh.tracing import Tracer, following, traceparent
 from robot_bridge.emergency_stop_service import EmergencyStopService
+from robot_bridge.motion.first_twist import tell_first_twist
 from robot_bridge.motion.motion_executor import ActiveMotion
 from robot_bridge.motion.motions import Motion, Tuning
 from robot_bridge.motion.sessions import Sessions
@@ -44,8 +46,12 @@ log = structlog.get_logger()
 
 R = TypeVar("R")
 
+TRACER = Tracer(__name__)
+
 NAVIGATION_EVENTS_MAX = 200
 TICK_AGE_S_MAX = 0.5
+MOTION_S_MAX = 60.0
+"""No turn and no drive takes longer."""
 
 
 @dataclass(slots=True)
@@ -94,12 +100,15 @@ class Bridge:
             loop.call_soon_threadsafe(settle, value)
 
         running = ActiveMotion(motion, name, epoch, session_id, done)
-        self.wheels.begin(running)
-        try:
-            return await reply
-        except asyncio.CancelledError:
-            self.wheels.end_motion(MotionEnd.CLIENT_LEFT, only=running)
-            raise
+        with TRACER.command(name) as span:
+            self.wheels.begin(running)
+            begun_s = self.clock.now_s()
+            tell_first_twist(self.tasks, self.wheels, span, source=name, since_s=begun_s, within_s=MOTION_S_MAX)
+            try:
+                return await reply
+            except asyncio.CancelledError:
+                self.wheels.end_motion(MotionEnd.CLIENT_LEFT, only=running)
+                raise
 
     def state(self) -> RobotState:
         """What `GET /state` and the topic tell."""
@@ -195,11 +204,11 @@ class NavigationEvents:
     """Changes of goals on their way to the bus: in order, the oldest dropped where the bus is away for long."""
 
     def __init__(self) -> None:
-        self._waiting: deque[Goal] = deque(maxlen=NAVIGATION_EVENTS_MAX)
+        self._waiting: deque[tuple[Goal, str]] = deque(maxlen=NAVIGATION_EVENTS_MAX)
         self._some = asyncio.Event()
 
     def put(self, goal: Goal) -> None:
-        self._waiting.append(goal)
+        self._waiting.append((goal, traceparent()))
         self._some.set()
 
     async def publish(self, bus: Bus) -> None:
@@ -207,7 +216,9 @@ class NavigationEvents:
             await self._some.wait()
             self._some.clear()
             while self._waiting:
-                await bus.publish(ROBOT_NAVIGATION, self._waiting.popleft())
+                goal, said_in = self._waiting.popleft()
+                with following(said_in):
+                    await bus.publish(ROBOT_NAVIGATION, goal)
 
 
 @contextlib.asynccontextmanager

@@ -16,11 +16,14 @@ from contracts.motion import BaseReply, RotateReply, RotateRequest
 from contracts.reading import Mood
 from contracts.robot import CandidatePose, EmergencyStopReply, EmergencyStopRequest, Goal, GoalRequest, GoalStatus
 from mesh.errors import ConflictError, MeshError, UpstreamError
+from mesh.tracing import Tracer
 from ui.desk import Desk
 from ui.i18n import _
 from vocabulary.orders import order_in
 
 log = structlog.get_logger()
+
+TRACER: Final = Tracer(__name__)
 
 COMMAND_MAX: Final = 500
 OBEYED_S: Final = 1.5
@@ -74,7 +77,8 @@ class OperatorActions:
             return await self._obey(words, order.mood)
 
         async def do() -> str:
-            mission = await self._desk.missions.start(words, key=uuid.uuid4().hex)
+            with TRACER.command("typed", {"command": words}):
+                mission = await self._desk.missions.start(words, key=uuid.uuid4().hex)
             if isinstance(mission, Heard):
                 return mission.text
             what = mission.target.description if mission.target is not None else mission.command

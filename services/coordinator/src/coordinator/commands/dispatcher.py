@@ -20,6 +20,7 @@ from coordinator.queue.parse_validation import CheckedTask
 from coordinator.settings import Settings
 from mesh.clock import Clock
 from mesh.errors import MeshError
+from mesh.tracing import following
 
 log = structlog.get_logger()
 
@@ -112,15 +113,17 @@ class Dispatcher:
             self._end_waiting(EndCause.BATTERY, f"it was not begun: {low}")
         self._watch, why = reason_to_dock(self._watch, self._runner.robot_state, self._clock.now_s(), self._power)
         if why:
-            self._dock(uuid.uuid4().hex, why, Order(asked_s=self._clock.now_s()))
+            with following(""):  # nobody's command
+                self._dock(uuid.uuid4().hex, why, Order(asked_s=self._clock.now_s()))
             return
         waiting = self._queue.pop()
         if waiting is None:
             return
-        if waiting.task is None:
-            self._dock(waiting.id, "requested by the operator", waiting.order)
-        else:
-            await self._begin(waiting, waiting.task)
+        with following(waiting.traceparent):
+            if waiting.task is None:
+                self._dock(waiting.id, "requested by the operator", waiting.order)
+            else:
+                await self._begin(waiting, waiting.task)
 
     def _dock(self, mission_id: str, why: str, order: Order) -> None:
         self._runner.begin(ev.DockingStarted(mission_id, why, order))

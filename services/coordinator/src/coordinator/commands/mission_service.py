@@ -26,12 +26,15 @@ from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import ConflictError, MeshError, NotFoundError, UnavailableError, UnprocessableError
+from mesh.tracing import Tracer, traceparent
 from vocabulary.languages import is_foreign
 from vocabulary.moods import Reading, read
 from vocabulary.orders import order_in
 from vocabulary.restrictions import restrictions_in
 
 log = structlog.get_logger()
+
+TRACER = Tracer(__name__)
 
 OBJECTS_ASKED = 200
 DOCK_COMMAND = re.compile(
@@ -92,7 +95,8 @@ class MissionService:
             return self.orders.take_back(Reading(Mood.UNKNOWN, ""))
         if reading.mood is not Mood.FIND and not to_dock:
             return self.orders.take_back(reading)
-        return await self._start(command, None if to_dock else reading, key)
+        with TRACER.command("command", {"command": command}):
+            return await self._start(command, None if to_dock else reading, key)
 
     async def _start(self, command: str, reading: Reading | None, key: str | None) -> Mission:
         ended_before = self._dispatcher.orders_to_end
@@ -118,7 +122,7 @@ class MissionService:
         tasks = [None] if reading is None else await self._read(reading)
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
-            QueuedMission(uuid.uuid4().hex, command, task, Order(request_id, part, len(tasks), asked_s))
+            QueuedMission(uuid.uuid4().hex, command, task, Order(request_id, part, len(tasks), asked_s), traceparent())
             for part, task in enumerate(tasks, start=1)
         )
         self._refuse_now(ended_before, searches=reading is not None)

@@ -7,7 +7,7 @@ from coordinator.core.activities import Waiting, Waking
 from coordinator.core.mission import Mission
 
 
-def mission_record(mission: Mission) -> wire.Mission | None:
+def mission_record(mission: Mission, trace_id: str) -> wire.Mission | None:
     """None before the first mission."""
     if mission.id == "":
         return None
@@ -38,16 +38,19 @@ def mission_record(mission: Mission) -> wire.Mission | None:
         metres_driven_m=round(mission.metres_m, 3),
         report=mission.report,
         map_id=mission.map_id,
+        trace_id=trace_id,
     )
 
 
-def mission_status(mission: Mission, now_s: float, queue: tuple[wire.Mission, ...] = ()) -> MissionStatus:
+def mission_status(
+    mission: Mission, now_s: float, *, queue: tuple[wire.Mission, ...] = (), trace_id: str = ""
+) -> MissionStatus:
     search = mission.search
     still = (*(place.pose for place in search.views), *search.points) if mission.running else ()
     return MissionStatus(
         stamp_s=max(0.0, now_s),
         state=mission.state,
-        mission=mission_record(mission),
+        mission=mission_record(mission, trace_id),
         progress=mission.progress[:500],
         waiting_for=waiting_for(mission, now_s),
         queue=queue[:50],

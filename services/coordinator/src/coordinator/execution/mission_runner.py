@@ -31,6 +31,7 @@ from coordinator.coverage.explored_space import ExploredSpace
 from coordinator.execution.believed_space import BelievedSpace
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
+from coordinator.execution.mission_trace import MissionTrace
 from coordinator.execution.motion_client import MotionClient
 from coordinator.execution.status_publisher import StatusPublisher
 from coordinator.ports import Inference, MissionLog, Robot
@@ -80,9 +81,10 @@ class MissionRunner:
         self._explored = ExploredSpace(robot, self.mission.rules, None)
         self._believed: BelievedSpace | None = None
         self._query: asyncio.Task[None] | None = None
+        self._trace = MissionTrace()
         self._publisher = StatusPublisher(
             bus=bus, log_=log_, clock=clock, period_s=settings.state_period_s, state=self.status,
-            target=lambda: mission_target(self.mission),
+            target=lambda: mission_target(self.mission), inside=self._trace.inside,
         )  # fmt: skip
         self._recorded = ""
 
@@ -99,8 +101,9 @@ class MissionRunner:
         self._tasks.start("detections", self._bus.listen(VISION_DETECTIONS, self._on_detections))
 
     def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
-        """Starts a mission, and its recording. Only while the core is idle."""
+        """Starts a mission, its recording, and its span in the current trace. Only while the core is idle."""
         self._take_rules()
+        self._trace.begin(event.mission_id, event.command if isinstance(event, ev.MissionStarted) else "dock")
         self._explored, self._believed = self.unexplored(), self._belief_of(event)
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
@@ -126,13 +129,17 @@ class MissionRunner:
             self._log.record(self._recorded, recording.step_line(taken))
             if not self.mission.running and self.mission.state.settled:
                 self._recorded = ""
-        for action in actions:
-            self._act(action)
+        self._trace.enter(self.mission)
+        if actions:
+            with self._trace.inside():
+                for action in actions:
+                    self._act(action)
+        self._trace.leave(self.mission)
         if self.mission is not before and (actions or not isinstance(event, ev.Tick | ev.RobotUpdated)):
             self._note()
 
     def status(self) -> MissionStatus:
-        return mission_status(self.mission, self._clock.now_s(), self._queued())
+        return mission_status(self.mission, self._clock.now_s(), queue=self._queued(), trace_id=self._trace.id)
 
     @property
     def robot_state_age_s(self) -> float:
@@ -317,7 +324,7 @@ class MissionRunner:
         self._publisher.changed()
 
     def _note(self) -> None:
-        record = mission_record(self.mission)
+        record = mission_record(self.mission, self._trace.id)
         if record is not None:
             self._log.upsert(record)
         self._publisher.changed()

@@ -2,6 +2,8 @@
 
 import asyncio
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Any
 
 import structlog
 
@@ -12,6 +14,7 @@ from coordinator.ports import MissionLog
 from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.tasks import Tasks
+from mesh.tracing import following, traceparent
 
 log = structlog.get_logger()
 
@@ -20,17 +23,22 @@ TARGET_PERIOD_S = 2.0
 
 
 class StatusPublisher:
-    """`state` and `target` say what is true now; they are published on every change and at least every `period_s`."""
+    """`state` and `target` say what is true now; they are published on every change and at least every `period_s`.
+
+    `inside` is the trace of the mission under way.
+    """
 
     def __init__(self, *, bus: Bus, log_: MissionLog, clock: Clock, period_s: float,
-                 state: Callable[[], MissionStatus], target: Callable[[], MissionTarget]) -> None:  # fmt: skip
+                 state: Callable[[], MissionStatus], target: Callable[[], MissionTarget],
+                 inside: Callable[[], AbstractContextManager[Any]]) -> None:  # fmt: skip
         self._bus = bus
         self._log = log_
         self._clock = clock
         self._period_s = period_s
         self._state = state
         self._target = target
-        self._outbox: asyncio.Queue[MissionEvent] = asyncio.Queue(OUTBOX_MAX)
+        self._inside = inside
+        self._outbox: asyncio.Queue[tuple[MissionEvent, str]] = asyncio.Queue(OUTBOX_MAX)
         self._changed = asyncio.Event()
         self._changed.set()
         self._stated_s = float("-inf")
@@ -56,7 +64,7 @@ class StatusPublisher:
         self._log.append(event)
         if self._outbox.full():
             self._outbox.get_nowait()
-        self._outbox.put_nowait(event)
+        self._outbox.put_nowait((event, traceparent()))
 
     def changed(self) -> None:
         self._changed.set()
@@ -71,12 +79,15 @@ class StatusPublisher:
             await self._changed.wait()
             self._changed.clear()
             now_s, target = self._clock.now_s(), self._target()
-            if target != self._told or now_s - self._told_s >= TARGET_PERIOD_S:
-                self._told, self._told_s = target, now_s
-                await self._bus.publish(MISSION_TARGET, target)
-            self._stated_s = now_s
-            await self._bus.publish(MISSION_STATE, self._state())
+            with self._inside():
+                if target != self._told or now_s - self._told_s >= TARGET_PERIOD_S:
+                    self._told, self._told_s = target, now_s
+                    await self._bus.publish(MISSION_TARGET, target)
+                self._stated_s = now_s
+                await self._bus.publish(MISSION_STATE, self._state())
 
     async def _publish_events(self) -> None:
         while True:
-            await self._bus.publish(MISSION_EVENTS, await self._outbox.get())
+            event, said_in = await self._outbox.get()
+            with following(said_in):
+                await self._bus.publish(MISSION_EVENTS, event)

@@ -8,6 +8,7 @@ from contracts.mission import MissionKind, MissionState
 from coordinator.core.mission import Order
 from coordinator.queue.parse_validation import CheckedTask
 from mesh.errors import TooManyError
+from mesh.tracing import trace_id_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,8 @@ class QueuedMission:
     command: str
     task: CheckedTask | None
     order: Order
+    traceparent: str = ""
+    """Of the command it came from."""
 
     def record(self, position: int) -> wire.Mission:
         asked_s = max(0.0, self.order.asked_s or 0.0)
@@ -35,6 +38,7 @@ class QueuedMission:
             reason="waiting in the queue",
             asked_s=asked_s,
             started_s=asked_s,
+            trace_id=trace_id_of(self.traceparent),
         )
 
 

@@ -21,8 +21,11 @@ from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError, UpstreamError
 from mesh.latest_value import LatestValue
+from mesh.tracing import Tracer, following, traceparent
 
 log = structlog.get_logger()
+
+TRACER = Tracer(__name__)
 
 FRAMES = Counter("inference_frames_total", "camera frames looked at")
 TROUBLES = Counter(
@@ -59,10 +62,13 @@ class Perception:
     """When the last frame came, on this machine's clock; none where the last round brought none."""
     _last_frame_s: float | None = None
     _last_spotted_s: float | None = None
+    _wanted_in: str = ""
+    """The trace that asks for the target; '' while nobody does."""
 
     async def follow_target(self) -> None:
         async def changed(message: MissionTarget) -> None:
             self.wanted = message
+            self._wanted_in = traceparent() if message.target is not None else ""
 
         await self.bus.listen(MISSION_TARGET, changed)
 
@@ -86,7 +92,8 @@ class Perception:
             self._in_trouble("no frame", "no new frame from the camera")
             return
         self._last_stamp_s, self._came_s = frame.stamp_s, self.clock.now_s()
-        await self._look_at(frame)
+        with following(self._wanted_in), TRACER.part("look"):
+            await self._look_at(frame)
 
     def frame_age_s(self) -> float | None:
         """Since a frame was last looked at, on this machine's clock; none before the first."""

@@ -17,6 +17,7 @@ from inference.validation.calibration import UNMEASURED, Calibration
 from inference.validation.evidence import Evidence
 from inference.validation.votes import VOTES_NEEDED, ClipScores, abstain, clip_vote, decide, detector_vote
 from mesh.errors import ServiceTimeoutError, UnavailableError, UnprocessableError, UpstreamError
+from mesh.tracing import current_span
 
 VLM_MARGIN = 0.5
 """Share of the longer box side shown round the thing to the vision-language model, which needs surroundings."""
@@ -61,6 +62,9 @@ class Validator:
             else await self._ask_vlm(image, bbox, request.target, (first, second))
         )
         votes = (first, second, third)
+        for vote in votes:
+            told = {"voter": vote.voter, "verdict": vote.verdict.value, "took_ms": vote.took_ms}
+            current_span().add_event("vote", told)
         decision = decide(votes, allow_single_vote=request.allow_single_vote)
         return Validation(
             id=self.evidence.keep(self._judged(image, bbox)),

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import count
 
 import structlog
+from opentelemetry.trace import Span
 from pydantic import Field
 
 from contracts.causes import GoalCause, Refusal
@@ -15,7 +16,9 @@ from contracts.robot import CandidatePose, Goal, GoalRequest, GoalStatus, Naviga
 from mesh.clock import Clock
 from mesh.errors import ConflictError, UnavailableError
 from mesh.tasks import Tasks
-from robot_bridge.motion.velocity_mux import VelocityMux
+from mesh.tracing import NO_SPAN, Tracer, inside
+from robot_bridge.motion.first_twist import tell_first_twist
+from robot_bridge.motion.velocity_mux import NAVIGATION_SOURCE, VelocityMux
 from robot_bridge.navigation import maps
 from robot_bridge.navigation.goal_phases import Asking, Driving, Ending, Over, Recovering
 from robot_bridge.navigation.goal_states import (
@@ -32,6 +35,7 @@ from robot_bridge.ports import AcceptedGoal, GoalEnd, Robot
 log = structlog.get_logger()
 
 CANCEL_S_MAX = 2.0
+TRACER = Tracer(__name__)
 
 
 class GoalLimits(PathLimits):
@@ -59,7 +63,10 @@ class GoalExecutor:
         self._tasks = tasks
         self._limits = limits
         self._preflight = PathChecker(robot, limits)
-        self._goals = GoalStore(publish)
+        self._publish = publish
+        self._goals = GoalStore(self._tell)
+        self._span: Span = NO_SPAN
+        """Of the goal under way."""
         self._active: ActiveGoal | None = None
         self._sending = asyncio.Lock()
 
@@ -160,6 +167,11 @@ class GoalExecutor:
         self._wheels.open_navigation(goal.id, request.epoch, request.session_id)
         self._wheels.hold_navigation(goal.id)
         self._active = active
+        self._span = TRACER.begin("goal", {"goal.id": goal.id, "goal.x_m": pose.x, "goal.y_m": pose.y})
+        tell_first_twist(
+            self._tasks, self._wheels, self._span,
+            source=NAVIGATION_SOURCE, since_s=now_s, within_s=request.timeout_s,
+        )  # fmt: skip
         self._goals.keep(goal)
         if checked.unreachable:
             self._finish(active, GoalEnd(GoalStatus.ABORTED, checked.error_code, checked.reason), GoalCause.UNREACHABLE)
@@ -290,7 +302,13 @@ class GoalExecutor:
             now_s = self._clock.now_s()
             over = with_status(goal, status, stamp_s=now_s, cause=cause, error_code=end.error_code, error_msg=message)
             self._goals.keep(over)
+        self._span.set_attributes({"goal.status": status.value, "goal.cause": cause.value if cause is not None else ""})
+        self._span.end()
         active.over.set()
+
+    def _tell(self, goal: Goal) -> None:
+        with inside(self._span):
+            self._publish(goal)
 
     def _progress(self, active: ActiveGoal, left_m: float) -> None:
         if self._active is active:

@@ -9,9 +9,10 @@ from pydantic import ValidationError
 from contracts.causes import Refusal
 from contracts.robot import VelocityReply, VelocityRequest
 from mesh.errors import ConflictError, UnavailableError
-from mesh.tracing import TracedRoute
+from mesh.tracing import TracedRoute, current_span
 from robot_bridge.bridge import Bridge
 from robot_bridge.motion.arbiter import NO_COMMAND, ArbitratedCommand, Request
+from robot_bridge.motion.first_twist import add_twist
 from robot_bridge.motion.words import causes_in_words, refusal_in_words
 from robot_bridge.routes.deps import BridgeDep
 
@@ -96,6 +97,7 @@ async def _told(request: VelocityRequest, bridge: Bridge, taken_s: float) -> Vel
     tick = await bridge.wheels.commanded.wait_for(lambda choice: choice.received_s >= taken_s, TICK_WAIT_S)
     if tick is None:
         raise UnavailableError("rclpy", "the motion loop does not tick", code=Refusal.NO_TICK)
+    add_twist(current_span(), tick)
     choice = tick.value
     causes = choice.kinds if choice.source == request.source else ()
     return VelocityReply(
