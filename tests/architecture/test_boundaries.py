@@ -38,13 +38,14 @@ TRAINING_MAY_BORROW = ("inference.perception.small_clip", "inference.perception.
 
 CONTRACTS_MAY_IMPORT = frozenset({
     "contracts", "pydantic", "dataclasses", "enum", "typing", "collections", "math", "functools", "re",
+    "hashlib", "hmac",
 })  # fmt: skip
 """Data only: names to build messages of, and nothing that could do anything with them."""
 
 SHARED = frozenset({"contracts", "geometry", "mesh", "store", "vocabulary"})
 """The packages that a service may import."""
 
-MESH_MAY_KNOW = ("contracts.base", "contracts.problem", "contracts.topics")
+MESH_MAY_KNOW = ("contracts.access", "contracts.base", "contracts.problem", "contracts.topics")
 """Plumbing knows that there are messages and problems, not what they are about."""
 
 

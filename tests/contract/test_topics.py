@@ -5,7 +5,7 @@ from pydantic import ValidationError
 
 from contracts.mission import MissionTarget
 from contracts.robot import EmergencyStop
-from contracts.topics import ALL_TOPICS, MISSION_TARGET, ROBOT_EMERGENCY_STOP, traceparent_of
+from contracts.topics import ALL_TOPICS, MISSION_TARGET, ROBOT_EMERGENCY_STOP, bus_rules, traceparent_of
 from contracts.vision import Target
 
 SERVICES = {"coordinator", "inference", "memory", "robot_bridge", "ui"}
@@ -54,3 +54,12 @@ def test_anything_else_is_refused(data: bytes) -> None:
 def test_messages_refuse_nan() -> None:
     with pytest.raises(ValidationError):
         EmergencyStop(latched=False, epoch=0, since_s=float("nan"))
+
+
+def test_a_service_may_at_redis_what_the_topics_name_it_for() -> None:
+    assert set(bus_rules("memory")) == {
+        "~last:robot.description", "~last:robot.state", "&robot.description", "&robot.state", "&vision.detections",
+        "+ping", "+hello", "+select", "+subscribe", "+unsubscribe", "+get",
+    }  # fmt: skip
+    assert "+subscribe" not in bus_rules("robot_bridge")
+    assert "+publish" not in bus_rules("ui")

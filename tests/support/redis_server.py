@@ -15,10 +15,10 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def start_redis(port: int) -> "subprocess.Popen[bytes]":
+def start_redis(port: int, *more: str) -> "subprocess.Popen[bytes]":
     """Returns once it accepts connections."""
     process = subprocess.Popen(
-        [redis_server(), "--port", str(port), "--bind", "127.0.0.1", "--save", "", "--appendonly", "no"],
+        [redis_server(), "--port", str(port), "--bind", "127.0.0.1", "--save", "", "--appendonly", "no", *more],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )

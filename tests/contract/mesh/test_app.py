@@ -8,17 +8,27 @@ import pytest
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.responses import StreamingResponse
 from fastapi.testclient import TestClient
+from pydantic_settings import SettingsConfigDict
 from starlette.websockets import WebSocketDisconnect
 
 from contracts.base import Message
 from contracts.problem import Dependency, Problem, Readiness
+from mesh.access import Role, needs, open_to_all
 from mesh.app import make_app
 from mesh.errors import ConflictError, TooManyError
 from mesh.http import ServiceClient
+from mesh.settings import Port, ServiceSettings
 
 
 class Word(Message):
     word: str
+
+
+class Settings(ServiceSettings):
+    model_config = SettingsConfigDict(env_prefix="SAMPLE_", frozen=True)
+
+    port: Port = 8000
+    origins_allowed: tuple[str, ...] = ("https://robot.lan",)
 
 
 @asynccontextmanager
@@ -31,9 +41,10 @@ def make(*, ok: bool = True) -> FastAPI:
         return [Dependency.of("redis", ok=ok, detail="" if ok else "away")]
 
     app = make_app("sample", lifespan=nothing, dependencies=dependencies, body_bytes_max=1000,
-                   origins_allowed=["https://robot.lan"], open_to_pages={"/open"})  # fmt: skip
+                   settings=Settings(), open_to_pages={"/open"})  # fmt: skip
 
     @app.post("/echo")
+    @needs(Role.OPERATOR)
     async def echo(word: Word) -> Word:
         if word.word == "busy":
             raise ConflictError("busy with another word")
@@ -44,10 +55,12 @@ def make(*, ok: bool = True) -> FastAPI:
         return word
 
     @app.post("/open")
-    async def open_to_all() -> Word:
+    @open_to_all
+    async def stop() -> Word:
         return Word(word="stopped")
 
     @app.get("/stream")
+    @needs(Role.OPERATOR)
     async def stream() -> StreamingResponse:
         async def parts() -> AsyncIterator[bytes]:
             yield b"a part"
@@ -55,6 +68,7 @@ def make(*, ok: bool = True) -> FastAPI:
         return StreamingResponse(parts())
 
     @app.websocket("/talk")
+    @needs(Role.OPERATOR)
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
         await socket.send_text("hello")

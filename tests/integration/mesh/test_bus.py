@@ -12,7 +12,7 @@ from contracts.mission import MissionTarget
 from contracts.robot import Goal, GoalStatus
 from contracts.topics import MISSION_TARGET, ROBOT_NAVIGATION
 from contracts.vision import Target
-from mesh.bus import Bus, RedisBus, kept_key, open_bus
+from mesh.bus import Bus, RedisBus, open_bus
 from mesh.tracing import following, traceparent
 from support.bus import MemoryBus
 from support.redis_server import free_port, start_redis
@@ -97,7 +97,7 @@ async def test_payloads_are_plain_json_that_anything_can_read(redis_url: str) ->
     client = redis.Redis.from_url(redis_url)
     async with open_bus(redis_url) as bus:
         await bus.publish(MISSION_TARGET, BOTTLE)
-    assert await client.get(kept_key(MISSION_TARGET)) == BOTTLE.model_dump_json().encode()
+    assert await client.get(MISSION_TARGET.kept_key) == BOTTLE.model_dump_json().encode()
     await client.aclose()
 
 

@@ -24,7 +24,6 @@ from sensor_msgs.msg import CameraInfo, Image, LaserScan
 from contracts.causes import SafetyCause
 from contracts.problem import Dependency, DependencyState, Readiness
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_STATE
-from mesh.bus import kept_key
 from support.bridge_behaviour import INSIDE, Rig, running
 from support.redis_server import free_port
 from support.toy_robot import DOCK, ToyRobot
@@ -175,11 +174,11 @@ async def test_a_killed_bridge_wakes_up_latched_and_its_facts_are_in_redis(
         store = redis.asyncio.Redis.from_url(redis_url)
 
         async def located() -> bool:
-            state = await store.get(kept_key(ROBOT_STATE))
+            state = await store.get(ROBOT_STATE.kept_key)
             return state is not None and ROBOT_STATE.decode(state).pose is not None
 
         await until_true(located)
-        kept = ROBOT_EMERGENCY_STOP.decode(await store.get(kept_key(ROBOT_EMERGENCY_STOP)))
+        kept = ROBOT_EMERGENCY_STOP.decode(await store.get(ROBOT_EMERGENCY_STOP.kept_key))
         await store.aclose()
         assert (kept.latched, kept.epoch) == (True, 1)
         process.send_signal(signal.SIGTERM)

@@ -1,9 +1,11 @@
-"""`atom`: find, ask, stop, resume, status, memory. Exit codes are told by `atom --help`."""
+"""`atom`: find, ask, stop, resume, status, memory, keys. Exit codes are told by `atom --help`."""
 
 import contextlib
+import os
 import signal
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Final, NoReturn, TypeVar
 
 import httpx
@@ -12,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from atom_cli import keys
 from atom_cli.services import OBEYED_S, AwayError, ServiceError, Services, host_of
 from contracts.mission import Heard, Mission, MissionStatus, Outcome
 from contracts.reading import Mood
@@ -41,6 +44,7 @@ app = typer.Typer(
     help="The robot from a terminal. Exit codes: 0 done (found) · 10 not found · 11 unsure · 12 cancelled · "
     "13 aborted · 2 wrong usage · 3 refused · 4 a service is away · 130 interrupted (the mission goes on).",
 )
+app.add_typer(keys.app, name="keys")
 console = Console(highlight=False)
 transport: httpx.BaseTransport | None = None
 """Set by tests; none = the network."""
@@ -70,7 +74,7 @@ def find(
     if order is None and read(what).mood in {Mood.QUESTION, Mood.COUNT}:
         ask(what, host, port_base)
         return
-    with Services(host, port_base, transport=transport) as services:
+    with _services(host, port_base) as services:
         if order is not None and order.mood is not Mood.RESUME:
             mission = _or_exit(lambda: _obeyed(services, what, order.mood))
         else:
@@ -101,7 +105,7 @@ def ask(
     port_base: PortBase = 8000,
 ) -> None:
     """Asks what is known; nothing moves."""
-    with Services(host, port_base, transport=transport) as services:
+    with _services(host, port_base) as services:
         answer = _or_exit(lambda: services.ask(question))
     console.print(escape(answer.answer), soft_wrap=True)
     if answer.notes:
@@ -111,7 +115,7 @@ def ask(
 @app.command()
 def stop(host: Host = "127.0.0.1", port_base: PortBase = 8000) -> None:
     """Stops the robot at once, whatever else is running."""
-    with Services(host, port_base, transport=transport) as services:
+    with _services(host, port_base) as services:
         reply = _or_exit(services.stop)
     after = "" if reply.first_zero_ms is None else f", first zero velocity after {reply.first_zero_ms:.1f} ms"
     console.print(f"[bold red]stopped[/]{after}. `atom resume` permits motion again.")
@@ -126,7 +130,7 @@ def resume(
     """Permits motion again after a stop. Nothing moves until something asks for it."""
     if not yes:
         typer.confirm("Look at the robot first. Let it move again?", abort=True)
-    with Services(host, port_base, transport=transport) as services:
+    with _services(host, port_base) as services:
         _or_exit(services.resume)
     console.print("Motion is permitted again.")
 
@@ -136,7 +140,7 @@ def status(host: Host = "127.0.0.1", port_base: PortBase = 8000) -> None:
     """What the robot is at, and who is missing. Exit code 4 when a service is."""
     away = False
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
-    with Services(host, port_base, transport=transport) as services:
+    with _services(host, port_base) as services:
         try:
             now = services.status()
             mission = now.mission
@@ -169,7 +173,7 @@ def memory(
     port_base: PortBase = 8000,
 ) -> None:
     """What is remembered: things with their place, age and belief, then kinds."""
-    with Services(host, port_base, transport=transport) as services:
+    with _services(host, port_base) as services:
         things, labels = _or_exit(lambda: (services.objects(label), services.labels()))
     table = Table("thing", "state", "belief", "seen", "place", box=None, padding=(0, 2, 0, 0))
     for one in sorted(things, key=lambda one: -one.belief):
@@ -180,6 +184,20 @@ def memory(
     console.print(table if things else "No thing is remembered with a place.")
     kinds = ", ".join(f"{one.label} ({one.views})" for one in labels if label in {None, one.label})
     console.print(f"[bold]views[/]  {escape(kinds or 'none')}", soft_wrap=True)
+
+
+def _services(host: str, port_base: int) -> Services:
+    return Services(host, port_base, key=_key(), transport=transport)
+
+
+def _key() -> str:
+    """Of whoever asks: ATOM_KEY, or what ATOM_KEY_FILE holds; never an argument, which every process list shows."""
+    file = os.environ.get("ATOM_KEY_FILE", "")
+    try:
+        return os.environ.get("ATOM_KEY") or (Path(file).read_text(encoding="utf-8").strip() if file else "")
+    except OSError as error:  # said, and gone on without: a stop needs no key
+        console.print(f"ATOM_KEY_FILE: {escape(str(error))}", soft_wrap=True)
+        return ""
 
 
 def _obeyed(services: Services, what: str, mood: Mood) -> Mission | Heard:

@@ -69,10 +69,18 @@ def host_of(said: str) -> str:
 class Services:
     """`with Services(host, port_base) as services`; `host` as `host_of` gives it. Every call raises `ServiceError`."""
 
-    def __init__(self, host: str, port_base: int, *, transport: httpx.BaseTransport | None = None) -> None:
+    def __init__(
+        self, host: str, port_base: int, *, key: str = "", transport: httpx.BaseTransport | None = None
+    ) -> None:
+        """`key` '' = none: services without keys ask for none, and a stop never does."""
         self._host = host
         self._port_base = port_base
-        self._http = httpx.Client(trust_env=False, timeout=httpx.Timeout(5.0, connect=2.0), transport=transport)
+        self._http = httpx.Client(
+            trust_env=False,
+            timeout=httpx.Timeout(5.0, connect=2.0),
+            headers={"Authorization": f"Bearer {key}"} if key else {},
+            transport=transport,
+        )
 
     def __enter__(self) -> Self:
         return self

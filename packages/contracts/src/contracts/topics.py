@@ -1,4 +1,7 @@
-"""Every Redis channel of the mesh: its name, its message, its single publisher, and whether the last value is kept."""
+"""Every Redis channel of the mesh: its name, message, one publisher and listeners, and whether its last value is kept.
+
+Redis holds the services to it by `bus_rules`.
+"""
 
 import re
 from dataclasses import dataclass
@@ -23,7 +26,12 @@ class Topic(Generic[M]):
     name: str
     message: type[M]
     publisher: str
+    listeners: tuple[str, ...]
     kept: bool = False
+
+    @property
+    def kept_key(self) -> str:
+        return f"last:{self.name}"
 
     def encode(self, message: M, traceparent: str = "") -> bytes:
         """With the trace it is said in as its first field, where there is one."""
@@ -41,15 +49,17 @@ def traceparent_of(data: bytes) -> str:
     return found[1].decode() if found is not None else ""
 
 
-ROBOT_STATE = Topic("robot.state", RobotState, "robot_bridge", kept=True)
-ROBOT_DESCRIPTION = Topic("robot.description", RobotDescription, "robot_bridge", kept=True)
-ROBOT_NAVIGATION = Topic("robot.navigation", Goal, "robot_bridge")
-ROBOT_EMERGENCY_STOP = Topic("robot.emergency_stop", EmergencyStop, "robot_bridge", kept=True)
-VISION_DETECTIONS = Topic("vision.detections", Detections, "inference")
-VISION_OBJECT_SPOTTED = Topic("vision.object_spotted", ObjectSpotted, "inference")
-MISSION_TARGET = Topic("mission.target", MissionTarget, "coordinator", kept=True)
-MISSION_STATE = Topic("mission.state", MissionStatus, "coordinator", kept=True)
-MISSION_EVENTS = Topic("mission.events", MissionEvent, "coordinator")
+ROBOT_STATE = Topic("robot.state", RobotState, "robot_bridge", ("coordinator", "memory", "ui"), kept=True)
+ROBOT_DESCRIPTION = Topic(
+    "robot.description", RobotDescription, "robot_bridge", ("coordinator", "memory", "ui"), kept=True
+)
+ROBOT_NAVIGATION = Topic("robot.navigation", Goal, "robot_bridge", ("coordinator", "ui"))
+ROBOT_EMERGENCY_STOP = Topic("robot.emergency_stop", EmergencyStop, "robot_bridge", ("coordinator", "ui"), kept=True)
+VISION_DETECTIONS = Topic("vision.detections", Detections, "inference", ("coordinator", "memory", "ui"))
+VISION_OBJECT_SPOTTED = Topic("vision.object_spotted", ObjectSpotted, "inference", ())
+MISSION_TARGET = Topic("mission.target", MissionTarget, "coordinator", ("inference", "ui"), kept=True)
+MISSION_STATE = Topic("mission.state", MissionStatus, "coordinator", ("ui",), kept=True)
+MISSION_EVENTS = Topic("mission.events", MissionEvent, "coordinator", ("ui",))
 
 ALL_TOPICS: tuple[Topic[Any], ...] = (
     ROBOT_STATE,
@@ -62,3 +72,17 @@ ALL_TOPICS: tuple[Topic[Any], ...] = (
     MISSION_STATE,
     MISSION_EVENTS,
 )
+
+
+def bus_rules(service: str) -> tuple[str, ...]:
+    """What a service may at Redis, as an ACL of Redis 6.2 has it: publish its own topics, hear those it listens to.
+
+    A user's channels are one list there, so that a service which does both could publish what it only listens to.
+    """
+    said = [topic for topic in ALL_TOPICS if topic.publisher == service]
+    heard = [topic for topic in ALL_TOPICS if service in topic.listeners]
+    channels = sorted(f"&{topic.name}" for topic in (*said, *heard))
+    keys = sorted(f"~{topic.kept_key}" for topic in (*said, *heard) if topic.kept)
+    publishing = ("+publish", "+multi", "+exec", "+set") if said else ()
+    listening = ("+subscribe", "+unsubscribe", "+get") if heard else ()
+    return (*keys, *channels, "+ping", "+hello", "+select", *publishing, *listening)

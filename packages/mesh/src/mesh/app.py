@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable, Collection, Mapping, Sequence
 from contextlib import asynccontextmanager
-from typing import Any
+from typing import Any, cast
 
 import prometheus_client
 from fastapi import FastAPI, Request
@@ -11,11 +11,16 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from fastapi_offline import FastAPIOffline
 from starlette.exceptions import HTTPException
+from starlette.routing import Mount
 
 from contracts.problem import Dependency, Health, Readiness
+from mesh.access import Doors, Role, needs, open_to_all
+from mesh.access.document import with_roles
+from mesh.access.doors import Ticket
 from mesh.errors import MeshError, TooManyError
 from mesh.middleware import BodyLimit, SameOrigin, Unbuffered
 from mesh.problems import problem
+from mesh.settings import ServiceSettings
 from mesh.tracing import flush
 
 Readies = Callable[[Request], Awaitable[Sequence[Dependency]]]
@@ -31,16 +36,19 @@ def make_app(
     *,
     lifespan: Callable[[FastAPI], Any],
     dependencies: Readies,
+    settings: ServiceSettings | None = None,
+    ticket: Ticket | None = None,
+    log_in_at: str | None = None,
     body_bytes_max: int = 1_000_000,
     body_bytes_max_at: Mapping[str, int | None] | None = None,
-    origins_allowed: Collection[str] = (),
     open_to_pages: Collection[str] = (),
     description: str = "",
 ) -> FastAPI:
     """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`.
 
     `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
-    What web pages of another origin ask for is refused, but at the paths `open_to_pages`; see `SameOrigin`.
+    What web pages of another origin ask for is refused, but at the paths `open_to_pages`; see `SameOrigin`. Of its
+    `settings` it takes who may (no settings: anybody may); `ticket` and `log_in_at` are as `Doors` has them.
     """
 
     @asynccontextmanager
@@ -58,8 +66,14 @@ def make_app(
         responses=PROBLEM_RESPONSES,
         telemetry={"tracing": False, "metrics": False, "logs": False},  # a router asks for it: mesh.tracing.TracedRoute
     )
+    app.openapi = with_roles(app)
+    for docs in app.routes:  # what stands in docs/api anyway, and a page to try it with a key
+        open_to_all(docs.app if isinstance(docs, Mount) else cast(Any, docs).endpoint)
+    ring = settings.key_ring() if settings is not None else None
+    app.add_middleware(Doors, ring=ring, ticket=ticket, log_in_at=log_in_at)
     app.add_middleware(Unbuffered)
-    app.add_middleware(SameOrigin, allowed=origins_allowed, open_paths=open_to_pages)
+    allowed = settings.origins_allowed if settings is not None else ()
+    app.add_middleware(SameOrigin, allowed=allowed, open_paths=open_to_pages)
     app.add_middleware(BodyLimit, bytes_max=body_bytes_max, bytes_max_at=body_bytes_max_at or {})
     app.add_exception_handler(MeshError, _mesh_problem)
     app.add_exception_handler(RequestValidationError, _validation_problem)
@@ -67,11 +81,13 @@ def make_app(
     app.add_exception_handler(Exception, _unexpected_problem)
 
     @app.get("/health", tags=["operations"])
+    @open_to_all
     async def health() -> Health:  # pyright: ignore[reportUnusedFunction]
         """The process answers."""
         return Health(service=service)
 
     @app.get("/ready", tags=["operations"], responses={503: {"model": Readiness}})
+    @open_to_all
     async def ready(request: Request, response: Response) -> Readiness:  # pyright: ignore[reportUnusedFunction]
         """Its data is flowing; each dependency is named."""
         found = tuple(await dependencies(request))
@@ -80,6 +96,7 @@ def make_app(
         return readiness
 
     @app.get("/metrics", tags=["operations"], include_in_schema=False)
+    @needs(Role.VIEWER)
     async def metrics() -> Response:  # pyright: ignore[reportUnusedFunction]
         return Response(prometheus_client.generate_latest(), media_type=prometheus_client.CONTENT_TYPE_LATEST)
 

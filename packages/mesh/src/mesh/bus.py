@@ -7,14 +7,16 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncGenerator, Awaitable, Callable
-from typing import Any, Protocol
+from typing import Protocol
+from urllib.parse import urlsplit
 
 import redis.asyncio as redis
 import structlog
 from prometheus_client import Counter
-from pydantic import ValidationError
+from pydantic import SecretStr, ValidationError
 from redis.exceptions import RedisError
 
+from contracts.access import bus_password_of
 from contracts.problem import Dependency, DependencyState
 from contracts.topics import M, Topic, traceparent_of
 from mesh.tracing import following, traceparent
@@ -32,10 +34,6 @@ def redis_dependency(bus: "Bus") -> Dependency:
     if bus.connected:
         return Dependency(name="redis", state=DependencyState.READY)
     return Dependency(name="redis", state=DependencyState.UNREACHABLE, detail="not reachable")
-
-
-def kept_key(topic: Topic[Any]) -> str:
-    return f"last:{topic.name}"
 
 
 class Bus(Protocol):
@@ -86,7 +84,7 @@ class RedisBus:
         try:
             if topic.kept:
                 async with self._client.pipeline(transaction=True) as pipe:
-                    pipe.set(kept_key(topic), data)
+                    pipe.set(topic.kept_key, data)
                     pipe.publish(topic.name, data)
                     await pipe.execute()
             else:
@@ -99,7 +97,7 @@ class RedisBus:
         return True
 
     async def last(self, topic: Topic[M]) -> M | None:
-        data = await self._client.get(kept_key(topic))
+        data = await self._client.get(topic.kept_key)
         return decode(topic, data) if data is not None else None
 
     async def _hand(self, topic: Topic[M], data: bytes, handler: Callable[[M], Awaitable[None]]) -> None:
@@ -112,7 +110,7 @@ class RedisBus:
             try:
                 async with self._client.pubsub(ignore_subscribe_messages=True) as pubsub:
                     await pubsub.subscribe(topic.name)
-                    if topic.kept and (kept := await self._client.get(kept_key(topic))) is not None:
+                    if topic.kept and (kept := await self._client.get(topic.kept_key)) is not None:
                         await self._hand(topic, kept, handler)
                     async for raw in pubsub.listen():
                         await self._hand(topic, raw["data"], handler)
@@ -133,9 +131,20 @@ def decode(topic: Topic[M], data: bytes) -> M | None:
 
 
 @contextlib.asynccontextmanager
-async def open_bus(url: str) -> AsyncGenerator[RedisBus]:
-    """Opens without waiting for Redis: `connected` says when it is there."""
-    client = redis.Redis.from_url(url, socket_connect_timeout=1.0, socket_timeout=None, health_check_interval=5)
+async def open_bus(url: str, key: SecretStr | None = None) -> AsyncGenerator[RedisBus]:
+    """Opens without waiting for Redis: `connected` says when it is there.
+
+    A URL that names a user and no password gets the one that is made of the service's `key`.
+    """
+    place = urlsplit(url)
+    derived = key is not None and place.username and place.password is None
+    client = redis.Redis.from_url(
+        url,
+        password=bus_password_of(key.get_secret_value()) if derived else None,
+        socket_connect_timeout=1.0,
+        socket_timeout=None,
+        health_check_interval=5,
+    )
     bus = RedisBus(client)
     watcher = asyncio.create_task(bus.watch(), name="bus-watch")
     try:

@@ -5,7 +5,7 @@ from typing import Any, TypeVar, cast
 import httpx
 import stamina
 from opentelemetry.trace import SpanKind
-from pydantic import TypeAdapter, ValidationError
+from pydantic import SecretStr, TypeAdapter, ValidationError
 
 from contracts.base import Message
 from contracts.problem import Dependency, DependencyState, Readiness
@@ -17,6 +17,11 @@ M = TypeVar("M", bound=Message)
 TRACER = Tracer(__name__)
 
 
+def bearer(key: SecretStr | None) -> dict[str, str]:
+    """The header that says who asks, for HTTP and for a socket's handshake."""
+    return {"Authorization": f"Bearer {key.get_secret_value()}"} if key is not None else {}
+
+
 class ServiceClient:
     """A typed HTTP client of one service. Reads are retried twice; writes never.
 
@@ -25,13 +30,21 @@ class ServiceClient:
     """
 
     def __init__(
-        self, service: str, base_url: str, *, timeout_s: float = 5.0, transport: httpx.AsyncBaseTransport | None = None
+        self,
+        service: str,
+        base_url: str,
+        *,
+        key: SecretStr | None = None,
+        timeout_s: float = 5.0,
+        transport: httpx.AsyncBaseTransport | None = None,
     ) -> None:
+        """`key` is the asking service's own (`ServiceSettings.own_key`)."""
         self.service = service
         self.http = httpx.AsyncClient(
             base_url=base_url,
             timeout=httpx.Timeout(timeout_s, connect=1.0),
             transport=transport,
+            headers=bearer(key),
             limits=httpx.Limits(max_connections=20, max_keepalive_connections=10),
             trust_env=False,
         )

@@ -8,7 +8,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
 from mesh.errors import TooLargeError
-from mesh.origins import place_of_host, place_of_origin
+from mesh.origins import ours_to_answer, place_of_host, place_of_origin
 from mesh.problems import problem
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
@@ -90,27 +90,39 @@ class SameOrigin:
 
     A proxy may ask under another `Host`; the one the browser asked for is then in `X-Forwarded-Host`, which counts too.
     No foreign page can send it: for a header of a page's own a browser first asks (CORS), and no service says yes.
+
+    A page that has its own name point here (DNS rebinding) is of that origin and could send anything; the `Host` it
+    asks by gives it away, and is answered 421. Reading too.
     """
 
     def __init__(self, app: ASGIApp, *, allowed: Collection[str] = (), open_paths: Collection[str] = ()) -> None:
         """`allowed` are further origins (`https://robot.lan`, behind a proxy); `open_paths` take what anybody asks."""
         self.app = app
         self.allowed = frozenset(place for origin in allowed if (place := place_of_origin(origin)) is not None)
+        self.names = frozenset(place.host for _, place in self.allowed)
         self.open_paths = frozenset(open_paths)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "websocket" and self._foreign(scope):
-            await WebSocketClose(code=1008, reason="from another page")(scope, receive, send)
-        elif scope["type"] == "http" and scope["method"] not in READING and self._foreign(scope):
+        if scope["type"] not in {"http", "websocket"} or route_path(scope) in self.open_paths:
+            await self.app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        if (scope["type"] == "websocket" or scope["method"] not in READING) and self._foreign(headers):
             refusal = problem(403, "Asked by another page", "its origin is not this service's", scope["path"])
-            await refusal(scope, receive, send)
+        elif not all(ours_to_answer(host, self.names) for host in headers.getlist("host")):
+            detail = "it is not asked by a name of its own; further ones are set with ..._ORIGINS_ALLOWED"
+            refusal = problem(421, "Asked by another name", detail, scope["path"])
         else:
             await self.app(scope, receive, send)
+            return
+        if scope["type"] == "websocket":
+            await WebSocketClose(code=1008, reason="from another page")(scope, receive, send)
+        else:
+            await refusal(scope, receive, send)
 
-    def _foreign(self, scope: Scope) -> bool:
-        headers = Headers(scope=scope)
+    def _foreign(self, headers: Headers) -> bool:
         origins = headers.getlist("origin")
-        if not origins or route_path(scope) in self.open_paths:
+        if not origins:
             return False
         page = place_of_origin(origins[0]) if len(origins) == 1 else None
         if page is None or page in self.allowed:

@@ -1,6 +1,8 @@
 """Where a page comes from and where it asks: `Origin` and `Host`, whichever way they are written."""
 
 import contextlib
+import socket
+from collections.abc import Collection
 from ipaddress import ip_address
 from typing import NamedTuple
 
@@ -8,6 +10,11 @@ import httpx
 
 PORTS = {"http": 80, "https": 443}
 """Of the schemes of pages; a page of another scheme (file, an extension) is at home nowhere."""
+
+
+LOCAL_ENDINGS = (".local", ".localhost", ".lan", ".internal", ".home.arpa")
+"""Of names that nobody can buy."""
+THIS_MACHINE = socket.gethostname().lower()
 
 
 class Place(NamedTuple):
@@ -27,6 +34,21 @@ def place_of_host(host: str, scheme: str) -> Place | None:
     """The place in a `Host`, asked by a page of `scheme`: without a port it means that scheme's own."""
     url = _url(f"{scheme}://{host}")
     return None if url is None else _place(url, scheme)
+
+
+def ours_to_answer(host: str, names: Collection[str]) -> bool:
+    """Whether a `Host` is one that this service can go by: an address, a name of the local network, or one of `names`.
+
+    A page of the internet whose name is suddenly said to lie here (DNS rebinding) asks by that name: it has a dot and a
+    public ending. A name without a dot is a container's, or this machine's own.
+    """
+    place = place_of_host(host, "http")
+    if place is None:
+        return False
+    with contextlib.suppress(ValueError):
+        ip_address(place.host)
+        return True
+    return "." not in place.host or place.host.endswith(LOCAL_ENDINGS) or place.host in {THIS_MACHINE, *names}
 
 
 def _url(text: str) -> httpx.URL | None:

@@ -3,11 +3,14 @@
 import os
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
+from pathlib import Path
 from types import UnionType
 from typing import Annotated, Final, Self, Union, get_args, get_origin
 
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, SecretStr, ValidationError, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict, SettingsError
+
+from mesh.access.ring import KeyRing
 
 Port = Annotated[int, Field(ge=1, le=65535, description="TCP port to listen on")]
 
@@ -22,7 +25,35 @@ class ServiceSettings(BaseSettings):
 
     host: str = Field(default="127.0.0.1", description="addresses to listen on, commas between; 0.0.0.0 for every one")
     port: Port
-    redis_url: str = Field(default="redis://127.0.0.1:6379/0", description="of the bus")
+    redis_url: str = Field(
+        default="redis://127.0.0.1:6379/0",
+        description="of the bus; redis://NAME@host takes a password made of the service's own key",
+    )
+    origins_allowed: tuple[str, ...] = Field(
+        default=(), description='further names it goes by, e.g. behind a proxy: ["https://robot.example"]'
+    )
+    keys_file: Path | None = Field(
+        default=None, description="who may what, as `atom keys make` writes it; none = anybody, from this machine only"
+    )
+    key: SecretStr | None = Field(default=None, description="this service's own key, for the others; or in a file")
+    key_file: Path | None = Field(default=None, description="holds this service's own key")
+
+    @property
+    def own_key(self) -> SecretStr | None:
+        """What the service says who it is with. Raises `SystemExit` when its file cannot be read."""
+        if self.key is not None or self.key_file is None:
+            return self.key
+        try:
+            return SecretStr(self.key_file.read_text(encoding="utf-8").strip())
+        except OSError as error:
+            raise SystemExit(f"{_names(type(self))[0]}KEY_FILE: {self.key_file}: {error.strerror}") from None
+
+    def key_ring(self) -> KeyRing | None:
+        """Raises `SystemExit` when the file of keys cannot be read."""
+        try:
+            return KeyRing(self.keys_file) if self.keys_file is not None else None
+        except ValueError as error:
+            raise SystemExit(f"{_names(type(self))[0]}KEYS_FILE: {error}") from None
 
     @classmethod
     def read(cls) -> Self:

@@ -52,7 +52,7 @@ def create_app(
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
         async with contextlib.AsyncExitStack() as stack:
             closing = stack.enter_async_context
-            the_bus = bus if bus is not None else await closing(open_bus(settings.redis_url))
+            the_bus = bus if bus is not None else await closing(open_bus(settings.redis_url, settings.own_key))
             the_clock = clock if clock is not None else SystemClock()
             the_robot = robot if robot is not None else await closing(aclosing(RobotBridgeClient(settings)))
             the_inference = inference if inference is not None else await closing(aclosing(InferenceClient(settings)))
@@ -104,6 +104,7 @@ def create_app(
         "coordinator",
         lifespan=lifespan,
         dependencies=dependencies,
+        settings=settings,
         body_bytes_max=settings.body_bytes_max,
         description="Decides: missions, the state machine, the search and the approach.",
     )

@@ -49,8 +49,14 @@ def create_app(
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
         async with AsyncExitStack() as stack:
             real_clock = clock or SystemClock()
-            real_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
-            real_camera = camera if camera is not None else BridgeCamera(settings.robot_bridge_url)
+            real_bus = (
+                bus
+                if bus is not None
+                else await stack.enter_async_context(open_bus(settings.redis_url, settings.own_key))
+            )
+            real_camera = (
+                camera if camera is not None else BridgeCamera(settings.robot_bridge_url, key=settings.own_key)
+            )
             stack.push_async_callback(real_camera.aclose)
             languages = open_languages(settings, stack, real_clock, given=language_models, vlm=vlm)
             worker = Worker(settings.waiting_max)
@@ -94,6 +100,7 @@ def create_app(
         "inference",
         lifespan=lifespan,
         dependencies=dependencies,
+        settings=settings,
         body_bytes_max=BODY_BYTES_MAX,
         description="Sees and reads: detector, image-text model, three votes, task parsing.",
     )

@@ -40,7 +40,11 @@ def create_app(
         async with AsyncExitStack() as stack:
             real_store = store if store is not None else SqlStore.from_settings(settings)
             stack.push_async_callback(real_store.aclose)
-            real_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
+            real_bus = (
+                bus
+                if bus is not None
+                else await stack.enter_async_context(open_bus(settings.redis_url, settings.own_key))
+            )
             real_clock = clock if clock is not None else SystemClock()
             real_senses = senses if senses is not None else _senses(settings, real_clock)
             if real_senses is not None:
@@ -64,6 +68,7 @@ def create_app(
         "memory",
         lifespan=lifespan,
         dependencies=dependencies,
+        settings=settings,
         body_bytes_max_at={"/import": settings.import_bytes_max},
         description="Remembers where things were seen, notices what is gone, and tells where to look first.",
     )
@@ -74,4 +79,4 @@ def create_app(
 def _senses(settings: Settings, clock: Clock) -> DepthAndMap | None:
     if not settings.robot_bridge_url:
         return None
-    return RobotBridge(settings.robot_bridge_url, clock, timeout_s=settings.senses_timeout_s)
+    return RobotBridge(settings.robot_bridge_url, clock, key=settings.own_key, timeout_s=settings.senses_timeout_s)

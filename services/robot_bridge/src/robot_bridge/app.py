@@ -35,7 +35,11 @@ def create_app(
     @contextlib.asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncGenerator[State]:
         async with contextlib.AsyncExitStack() as stack:
-            the_bus = bus if bus is not None else await stack.enter_async_context(open_bus(settings.redis_url))
+            the_bus = (
+                bus
+                if bus is not None
+                else await stack.enter_async_context(open_bus(settings.redis_url, settings.own_key))
+            )
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
             the_clock = clock if clock is not None else SystemClock()
             the_robot = robot if robot is not None else _ros_robot(settings, the_clock, on_death)
@@ -46,6 +50,7 @@ def create_app(
         "robot_bridge",
         lifespan=lifespan,
         dependencies=_dependencies,
+        settings=settings,
         body_bytes_max=settings.body_bytes_max,
         body_bytes_max_at={STOP_PATH: None},
         open_to_pages={STOP_PATH},

@@ -50,12 +50,16 @@ def create_app(
             closing = stack.enter_async_context
             desk = Desk(
                 settings=settings,
-                bus=bus if bus is not None else await closing(open_bus(settings.redis_url)),
+                bus=bus if bus is not None else await closing(open_bus(settings.redis_url, settings.own_key)),
                 robot=robot if robot is not None else await closing(aclosing(RobotBridgeClient(settings))),
                 inference=inference
                 if inference is not None
                 else await closing(
-                    aclosing(ServiceClient("inference", settings.inference_url, timeout_s=settings.call_timeout_s))
+                    aclosing(
+                        ServiceClient(
+                            "inference", settings.inference_url, key=settings.own_key, timeout_s=settings.call_timeout_s
+                        )
+                    )
                 ),
                 missions=missions if missions is not None else await closing(aclosing(CoordinatorClient(settings))),
                 memory=memory if memory is not None else await closing(aclosing(MemoryClient(settings))),
@@ -72,9 +76,9 @@ def create_app(
         "ui",
         lifespan=lifespan,
         dependencies=dependencies,
+        settings=settings,
         body_bytes_max=settings.body_bytes_max,
         body_bytes_max_at={"/memory/import": settings.import_bytes_max},
-        origins_allowed=settings.origins_allowed,
         open_to_pages={"/stop"},
         description="Shows: the operator's web page.",
     )

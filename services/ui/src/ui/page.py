@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Final, Literal
 
 from fastapi import FastAPI, Request
+from nicegui import app as nicegui_app
 from nicegui import ui as nicegui_ui
 from nicegui.language import Language
 from starlette.staticfiles import StaticFiles
 
+from mesh.access import Role, needs
 from ui import i18n, timeline_lines
 from ui import page_model as words
 from ui.desk import Desk
@@ -40,7 +42,8 @@ NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {
 
 def mount(app: FastAPI, *, language: Language) -> None:
     """Adds the page and its assets to the app. Routes already there come first."""
-    app.mount("/assets", StaticFiles(directory=ASSETS), name="assets")
+    app.mount("/assets", needs(Role.VIEWER)(StaticFiles(directory=ASSETS)), name="assets")
+    needs(Role.VIEWER)(nicegui_app)  # the page itself, its scripts and its socket; what they do asks for more
     nicegui_ui.page("/", title="ATOM")(operator_page)
     nicegui_ui.run_with(  # pyright: ignore[reportUnknownMemberType]
         app,

@@ -22,9 +22,6 @@ class Settings(ServiceSettings):
     prefix: str = Field(
         default="", description="of the page behind a proxy that serves it below a path and cannot say so, e.g. /robot"
     )
-    origins_allowed: tuple[str, ...] = Field(
-        default=(), description='of the page behind a proxy that changes the Host header, e.g. ["https://robot.lan"]'
-    )
     body_bytes_max: int = Field(default=20_000, ge=1000, description="largest request body; a larger one gets 413")
     import_bytes_max: int = Field(default=50_000_000, ge=1000, description="of a memory taken back from a file")
 

@@ -13,7 +13,13 @@ class InferenceClient(ServiceClient):
     """The port `Inference`, for real."""
 
     def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        super().__init__("inference", settings.inference_url, timeout_s=settings.call_timeout_s, transport=transport)
+        super().__init__(
+            "inference",
+            settings.inference_url,
+            key=settings.own_key,
+            timeout_s=settings.call_timeout_s,
+            transport=transport,
+        )
         self._parse_timeout_s = settings.parse_timeout_s
         self._reason_timeout_s = settings.reason_timeout_s
 

@@ -13,7 +13,13 @@ class MemoryClient(ServiceClient):
     """The port `Memory`, for real."""
 
     def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        super().__init__("memory", settings.memory_url, timeout_s=settings.recall_timeout_s, transport=transport)
+        super().__init__(
+            "memory",
+            settings.memory_url,
+            key=settings.own_key,
+            timeout_s=settings.recall_timeout_s,
+            transport=transport,
+        )
 
     async def labels(self) -> Sequence[LabelCount]:
         return await self.get_list("/labels", LabelCount)

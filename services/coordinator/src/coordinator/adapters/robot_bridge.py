@@ -1,7 +1,7 @@
 """robot_bridge over HTTP, and the session that ends everything asked for when this process does."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractAsyncContextManager
 from typing import Final, Protocol
 
@@ -30,7 +30,7 @@ from contracts.robot import (
 )
 from coordinator.settings import Settings
 from mesh.errors import UnavailableError, UpstreamError
-from mesh.http import ServiceClient
+from mesh.http import ServiceClient, bearer
 
 log = structlog.get_logger()
 
@@ -54,11 +54,11 @@ class Socket(Protocol):
     async def send(self, message: str) -> None: ...
 
 
-OpenSocket = Callable[[str], AbstractAsyncContextManager[Socket]]
+OpenSocket = Callable[[str, Mapping[str, str]], AbstractAsyncContextManager[Socket]]
 
 
-def open_websocket(url: str) -> AbstractAsyncContextManager[Socket]:
-    return connect(url, open_timeout=2.0, close_timeout=1.0, ping_interval=None, proxy=None)
+def open_websocket(url: str, headers: Mapping[str, str]) -> AbstractAsyncContextManager[Socket]:
+    return connect(url, additional_headers=headers, open_timeout=2.0, close_timeout=1.0, ping_interval=None, proxy=None)
 
 
 class RobotBridgeClient(ServiceClient):
@@ -72,9 +72,14 @@ class RobotBridgeClient(ServiceClient):
         open_socket: OpenSocket = open_websocket,
     ) -> None:
         super().__init__(
-            "robot_bridge", settings.robot_bridge_url, timeout_s=settings.call_timeout_s, transport=transport
+            "robot_bridge",
+            settings.robot_bridge_url,
+            key=settings.own_key,
+            timeout_s=settings.call_timeout_s,
+            transport=transport,
         )
         self._open_socket = open_socket
+        self._says_who = bearer(settings.own_key)
         self._session_url = f"{settings.robot_bridge_url.replace('http', 'ws', 1).rstrip('/')}/session?source={SOURCE}"
         self._heartbeat_s = settings.heartbeat_s
         self._reconnect_s = settings.reconnect_s
@@ -98,7 +103,7 @@ class RobotBridgeClient(ServiceClient):
             await asyncio.sleep(self._reconnect_s)
 
     async def _one_session(self) -> None:
-        async with self._open_socket(self._session_url) as ws:
+        async with self._open_socket(self._session_url, self._says_who) as ws:
             try:
                 greeting = await asyncio.wait_for(ws.recv(), 2.0)
                 self._session_id = SessionGreeting.model_validate_json(greeting).session_id

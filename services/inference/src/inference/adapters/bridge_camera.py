@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Annotated
 
 import httpx
-from pydantic import Field, TypeAdapter
+from pydantic import Field, SecretStr, TypeAdapter
 
 from contracts.base import StampS
 from contracts.geometry import Pose2D
@@ -21,8 +21,10 @@ NO_CONTENT = 204
 class BridgeCamera(ServiceClient):
     """GET /camera/frame answers a JPEG with its stamp and pose in headers, or 204 when nothing newer came in time."""
 
-    def __init__(self, base_url: str, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        super().__init__(SERVICE, base_url, transport=transport)
+    def __init__(
+        self, base_url: str, *, key: SecretStr | None = None, transport: httpx.AsyncBaseTransport | None = None
+    ) -> None:
+        super().__init__(SERVICE, base_url, key=key, transport=transport)
 
     async def newest(self, *, after_s: float | None, wait_s: float) -> Frame | None:
         query = {"wait_s": wait_s} if after_s is None else {"after": after_s, "wait_s": wait_s}

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import httpx
 import structlog
+from pydantic import SecretStr
 
 from contracts.measuring import LocalizeReply, LocalizeRequest, Measurement
 from contracts.robot import KnownMap, Map
@@ -24,9 +25,15 @@ class RobotBridge(ServiceClient):
     """A `memory.ports.DepthAndMap`."""
 
     def __init__(
-        self, base_url: str, clock: Clock, *, timeout_s: float, transport: httpx.AsyncBaseTransport | None = None
+        self,
+        base_url: str,
+        clock: Clock,
+        *,
+        timeout_s: float,
+        key: SecretStr | None = None,
+        transport: httpx.AsyncBaseTransport | None = None,
     ) -> None:
-        super().__init__("robot_bridge", base_url, timeout_s=timeout_s, transport=transport)
+        super().__init__("robot_bridge", base_url, key=key, timeout_s=timeout_s, transport=transport)
         self._clock = clock
         self._away_until_s = 0.0
         self._map: Map | None = None

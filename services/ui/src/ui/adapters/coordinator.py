@@ -19,7 +19,11 @@ class CoordinatorClient(ServiceClient):
 
     def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
         super().__init__(
-            "coordinator", settings.coordinator_url, timeout_s=settings.call_timeout_s, transport=transport
+            "coordinator",
+            settings.coordinator_url,
+            key=settings.own_key,
+            timeout_s=settings.call_timeout_s,
+            transport=transport,
         )
         self._command_timeout_s = settings.command_timeout_s
 

@@ -17,7 +17,9 @@ class MemoryClient(ServiceClient):
     """The port `Memory`, for real."""
 
     def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        super().__init__("memory", settings.memory_url, timeout_s=settings.call_timeout_s, transport=transport)
+        super().__init__(
+            "memory", settings.memory_url, key=settings.own_key, timeout_s=settings.call_timeout_s, transport=transport
+        )
         self._transfer_timeout_s = settings.transfer_timeout_s
 
     async def labels(self) -> Sequence[LabelCount]:

@@ -28,7 +28,7 @@ from contracts.robot import (
     VelocityRequest,
 )
 from mesh.errors import UnavailableError, UpstreamError
-from mesh.http import ServiceClient
+from mesh.http import ServiceClient, bearer
 from ui.overlay import CameraFrame
 from ui.settings import Settings
 
@@ -60,8 +60,12 @@ class RobotBridgeClient(ServiceClient):
 
     def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
         base_url = settings.robot_bridge_url
-        super().__init__("robot_bridge", base_url, timeout_s=settings.call_timeout_s, transport=transport)
-        self._stopper = ServiceClient("robot_bridge", base_url, timeout_s=settings.stop_timeout_s, transport=transport)
+        key = settings.own_key
+        super().__init__("robot_bridge", base_url, key=key, timeout_s=settings.call_timeout_s, transport=transport)
+        self._stopper = ServiceClient(
+            "robot_bridge", base_url, key=key, timeout_s=settings.stop_timeout_s, transport=transport
+        )
+        self._says_who = bearer(key)
         self._wheels_url = f"ws{base_url.removeprefix('http')}/velocity"
         self._dock_timeout_s = settings.dock_timeout_s
         self._stop_tries = settings.stop_tries
@@ -148,7 +152,13 @@ class RobotBridgeClient(ServiceClient):
     @contextlib.asynccontextmanager
     async def wheels(self) -> AsyncGenerator[VelocitySocket]:
         try:
-            socket = await connect(self._wheels_url, open_timeout=WHEELS_OPEN_S, close_timeout=1.0, proxy=None)
+            socket = await connect(
+                self._wheels_url,
+                additional_headers=self._says_who,
+                open_timeout=WHEELS_OPEN_S,
+                close_timeout=1.0,
+                proxy=None,
+            )
         except (OSError, TimeoutError, WebSocketException) as error:
             raise UnavailableError("robot_bridge", f"no line to the wheels ({type(error).__name__})") from error
         try:

@@ -7,6 +7,7 @@ from fastapi.responses import HTMLResponse, Response
 from starlette.requests import Request
 
 from contracts.robot import EmergencyStop, EmergencyStopReply
+from mesh.access import open_to_all
 from mesh.errors import MeshError
 from ui import plain
 from ui.operator_actions import in_words
@@ -20,6 +21,7 @@ NOW: Final = {"Cache-Control": "no-store"}
 
 
 @router.get("/stop")
+@open_to_all
 async def would_stop(desk: DeskDep, response: Response) -> EmergencyStop:
     """Whether the robot is stopped, asked over the way a stop takes. 503 while a stop would not reach it."""
     response.headers.update(NOW)
@@ -27,6 +29,7 @@ async def would_stop(desk: DeskDep, response: Response) -> EmergencyStop:
 
 
 @router.post("/stop", response_model=EmergencyStopReply, responses=PAGE)
+@open_to_all
 async def stop(request: Request, desk: DeskDep, actions: ActionsDep) -> EmergencyStopReply | Response:
     """Stops the robot at once; nothing in the request can make it fail. 503 when robot_bridge cannot be reached.
 

@@ -1,0 +1,157 @@
+"""`atom keys`: makes, lists and revokes keys in a folder of this machine; services read `keys.json` again themselves.
+
+The folder holds `keys.json` (names, roles, hashes), `redis.acl`, and one `<name>.key` for each service. What a person
+gets is printed once and kept nowhere.
+"""
+
+import os
+import secrets
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+from pwdlib import PasswordHash
+from pydantic import ValidationError
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from contracts.access import CALLERS, Holder, KeyFile, Role, bus_password_of, sha256_of
+from contracts.topics import bus_rules
+
+ROLES: Final = {
+    "coordinator": Role.SERVICE,
+    "inference": Role.VIEWER,
+    "memory": Role.VIEWER,
+    "robot_bridge": Role.VIEWER,
+    "ui": Role.SERVICE,
+    "prometheus": Role.VIEWER,
+}
+"""Of those who get a file. Inference and memory only look and the bridge asks nobody: whoever takes one of them over
+does not drive the robot by its key."""
+ADMIN: Final = "admin"
+PASSWORD_LENGTH_MIN: Final = 10
+
+app = typer.Typer(no_args_is_help=True, help="Who may what: keys for services, programs and people.")
+console = Console(highlight=False)
+Folder = Annotated[Path, typer.Option(envvar="ATOM_KEYS_FOLDER", help="where the keys lie", file_okay=False)]
+FOLDER: Final = Path("keys")
+
+
+@app.command()
+def make(
+    name: Annotated[
+        str | None, typer.Argument(help="who gets a key; none = every service, Redis, and an admin")
+    ] = None,
+    role: Annotated[Role | None, typer.Option(help="what it is good for; operator, or as it was")] = None,
+    services: Annotated[bool, typer.Option("--services", help="without the admin: nothing secret is printed")] = False,
+    password: Annotated[bool, typer.Option("--password", help="ask for a password for the page instead")] = False,
+    folder: Folder = FOLDER,
+) -> None:
+    """Makes one key, or everything a deployment needs that is not there yet. Each secret is printed once."""
+    holders = _read(folder)
+    if name is None:
+        _make_all(folder, holders, admin=not services)
+        return
+    old = holders.get(name)
+    if old is not None and old.key_sha256 is not None and not password:
+        raise typer.BadParameter(f"{name} has a key; `atom keys revoke {name}` first")
+    try:
+        made = old or Holder(name=name, role=role or Role.OPERATOR)
+    except ValidationError as error:
+        raise typer.BadParameter(f"{name!r}: {error.errors()[0]['msg']}") from None
+    key = secrets.token_urlsafe(32)
+    secret = {"password": _hashed_password()} if password else {"key_sha256": sha256_of(key)}
+    holders[name] = made.model_copy(update=secret | {"role": role or made.role})
+    _write(folder, holders)
+    if not password:
+        _print_once(holders[name], key)
+
+
+@app.command(name="list")
+def show(folder: Folder = FOLDER) -> None:
+    """Who holds what. The keys themselves are not known here."""
+    table = Table("name", "role", "key", "password", box=None, padding=(0, 2, 0, 0))
+    for one in _read(folder).values():
+        table.add_row(one.name, one.role.value, _yes(one.key_sha256), _yes(one.password))
+    console.print(table)
+
+
+@app.command()
+def revoke(name: Annotated[str, typer.Argument(help="whose key and password end")], folder: Folder = FOLDER) -> None:
+    """Ends somebody's key, password and sessions of the page. `atom keys make` makes a service's again."""
+    holders = _read(folder)
+    if holders.pop(name, None) is None:
+        raise typer.BadParameter(f"nobody is called {name!r}")
+    _write(folder, holders)
+    (folder / f"{name}.key").unlink(missing_ok=True)
+    if name in CALLERS:
+        _write_acl(folder)
+        console.print(f"{name} needs a new key: `atom keys make`, then restart it and Redis.")
+    console.print(f"[bold]revoked[/]  {escape(name)}")
+
+
+def _make_all(folder: Path, holders: dict[str, Holder], *, admin: bool) -> None:
+    for name, role in ROLES.items():
+        if name not in holders or not (folder / f"{name}.key").is_file():
+            key = secrets.token_urlsafe(32)
+            _write_secret(folder, f"{name}.key", key + "\n")
+            holders[name] = Holder(name=name, role=role, key_sha256=sha256_of(key))
+    if admin and ADMIN not in holders:
+        key = secrets.token_urlsafe(32)
+        holders[ADMIN] = Holder(name=ADMIN, role=Role.ADMIN, key_sha256=sha256_of(key))
+        _print_once(holders[ADMIN], key)
+    _write(folder, holders)
+    _write_acl(folder)
+    console.print(
+        f"Keys of {len(ROLES)} services, keys.json and redis.acl are in {escape(str(folder))}.", soft_wrap=True
+    )
+
+
+def _write_acl(folder: Path) -> None:
+    """A user a service. The default user has no password and may say PING, which is what a health check says."""
+    lines = ["user default on nopass resetchannels -@all +ping"]
+    for name in CALLERS:
+        file = folder / f"{name}.key"
+        if file.is_file():
+            hashed = sha256_of(bus_password_of(file.read_text(encoding="utf-8").strip()))
+            lines.append(f"user {name} on #{hashed} resetchannels -@all {' '.join(bus_rules(name))}")
+    _write_secret(folder, "redis.acl", "\n".join(lines) + "\n")
+
+
+def _read(folder: Path) -> dict[str, Holder]:
+    file = folder / "keys.json"
+    try:
+        holders = KeyFile.model_validate_json(file.read_bytes()).holders if file.is_file() else ()
+    except ValidationError as error:
+        raise typer.BadParameter(f"{file} is no file of keys: {error.errors()[0]['msg']}") from None
+    return {one.name: one for one in holders}
+
+
+def _write(folder: Path, holders: dict[str, Holder]) -> None:
+    _write_secret(folder, "keys.json", KeyFile(holders=tuple(holders.values())).model_dump_json(indent=1) + "\n")
+
+
+def _write_secret(folder: Path, name: str, text: str) -> None:
+    """For its owner's eyes, and whole or not at all: a service may read it at any time."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    new = folder / f".{name}.new"
+    new.unlink(missing_ok=True)
+    with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+        file.write(text)
+    new.replace(folder / name)
+
+
+def _hashed_password() -> str:
+    said: str = typer.prompt("Password for the page", hide_input=True, confirmation_prompt=True)
+    if len(said) < PASSWORD_LENGTH_MIN:
+        raise typer.BadParameter(f"a password has {PASSWORD_LENGTH_MIN} characters or more")
+    return PasswordHash.recommended().hash(said)
+
+
+def _print_once(holder: Holder, key: str) -> None:
+    console.print(f"[bold]{escape(holder.name)}[/] ({holder.role.value}), shown this once: {key}", soft_wrap=True)
+
+
+def _yes(value: str | None) -> str:
+    return "yes" if value else "-"

@@ -1,0 +1,141 @@
+"""Knocks at every route, socket and mount of every service, with every role and with none."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import access_page
+import pytest
+from fastapi import FastAPI
+from starlette.types import Receive, Scope, Send
+
+from contracts.access import CALLERS, Holder, KeyFile, Role, sha256_of
+from contracts.topics import ALL_TOPICS
+from mesh.access.declarations import ANY, SOCKET, Door, doors_of
+from support.source import ROOT
+
+WHO = (None, *Role)
+ROW = re.compile(r"\| (\S+) \| `(/\S*)` \| (\*\*open\*\*|\w+) \|")
+
+
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A key of each role; the key is the role's name."""
+    file = tmp_path_factory.mktemp("keys") / "keys.json"
+    holders = tuple(Holder(name=role.value, role=role, key_sha256=sha256_of(role.value)) for role in Role)
+    file.write_text(KeyFile(holders=holders).model_dump_json())
+    return file
+
+
+@pytest.fixture(scope="module", params=CALLERS)
+def service(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def app(service: str, keys: Path) -> FastAPI:
+    """The real app behind its real middleware; what stands behind the doors only says that it was reached."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv(f"{service.upper()}_KEYS_FILE", str(keys))
+        patched.setenv(f"{service.upper()}_KEY", "its own")
+        made = access_page.app_of(service)
+    made.router.middleware_stack = reached
+    return made
+
+
+async def reached(scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.accept"})
+    else:
+        await send({"type": "http.response.start", "status": 204, "headers": []})
+        await send({"type": "http.response.body"})
+
+
+async def knock(app: FastAPI, method: str, path: str, role: Role | None) -> str:
+    """What is answered: 'in', or the status of the refusal."""
+    answers: list[Any] = []
+    headers = [(b"host", b"robot.local")] + ([(b"authorization", f"Bearer {role}".encode())] if role else [])
+    scope: Scope = {
+        "type": "websocket" if method == SOCKET else "http",
+        "path": path,
+        "raw_path": path.encode(),
+        "query_string": b"",
+        "root_path": "",
+        "headers": headers,
+        "client": ("10.0.0.9", 4711),
+        "server": ("robot.local", 8000),
+        "scheme": "http",
+        "extensions": {"websocket.http.response": {}},
+        **({} if method == SOCKET else {"method": method}),
+    }
+
+    async def receive() -> Any:
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(message: Any) -> None:
+        answers.append(message)
+
+    await app(scope, receive, send)
+    begun = answers[0]
+    return "in" if begun["type"] == "websocket.accept" or begun["status"] == 204 else str(begun["status"])
+
+
+def asked_by(door: Door) -> tuple[str, ...]:
+    """A mount takes sockets too: NiceGUI's is one."""
+    return ("GET", "POST", SOCKET) if door.method == ANY else (door.method,)
+
+
+def expected(door: Door, role: Role | None) -> str:
+    if door.role is None or (role is not None and role.may(door.role)):
+        return "in"
+    return "401" if role is None else "403"
+
+
+def told(service: str) -> list[tuple[str, str, str]]:
+    (section,) = re.findall(rf"\n## {service}\n(.*?)(?=\n## )", access_page.PAGE.read_text(), re.DOTALL)
+    return ROW.findall(section)
+
+
+async def test_every_door_opens_to_whom_the_table_names_and_to_nobody_else(app: FastAPI, service: str) -> None:
+    doors = doors_of(app.routes)
+    assert [(one.method, one.path, str(one.role or "**open**")) for one in doors] == told(service)
+    knocks = [(door, method, role) for door in doors for method in asked_by(door) for role in WHO]
+    found = [(*one, await knock(app, one[1], re.sub(r"\{\w+\}", "1", one[0].path), one[2])) for one in knocks]
+    assert found == [(*one, expected(one[0], one[2])) for one in knocks]
+
+
+async def test_what_is_not_there_tells_a_stranger_nothing(app: FastAPI) -> None:
+    assert await knock(app, "GET", "/nowhere/at/all", None) == "401"
+    assert await knock(app, "GET", "/nowhere/at/all", Role.VIEWER) == "in"
+
+
+def test_the_page_is_as_the_routes_declare() -> None:
+    assert access_page.PAGE.read_text(encoding="utf-8") == access_page.page(), "run tools/access_page.py"
+
+
+def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
+    opened = {(name, one.method, one.path) for name in CALLERS for one in access_page.doors(name) if one.role is None}
+    common = {"/health", "/ready", "/openapi.json", "/docs", "/docs/oauth2-redirect", "/static-offline-docs/{path}"}
+    assert {one for one in opened if one[2] not in common} == {
+        ("robot_bridge", "POST", "/emergency-stop"),
+        ("ui", "GET", "/stop"),
+        ("ui", "POST", "/stop"),
+    }
+
+
+@pytest.mark.parametrize("topic", ALL_TOPICS, ids=lambda one: one.name)
+def test_a_topic_is_published_and_heard_by_whom_it_names(topic: Any) -> None:
+    """As the source says it: who calls `publish` or `listen` with it."""
+    name = re.escape(topic.name.replace(".", "_").upper())
+
+    def using(word: str) -> set[str]:
+        pattern = re.compile(rf"\b{word}\(\s*{name}\b")
+        return {one for one in CALLERS for file in _sources(one) if pattern.search(file.read_text(encoding="utf-8"))}
+
+    assert using("publish") == {topic.publisher}
+    assert using("(?:listen|last)") == set(topic.listeners)
+
+
+def _sources(service: str) -> Iterator[Path]:
+    return (ROOT / "services" / service / "src").rglob("*.py")
