@@ -135,13 +135,12 @@ class Socket:
 
 
 @contextlib.asynccontextmanager
-async def open_socket(to: Served, address: str, headers: Mapping[str, str]) -> AsyncGenerator[Socket]:
+async def open_socket(to: Served, address: str) -> AsyncGenerator[Socket]:
     url = httpx.URL(address)
     assert urlsplit(address).scheme == "ws"
     socket = Socket()
-    said = [(b"host", url.netloc), *((name.lower().encode(), value.encode()) for name, value in headers.items())]
     task = asyncio.ensure_future(
-        to.app(to.scope("websocket", url, said), socket.outbox.get, socket.inbox.put)  # type: ignore[arg-type]
+        to.app(to.scope("websocket", url, [(b"host", url.netloc)]), socket.outbox.get, socket.inbox.put)  # type: ignore[arg-type]
     )
     socket.outbox.put_nowait({"type": "websocket.connect"})
     if (await socket.inbox.get())["type"] != "websocket.accept":

@@ -79,7 +79,7 @@ def test_what_is_not_there_is_told_as_over_the_network() -> None:
 
 def test_a_socket_carries_words_both_ways() -> None:
     async def main() -> str:
-        async with served("sample", app(), Counter()) as sample, open_socket(sample, "ws://sample/echo", {}) as socket:
+        async with served("sample", app(), Counter()) as sample, open_socket(sample, "ws://sample/echo") as socket:
             await socket.send("beat")
             return await socket.recv()
 

@@ -1,13 +1,14 @@
 """robot_bridge over HTTP, and the session that ends everything asked for when this process does."""
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
+from functools import partial
 from typing import Final, Protocol
 
 import httpx
 import structlog
-from pydantic import ValidationError
+from pydantic import SecretStr, ValidationError
 from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
@@ -54,11 +55,13 @@ class Socket(Protocol):
     async def send(self, message: str) -> None: ...
 
 
-OpenSocket = Callable[[str, Mapping[str, str]], AbstractAsyncContextManager[Socket]]
+OpenSocket = Callable[[str], AbstractAsyncContextManager[Socket]]
 
 
-def open_websocket(url: str, headers: Mapping[str, str]) -> AbstractAsyncContextManager[Socket]:
-    return connect(url, additional_headers=headers, open_timeout=2.0, close_timeout=1.0, ping_interval=None, proxy=None)
+def open_websocket(url: str, *, key: SecretStr | None) -> AbstractAsyncContextManager[Socket]:
+    return connect(
+        url, additional_headers=bearer(key), open_timeout=2.0, close_timeout=1.0, ping_interval=None, proxy=None
+    )
 
 
 class RobotBridgeClient(ServiceClient):
@@ -69,7 +72,7 @@ class RobotBridgeClient(ServiceClient):
         settings: Settings,
         *,
         transport: httpx.AsyncBaseTransport | None = None,
-        open_socket: OpenSocket = open_websocket,
+        open_socket: OpenSocket | None = None,
     ) -> None:
         super().__init__(
             "robot_bridge",
@@ -78,8 +81,7 @@ class RobotBridgeClient(ServiceClient):
             timeout_s=settings.call_timeout_s,
             transport=transport,
         )
-        self._open_socket = open_socket
-        self._says_who = bearer(settings.own_key)
+        self._open_socket = open_socket or partial(open_websocket, key=settings.own_key)
         self._session_url = f"{settings.robot_bridge_url.replace('http', 'ws', 1).rstrip('/')}/session?source={SOURCE}"
         self._heartbeat_s = settings.heartbeat_s
         self._reconnect_s = settings.reconnect_s
@@ -103,7 +105,7 @@ class RobotBridgeClient(ServiceClient):
             await asyncio.sleep(self._reconnect_s)
 
     async def _one_session(self) -> None:
-        async with self._open_socket(self._session_url, self._says_who) as ws:
+        async with self._open_socket(self._session_url) as ws:
             try:
                 greeting = await asyncio.wait_for(ws.recv(), 2.0)
                 self._session_id = SessionGreeting.model_validate_json(greeting).session_id
