@@ -34,11 +34,13 @@ up: setup ## start everything without a mission (same settings as demo)
 down: ## end what `make up` started
 	@$(PY) -m demo down --port-base $(PORT_BASE)
 
-check: setup ## format, lint, types, dead wood: no network, ROS, Docker or display
+check: setup ## format, lint, types, images, dead wood: no network, ROS, Docker or display
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/pyright
 	$(VENV)/bin/pyright -p bench
+	$(VENV)/bin/hadolint --config .hadolint.yaml services/*/Dockerfile sim/Dockerfile packages/cli/Dockerfile
+	$(VENV)/bin/compose-lint check -q compose.yaml
 	$(VENV)/bin/vulture --min-confidence 80 --ignore-names trace services packages sim/src demo/src bench
 
 format: ## format and mend what can be mended

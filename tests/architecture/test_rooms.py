@@ -87,7 +87,7 @@ def test_every_image_installs_the_packages_of_ours_that_its_project_needs(projec
         return needs.union(*(needed_by(f"packages/{one}") for one in needs))
 
     image = (ROOT / project / "Dockerfile").read_text(encoding="utf-8")
-    runs = re.findall(r"packages/(\w+)", " ".join(re.findall(r"pip install(?:[^\n]|(?<=\\)\n)+", image)))
+    runs = re.findall(r"packages/(\w+)", " ".join(re.findall(r"-m pip (?:\S+ )*install(?:[^\n]|(?<=\\)\n)+", image)))
     assert needed_by(project) <= set(runs)
 
 

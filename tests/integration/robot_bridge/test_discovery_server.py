@@ -34,7 +34,7 @@ def test_the_bridge_and_its_robot_meet_through_the_discovery_server(tmp_path: Pa
         "PYTHONPATH": str(TESTS),
     }
     played = subprocess.run(
-        [sys.executable, "-m", "support.discovery_scene", str(tmp_path)],
+        [sys.executable, "-m", "support.discovery_scene", "both", str(tmp_path)],
         env=environment,
         capture_output=True,
         text=True,

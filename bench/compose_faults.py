@@ -1,0 +1,295 @@
+"""Kills, pauses and cuts off each container of the running mesh, and tells what the robot did. See docs/faults.md.
+
+    docker compose --profile sim up -d --wait
+    .venv/bin/python -m bench.compose_faults [NAME ...]
+
+Containers are killed as a crash would kill them: their process, by its number, as root. Speeds are the simulator's.
+"""
+
+import argparse
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import httpx
+
+from bench.results import save
+
+PORTS: Final = {"coordinator": 8001, "inference": 8002, "memory": 8003, "robot_bridge": 8004, "ui": 8080, "sim": 8006}
+MESH: Final = ("redis", *PORTS)
+CIRCLE: Final = {"linear_x": 0.1, "angular_z": 0.5}
+LONG_S: Final = 150.0
+HOLDER: Final = "bench"
+Seen = dict[str, Any]
+
+
+class Mesh:
+    """The containers as Docker has them, and the services behind their published ports."""
+
+    def __init__(self) -> None:
+        self.http = httpx.Client(timeout=10.0)
+
+    def __enter__(self) -> "Mesh":
+        """With a key of its own, made as a person makes theirs."""
+        self.keys("revoke", HOLDER)
+        told = self.keys("make", HOLDER, "--role", "admin")
+        (key,) = re.findall(r"shown this once: (\S+)", told)
+        self.http.headers["Authorization"] = f"Bearer {key}"
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.keys("revoke", HOLDER)
+        self.http.close()
+
+    def keys(self, *arguments: str) -> str:
+        command = ["docker", "compose", "run", "--rm", "-T", "keys", *arguments]
+        return subprocess.run(command, check=False, capture_output=True, text=True).stdout
+
+    def docker(self, *arguments: str) -> str:
+        return subprocess.run(["docker", *arguments], check=True, capture_output=True, text=True).stdout.strip()
+
+    def container(self, name: str) -> str:
+        return self.docker("compose", "--profile", "sim", "ps", "-aq", name)
+
+    def kill(self, name: str) -> None:
+        """SIGKILL from outside, so that Docker takes it for a crash: `docker kill` would be taken for a wish."""
+        os.kill(int(self.docker("inspect", "-f", "{{.State.Pid}}", self.container(name))), signal.SIGKILL)
+
+    def ready(self, name: str) -> bool:
+        with suppress(httpx.HTTPError):
+            return self.get(name, "/ready").status_code == 200
+        return False
+
+    def all_ready(self) -> bool:
+        return all(self.ready(name) for name in PORTS)
+
+    def get(self, name: str, path: str) -> httpx.Response:
+        return self.http.get(f"http://127.0.0.1:{PORTS[name]}{path}")
+
+    def post(self, name: str, path: str, **body: Any) -> httpx.Response:
+        return self.http.post(f"http://127.0.0.1:{PORTS[name]}{path}", json=body)
+
+    def truth(self) -> Seen:
+        return self.get("sim", "/truth").raise_for_status().json()
+
+    def moves(self) -> bool:
+        return abs(self.truth()["twist"]["linear_x"]) > 0.03 or abs(self.truth()["twist"]["angular_z"]) > 0.05
+
+    def rests(self) -> bool:
+        return not self.moves()
+
+    def seconds_until(self, condition: Callable[[], bool], what: str) -> float:
+        """Raises `TimeoutError` when it never holds."""
+        began_s = time.monotonic()
+        while not condition():
+            if time.monotonic() > began_s + LONG_S:
+                raise TimeoutError(f"never: {what}")
+            time.sleep(0.1)
+        return round(time.monotonic() - began_s, 1)
+
+    def metres_in(self, seconds: float) -> float:
+        before = self.truth()
+        self.seconds_until(lambda: self.truth()["time_s"] >= before["time_s"] + seconds, "time passing")
+        return round(self.truth()["path_length_m"] - before["path_length_m"], 2)
+
+    def stop(self) -> float:
+        """Milliseconds to the answer; latched afterwards."""
+        began_s = time.monotonic()
+        self.post("robot_bridge", "/emergency-stop").raise_for_status()
+        return round(1000.0 * (time.monotonic() - began_s), 1)
+
+    def at_rest(self) -> None:
+        """Where every fault begins: all ready, nothing latched, no mission, the robot standing."""
+        self.seconds_until(self.all_ready, "all ready")
+        self.post("robot_bridge", "/emergency-stop/reset").raise_for_status()
+        if (state := self.state())["mission"] is not None:
+            self.post("coordinator", f"/missions/{state['mission']['id']}/cancel")
+        self.seconds_until(lambda: self.state()["state"] == "IDLE" and self.rests(), "rest")
+
+    def state(self) -> Seen:
+        return self.get("coordinator", "/state").raise_for_status().json()
+
+    @contextmanager
+    def circling(self) -> Iterator[None]:
+        """On a lease that is renewed over HTTP, as a person at the stick would."""
+        over = threading.Event()
+        epoch = self.get("robot_bridge", "/emergency-stop").json()["epoch"]
+
+        def renew() -> None:
+            while not over.wait(0.2):
+                with suppress(httpx.HTTPError):
+                    self.post("robot_bridge", "/velocity", twist=CIRCLE, source="bench", epoch=epoch, duration_s=0.5)
+
+        thread = threading.Thread(target=renew)
+        thread.start()
+        try:
+            self.seconds_until(self.moves, "a moving robot")
+            yield
+        finally:
+            over.set()
+            thread.join()
+
+    @contextmanager
+    def on_a_mission(self) -> Iterator[str]:
+        """Yields its id once the robot drives."""
+        mission = self.post("coordinator", "/missions", command="find the red bottle").raise_for_status().json()
+        self.seconds_until(self.moves, "a mission that drives")
+        yield mission["id"]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is done, and what the robot is designed to do then."""
+
+    name: str
+    designed: str
+    happen: Callable[[Mesh], Seen]
+
+
+def nothing(mesh: Mesh) -> Seen:
+    with mesh.on_a_mission() as mission:
+        return end(mesh, mission)
+
+
+def redis_killed(mesh: Mesh) -> Seen:
+    with mesh.circling():
+        mesh.kill("redis")
+        return {"drove_m": mesh.metres_in(2.0), "stop_ms": mesh.stop(), **back(mesh)}
+
+
+def redis_paused(mesh: Mesh) -> Seen:
+    redis = mesh.container("redis")
+    with mesh.circling():
+        mesh.docker("pause", redis)
+        try:
+            drove_m = mesh.metres_in(5.0)
+            named_s = mesh.seconds_until(lambda: not mesh.ready("coordinator"), "redis missed")
+            stop_ms = mesh.stop()
+        finally:
+            mesh.docker("unpause", redis)
+    return {"drove_m": drove_m, "missed_after_s": round(5.0 + named_s, 1), "stop_ms": stop_ms, **back(mesh)}
+
+
+def bridge_killed(mesh: Mesh) -> Seen:
+    with mesh.circling():
+        mesh.kill("robot_bridge")
+        rest_s = mesh.seconds_until(mesh.rests, "rest")
+    return {"rest_s": rest_s, **back(mesh), "moves_by_itself": mesh.moves()}
+
+
+def sim_killed(mesh: Mesh) -> Seen:
+    mesh.kill("sim")
+    missed_s = mesh.seconds_until(lambda: not mesh.ready("robot_bridge"), "the robot missed")
+    return {"missed_after_s": missed_s, **back(mesh)}
+
+
+def killed_in_a_mission(name: str) -> Callable[[Mesh], Seen]:
+    def happen(mesh: Mesh) -> Seen:
+        with mesh.on_a_mission() as mission:
+            mesh.kill(name)
+            return {"back_s": mesh.seconds_until(lambda: mesh.ready(name), name), **end(mesh, mission), **back(mesh)}
+
+    return happen
+
+
+def coordinator_killed(mesh: Mesh) -> Seen:
+    with mesh.on_a_mission() as mission:
+        mesh.kill("coordinator")
+        rest_s = mesh.seconds_until(mesh.rests, "rest")
+    return {"rest_s": rest_s, **back(mesh), **end(mesh, mission), "moves_by_itself": mesh.moves()}
+
+
+def coordinator_cut_off(mesh: Mesh) -> Seen:
+    container = mesh.container("coordinator")
+    (network,) = json.loads(mesh.docker("inspect", "-f", "{{json .NetworkSettings.Networks}}", container))
+    with mesh.on_a_mission() as mission:
+        mesh.docker("network", "disconnect", network, container)
+        rest_s = mesh.seconds_until(mesh.rests, "rest")
+        mesh.docker("network", "connect", "--alias", "coordinator", network, container)
+    return {"rest_s": rest_s, **back(mesh), **end(mesh, mission)}
+
+
+def any_order(mesh: Mesh) -> Seen:
+    """All of them ended, then started alone, one after the other: those first that need the most of the others."""
+    containers = [mesh.container(name) for name in ("ui", "coordinator", "memory", "inference", "robot_bridge", "sim")]
+    containers.append(mesh.container("redis"))
+    mesh.docker("stop", *containers)
+    for one in containers:
+        mesh.docker("start", one)
+    return back(mesh)
+
+
+def back(mesh: Mesh) -> Seen:
+    return {"all_ready_s": mesh.seconds_until(mesh.all_ready, "all ready again")}
+
+
+def end(mesh: Mesh, mission: str) -> Seen:
+    """How the mission ended; it may take as long as a mission takes."""
+    for _ in range(2):
+        with suppress(TimeoutError):
+            mesh.seconds_until(lambda: outcome(mesh, mission) is not None, "an end of the mission")
+            break
+    return {"mission": outcome(mesh, mission)}
+
+
+def outcome(mesh: Mesh, mission: str) -> str | None:
+    with suppress(httpx.HTTPError):
+        return mesh.get("coordinator", f"/missions/{mission}").raise_for_status().json()["outcome"]
+    return None
+
+
+FAULTS: Final = (
+    Fault("nothing", "a mission through the published ports finds the red bottle", nothing),
+    Fault("redis_killed", "drives on, the stop stops, all ready again by itself", redis_killed),
+    Fault("redis_paused", "drives on, /ready misses it, the stop stops, all ready again by itself", redis_paused),
+    Fault("bridge_killed", "the base stops by itself, nothing resumes", bridge_killed),
+    Fault(
+        "coordinator_killed",
+        "its session ends: at rest; the mission ends interrupted, nothing resumes",
+        coordinator_killed,
+    ),
+    Fault("coordinator_cut_off", "its session falls silent for 1 s: at rest", coordinator_cut_off),
+    Fault("inference_killed", "the mission waits for it and goes on", killed_in_a_mission("inference")),
+    Fault("memory_killed", "the mission goes on", killed_in_a_mission("memory")),
+    Fault("ui_killed", "the mission goes on", killed_in_a_mission("ui")),
+    Fault("sim_killed", "the bridge misses its robot, and is ready when it is back", sim_killed),
+    Fault("any_order", "started one by one in the wrong order, all get ready", any_order),
+)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="FAULT", help=f"all of {', '.join(one.name for one in FAULTS)}")
+    parser.add_argument("--out", type=Path, default=Path("out/bench/compose_faults.json"))
+    arguments = parser.parse_args()
+    results: dict[str, Seen] = {}
+    with Mesh() as mesh:
+        for fault in FAULTS:
+            if not arguments.names or fault.name in arguments.names:
+                results[fault.name] = {"designed": fault.designed, **attempt(mesh, fault)}
+                sys.stdout.write(f"{fault.name:20} {json.dumps(results[fault.name])}\n")
+                sys.stdout.flush()
+                save(arguments.out, results)
+    return int(any("failed" in one for one in results.values()))
+
+
+def attempt(mesh: Mesh, fault: Fault) -> Seen:
+    try:
+        mesh.at_rest()
+        return fault.happen(mesh)
+    except (TimeoutError, httpx.HTTPError, KeyError, ValueError, subprocess.CalledProcessError) as error:
+        return {"failed": f"{type(error).__name__}: {error}"[:300]}
+
+
+if __name__ == "__main__":
+    sys.exit(main())
