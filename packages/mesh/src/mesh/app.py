@@ -18,12 +18,14 @@ from mesh.access import Doors, Role, needs, open_to_all
 from mesh.access.document import with_roles
 from mesh.access.doors import Ticket
 from mesh.errors import MeshError, TooManyError
+from mesh.metrics import tell_ready
 from mesh.middleware import BodyLimit, SameOrigin, Unbuffered
 from mesh.problems import problem
 from mesh.settings import ServiceSettings
 from mesh.tracing import flush
 
 Readies = Callable[[Request], Awaitable[Sequence[Dependency]]]
+Measures = Callable[[Request], Awaitable[None]]
 
 PROBLEM_RESPONSES: dict[int | str, dict[str, Any]] = {
     "4XX": {"description": "what was wrong with the request", "content": {"application/problem+json": {}}},
@@ -39,12 +41,14 @@ def make_app(
     settings: ServiceSettings | None = None,
     ticket: Ticket | None = None,
     log_in_at: str | None = None,
+    measure: Measures | None = None,
     body_bytes_max: int = 1_000_000,
     body_bytes_max_at: Mapping[str, int | None] | None = None,
     open_to_pages: Collection[str] = (),
     description: str = "",
 ) -> FastAPI:
-    """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready`.
+    """A FastAPI app with the common routes, `/docs` from its own disk. `dependencies` is asked on `GET /ready` and
+    `GET /metrics`, for which `measure` sets the service's own gauges.
 
     `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
     What web pages of another origin ask for is refused, but at the paths `open_to_pages`; see `SameOrigin`. Of its
@@ -97,7 +101,10 @@ def make_app(
 
     @app.get("/metrics", tags=["operations"], include_in_schema=False)
     @needs(Role.VIEWER)
-    async def metrics() -> Response:  # pyright: ignore[reportUnusedFunction]
+    async def metrics(request: Request) -> Response:  # pyright: ignore[reportUnusedFunction]
+        tell_ready(service, await dependencies(request))
+        if measure is not None:
+            await measure(request)
         return Response(prometheus_client.generate_latest(), media_type=prometheus_client.CONTENT_TYPE_LATEST)
 
     return app

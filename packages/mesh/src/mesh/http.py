@@ -1,5 +1,6 @@
 """Talking to another service: one client each, timeouts everywhere, problems become named errors."""
 
+import time
 from typing import Any, TypeVar, cast
 
 import httpx
@@ -10,6 +11,7 @@ from pydantic import SecretStr, TypeAdapter, ValidationError
 from contracts.base import Message
 from contracts.problem import Dependency, DependencyState, Readiness
 from mesh.errors import ServiceTimeoutError, UnavailableError, UpstreamError
+from mesh.metrics import CALLS
 from mesh.tracing import Tracer, failed, traceparent
 
 M = TypeVar("M", bound=Message)
@@ -96,6 +98,7 @@ class ServiceClient:
         headers = (headers or {}) | ({"content-type": kind} if content is not None else {})
         timeout = httpx.Timeout(timeout_s, connect=1.0) if timeout_s is not None else httpx.USE_CLIENT_DEFAULT
         about = {"http.request.method": method, "url.path": path, "server.address": self.service}
+        began_s, status = time.perf_counter(), 0
         with TRACER.part(f"{method} to {self.service}", about, kind=SpanKind.CLIENT) as span:
             try:
                 response = await self._sent(
@@ -104,7 +107,11 @@ class ServiceClient:
             except UnavailableError as error:
                 failed(span, error.said)
                 raise
-            span.set_attribute("http.response.status_code", response.status_code)
+            else:
+                status = response.status_code
+                span.set_attribute("http.response.status_code", status)
+            finally:
+                CALLS.labels(self.service, method, str(status)).observe(time.perf_counter() - began_s)
         if response.is_success:
             return response
         detail, code = _problem(response)

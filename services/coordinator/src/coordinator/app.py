@@ -100,11 +100,15 @@ def create_app(
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await (await get_missions(request)).dependencies()
 
+    async def measure(request: Request) -> None:
+        (await get_missions(request)).measure()
+
     app = make_app(
         "coordinator",
         lifespan=lifespan,
         dependencies=dependencies,
         settings=settings,
+        measure=measure,
         body_bytes_max=settings.body_bytes_max,
         description="Decides: missions, the state machine, the search and the approach.",
     )

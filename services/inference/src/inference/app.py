@@ -96,11 +96,15 @@ def create_app(
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return (await get_inference(request)).dependencies()
 
+    async def measure(request: Request) -> None:
+        (await get_inference(request)).measure()
+
     app = make_app(
         "inference",
         lifespan=lifespan,
         dependencies=dependencies,
         settings=settings,
+        measure=measure,
         body_bytes_max=BODY_BYTES_MAX,
         description="Sees and reads: detector, image-text model, three votes, task parsing.",
     )

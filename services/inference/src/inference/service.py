@@ -1,7 +1,10 @@
 """What the routes work with: the parts of the service, and the two errands that need several of them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+from prometheus_client import Gauge
 
 from contracts.geometry import Pose2D
 from contracts.problem import Dependency, DependencyState
@@ -16,6 +19,9 @@ from inference.validation.validation import Validator
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 
+FRAME_AGE = Gauge("inference_frame_age_seconds", "since a frame was last looked at; NaN = never")
+WAITING = Gauge("inference_calls_waiting", "calls that wait for the models, or run")
+
 
 @dataclass(frozen=True)
 class Inference:
@@ -27,6 +33,12 @@ class Inference:
     bus: Bus
     clock: Clock
     frame_age_max_s: float
+
+    def measure(self) -> None:
+        """What Prometheus is told at a scrape."""
+        age_s = self.perception.frame_age_s()
+        FRAME_AGE.set(math.nan if age_s is None else age_s)
+        WAITING.set(self.models.worker.waiting)
 
     async def detect(self, encoded: bytes, *, stamp_s: float | None = None, pose: Pose2D | None = None) -> Detections:
         sight = await self.models.see(encoded)

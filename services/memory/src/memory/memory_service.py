@@ -7,7 +7,6 @@ from collections.abc import AsyncGenerator, Sequence
 from dataclasses import replace
 
 import structlog
-from prometheus_client import Counter
 
 from contracts.description import RobotDescription
 from contracts.memory import (
@@ -34,6 +33,7 @@ from contracts.vision import Detections
 from memory import exchange, recall
 from memory.frame_ingest import FrameIngest
 from memory.frames import Camera, Exclusion, Frame, frames_of, not_after
+from memory.metrics import LOST, STORED, WAITING, WRITES
 from memory.objects import to_message
 from memory.picture import map_svg
 from memory.ports import DepthAndMap, Store
@@ -45,9 +45,6 @@ from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
 
 log = structlog.get_logger()
-
-STORED = Counter("memory_observations_stored_total", "observations written", ["via"])
-LOST = Counter("memory_frames_lost_total", "frames dropped because the buffer was full")
 
 PENDING_MAX = 20
 """Frames that wait to be looked at; perception makes two to five a second."""
@@ -74,6 +71,8 @@ class MemoryService:
         self._came = asyncio.Event()
         self._looking = asyncio.Lock()
         self._buffer: deque[Frame] = deque(maxlen=settings.buffer_max)
+        WAITING.labels("look").set_function(lambda: len(self._pending))
+        WAITING.labels("write").set_function(lambda: len(self._buffer))
         self._weights = Weights(**{name: getattr(settings, f"weight_{name}") for name in Weights.__dataclass_fields__})
 
     async def listen(self) -> None:
@@ -148,7 +147,8 @@ class MemoryService:
         try:
             here = (await self._whereabouts.here()).number
             late = [replace(one, map_number=here) if one.map_number == NOT_KNOWN_YET else one for one in batch]
-            await self._store.remember(late)
+            with WRITES.time():
+                await self._store.remember(late)
             written = True
         finally:  # cancelled counts too: the last flush of a closing service writes it then
             if not written:

@@ -27,6 +27,7 @@ from contracts.memory import (
     View,
 )
 from memory.memory_service import MemoryService
+from memory.metrics import RECALLS
 from mesh.access import Role, needs
 from mesh.tracing import TracedRoute
 
@@ -115,7 +116,8 @@ async def one_object(number: Number, memory: MemoryDep) -> RememberedObject:
 @needs(Role.VIEWER)
 async def recall(body: RecallRequest, memory: MemoryDep) -> RecallReply:
     """Where to look for it, best first, each with the parts of its score and the reason in words."""
-    return await memory.recall(body)
+    with RECALLS.time():
+        return await memory.recall(body)
 
 
 @router.delete("/objects/{number}", tags=["writing"])

@@ -12,6 +12,7 @@ from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock
 from mesh.tasks import Tasks, end_this_process
 from robot_bridge.bridge import Bridge, open_bridge
+from robot_bridge.metrics import measure
 from robot_bridge.ports import Robot
 from robot_bridge.routes import routers
 from robot_bridge.routes.stop import STOP_PATH
@@ -51,6 +52,7 @@ def create_app(
         lifespan=lifespan,
         dependencies=_dependencies,
         settings=settings,
+        measure=_measure,
         body_bytes_max=settings.body_bytes_max,
         body_bytes_max_at={STOP_PATH: None},
         open_to_pages={STOP_PATH},
@@ -64,6 +66,10 @@ def create_app(
 async def _dependencies(request: Request) -> Sequence[Dependency]:
     bridge: Bridge = request.state.bridge
     return bridge.dependencies()
+
+
+async def _measure(request: Request) -> None:
+    measure(request.state.bridge)
 
 
 def _ros_robot(settings: Settings, clock: Clock, on_death: Callable[[], None]) -> Robot:

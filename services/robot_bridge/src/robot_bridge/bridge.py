@@ -19,6 +19,7 @@ from contracts.topics import ROBOT_DESCRIPTION, ROBOT_NAVIGATION, ROBOT_STATE
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import UnavailableError
+from mesh.metrics import Rounds
 from mesh.tasks import Tasks
 from mesh.tracing import Tracer, following, traceparent
 from robot_bridge.emergency_stop_service import EmergencyStopService
@@ -186,7 +187,9 @@ class Bridge:
         ]
 
     async def publish_state(self) -> None:
+        rounds = Rounds("robot_state")
         while True:
+            rounds.turn()
             await self.bus.publish(ROBOT_STATE, self.state())
             await self.clock.sleep(0.1)
 

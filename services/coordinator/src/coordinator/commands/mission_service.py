@@ -18,6 +18,7 @@ from coordinator.commands.orders import Orders
 from coordinator.core import events as ev
 from coordinator.core.mission import Order
 from coordinator.execution.mission_runner import MissionRunner
+from coordinator.metrics import QUEUE, ROBOT_STATE_AGE, STATE
 from coordinator.ports import Inference, KnownRequest, Memory, MissionLog, Robot
 from coordinator.queue.mission_queue import MissionQueue, QueuedMission
 from coordinator.queue.parse_validation import CheckedTask, check_parse
@@ -272,6 +273,12 @@ class MissionService:
             free_area_m2=plan.free_area_m2,
             map_trouble=plan.trouble,
         )
+
+    def measure(self) -> None:
+        """What Prometheus is told at a scrape."""
+        QUEUE.set(len(self._queue))
+        STATE.state(self.runner.mission.state.value)
+        ROBOT_STATE_AGE.set(self.runner.robot_state_age_s)
 
     async def dependencies(self) -> Sequence[Dependency]:
         """Redis, each service, the database, the session, and the robot's state."""

@@ -34,12 +34,14 @@ from coordinator.execution.mission_messages import mission_record, mission_statu
 from coordinator.execution.mission_trace import MissionTrace
 from coordinator.execution.motion_client import MotionClient
 from coordinator.execution.status_publisher import StatusPublisher
+from coordinator.metrics import DETECTIONS_AGE, FAILURES, STEPS
 from coordinator.ports import Inference, MissionLog, Robot
 from coordinator.settings import Settings
 from geometry.grids import MapError
 from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError, UpstreamError
+from mesh.metrics import Rounds
 from mesh.tasks import Tasks
 
 log = structlog.get_logger()
@@ -121,6 +123,7 @@ class MissionRunner:
             return None
         return BelievedSpace(rules, body, event.target, event.clues)
 
+    @STEPS.time()
     def feed(self, event: ev.Event) -> None:
         before, now_s = self.mission, self._clock.now_s()
         self.mission, actions = step(before, event, now_s)
@@ -134,7 +137,7 @@ class MissionRunner:
             with self._trace.inside():
                 for action in actions:
                     self._act(action)
-        self._trace.leave(self.mission)
+        self._trace.leave(self.mission, now_s)
         if self.mission is not before and (actions or not isinstance(event, ev.Tick | ev.RobotUpdated)):
             self._note()
 
@@ -158,7 +161,9 @@ class MissionRunner:
             self.mission = self.mission if rules == self.mission.rules else replace(self.mission, rules=rules)
 
     async def _tick(self) -> None:
+        rounds = Rounds("mission")
         while True:
+            rounds.turn()
             self.feed(ev.Tick())
             self._publisher.tick()
             await self._clock.sleep(self._settings.tick_period_s)
@@ -188,6 +193,7 @@ class MissionRunner:
         self._motion.on_goal_update(goal)
 
     async def _on_detections(self, seen: Detections) -> None:
+        DETECTIONS_AGE.observe(max(0.0, self._clock.now_s() - seen.stamp_s))
         self.feed(ev.DetectionsSeen(seen))
 
     # what goes out
@@ -238,6 +244,8 @@ class MissionRunner:
             event = ev.CallFailed(call, "robot_bridge", str(error))
         except TimeoutError:
             event = ev.CallFailed(call, "coordinator", "the call took too long")
+        if isinstance(event, ev.CallFailed):
+            FAILURES.labels(event.service).inc()
         self.feed(event)
 
     async def _move(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:

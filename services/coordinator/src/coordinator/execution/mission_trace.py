@@ -1,4 +1,4 @@
-"""The mission under way as spans: one of all of it, and inside it one of each state it is in."""
+"""The mission under way as spans: one of all of it, and inside it one of each state it is in. Its time is counted."""
 
 from contextlib import AbstractContextManager
 
@@ -6,6 +6,7 @@ from opentelemetry.trace import Span
 
 from contracts.mission import MissionState
 from coordinator.core.mission import Mission
+from coordinator.metrics import MISSIONS
 from mesh.tracing import NO_SPAN, Tracer, inside, trace_id
 
 TRACER = Tracer(__name__)
@@ -39,12 +40,13 @@ class MissionTrace:
         with inside(self._mission):
             self._here = TRACER.begin(mission.state.value)
 
-    def leave(self, mission: Mission) -> None:
+    def leave(self, mission: Mission, now_s: float) -> None:
         """After it was done: a mission that is over has its last span."""
         if self._mission is NO_SPAN or mission.running:
             return
         self._leave_state()
         outcome = mission.outcome.value if mission.outcome is not None else ""
+        MISSIONS.labels(mission.kind.value, outcome).observe(now_s - mission.started_s)
         self._mission.set_attributes({"mission.outcome": outcome, "mission.reason": mission.reason})
         self._mission.end()
         self._mission = self._here = NO_SPAN

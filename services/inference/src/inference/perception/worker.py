@@ -33,6 +33,11 @@ class Worker:
         finally:
             self._waiting -= 1
 
+    @property
+    def waiting(self) -> int:
+        """Calls that wait or run."""
+        return self._waiting
+
     def close(self) -> None:
         """Calls not yet begun are dropped; the one under way ends by itself."""
         self._pool.shutdown(wait=False, cancel_futures=True)

@@ -4,6 +4,8 @@ import asyncio
 import time
 from dataclasses import dataclass, field
 
+from prometheus_client import Counter
+
 from contracts.base import BboxXyxy
 from contracts.vision import Detection, Target, ValidateRequest, Validation, Verdict, Vote
 from geometry.boxes import area
@@ -18,6 +20,9 @@ from inference.validation.evidence import Evidence
 from inference.validation.votes import VOTES_NEEDED, ClipScores, abstain, clip_vote, decide, detector_vote
 from mesh.errors import ServiceTimeoutError, UnavailableError, UnprocessableError, UpstreamError
 from mesh.tracing import current_span
+
+VOTES = Counter("inference_votes_total", "votes on a thing", ["voter", "verdict"])
+VALIDATIONS = Counter("inference_validations_total", "things judged by votes", ["confirmed"])
 
 VLM_MARGIN = 0.5
 """Share of the longer box side shown round the thing to the vision-language model, which needs surroundings."""
@@ -65,7 +70,9 @@ class Validator:
         for vote in votes:
             told = {"voter": vote.voter, "verdict": vote.verdict.value, "took_ms": vote.took_ms}
             current_span().add_event("vote", told)
+            VOTES.labels(vote.voter, vote.verdict.value).inc()
         decision = decide(votes, allow_single_vote=request.allow_single_vote)
+        VALIDATIONS.labels(str(decision.confirmed).lower()).inc()
         return Validation(
             id=self.evidence.keep(self._judged(image, bbox)),
             confirmed=decision.confirmed,

@@ -20,6 +20,7 @@ from contracts.robot import EmergencyStop, Priority
 from mesh.clock import Clock
 from mesh.errors import ConflictError
 from mesh.latest_value import LatestValue
+from mesh.metrics import Rounds
 from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, Arbiter, ArbiterLimits, ArbitratedCommand, Request
 from robot_bridge.motion.motion_executor import ActiveMotion, MotionExecutor
 from robot_bridge.motion.motions import Ending
@@ -38,6 +39,7 @@ OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", STOPPED.source, N
 """Names that nobody outside may ask under: he would replace the bridge's own lease."""
 STOP_BURST = 10
 REFUSED = Counter("robot_bridge_velocity_refused_total", "velocity requests that never became a lease", ["reason"])
+CHANGED = Counter("robot_bridge_velocity_changed_total", "ticks whose velocity was not the one asked for", ["cause"])
 
 
 class VelocityLimits(ArbiterLimits, SafetyLimits):
@@ -71,6 +73,7 @@ class VelocityMux:
         self._goal: tuple[str, int, str | None] | None = None
         self._goal_held = False
         self._base_is_busy = False
+        self._rounds = Rounds("wheels")
 
     def connect(
         self,
@@ -114,6 +117,9 @@ class VelocityMux:
             if self._stop.latched or not self._base_is_busy:
                 self._send(choice.twist)
             self.commanded.put(choice, now_s)
+        self._rounds.turn()
+        for cause in choice.kinds:
+            CHANGED.labels(cause.value).inc()
 
     def request(self, request: Request) -> Refusal | None:
         """Takes a lease on the wheels, or says why not. Raises `ConflictError` for a session that has ended."""

@@ -8,6 +8,7 @@ from itertools import count
 
 import structlog
 from opentelemetry.trace import Span
+from prometheus_client import Histogram
 from pydantic import Field
 
 from contracts.causes import GoalCause, Refusal
@@ -35,6 +36,12 @@ from robot_bridge.ports import AcceptedGoal, GoalEnd, Robot
 log = structlog.get_logger()
 
 CANCEL_S_MAX = 2.0
+GOALS = Histogram(
+    "robot_bridge_goal_seconds",
+    "from the request of a goal to its end",
+    ["status"],
+    buckets=(1.0, 3.0, 10.0, 20.0, 30.0, 60.0, 120.0),
+)
 TRACER = Tracer(__name__)
 
 
@@ -163,7 +170,7 @@ class GoalExecutor:
             status=GoalStatus.PENDING,
             stamp_s=now_s,
         )
-        active = ActiveGoal(goal.id, region, request.session_id, now_s + request.timeout_s)
+        active = ActiveGoal(goal.id, region, request.session_id, now_s, now_s + request.timeout_s)
         self._wheels.open_navigation(goal.id, request.epoch, request.session_id)
         self._wheels.hold_navigation(goal.id)
         self._active = active
@@ -302,6 +309,7 @@ class GoalExecutor:
             now_s = self._clock.now_s()
             over = with_status(goal, status, stamp_s=now_s, cause=cause, error_code=end.error_code, error_msg=message)
             self._goals.keep(over)
+        GOALS.labels(status.value).observe(self._clock.now_s() - active.begun_s)
         self._span.set_attributes({"goal.status": status.value, "goal.cause": cause.value if cause is not None else ""})
         self._span.end()
         active.over.set()

@@ -22,6 +22,7 @@ class ActiveGoal:
     goal_id: str
     region: GoalRegion
     session_id: str | None
+    begun_s: float
     deadline_s: float
     state: Phase = field(default_factory=Asking)
     progress_told_s: float | None = None
