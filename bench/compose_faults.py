@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -120,7 +120,7 @@ class Mesh:
         return self.get("coordinator", "/state").raise_for_status().json()
 
     @contextmanager
-    def circling(self) -> Iterator[None]:
+    def circling(self) -> Generator[None]:
         """On a lease that is renewed over HTTP, as a person at the stick would."""
         over = threading.Event()
         epoch = self.get("robot_bridge", "/emergency-stop").json()["epoch"]
@@ -140,7 +140,7 @@ class Mesh:
             thread.join()
 
     @contextmanager
-    def on_a_mission(self) -> Iterator[str]:
+    def on_a_mission(self) -> Generator[str]:
         """Yields its id once the robot drives."""
         mission = self.post("coordinator", "/missions", command="find the red bottle").raise_for_status().json()
         self.seconds_until(self.moves, "a mission that drives")

@@ -134,6 +134,19 @@ def test_an_image_is_healthy_when_its_service_is_ready(project: str) -> None:
     assert re.findall(r"^USER (\S+)$", image, re.MULTILINE)[-1].split(":")[0].isdigit()
 
 
+def test_the_simulated_robot_and_the_bridge_compile_their_interfaces_once() -> None:
+    """Docker takes layers of the same words from its cache."""
+    begun = [
+        (ROOT / project / "Dockerfile")
+        .read_text(encoding="utf-8")
+        .partition("ARG BASE=")[2]
+        .partition("\nRUN mkdir /wheels")
+        for project in ("services/robot_bridge", "sim")
+    ]
+    assert begun[0][0] == begun[1][0] != ""
+    assert begun[0][2].splitlines()[0] == begun[1][2].splitlines()[0]
+
+
 def test_with_a_gpu_the_language_model_has_it() -> None:
     added = yaml.safe_load((ROOT / "compose.cuda.yaml").read_text(encoding="utf-8"))["services"]
     both = composed("compose.yaml", "compose.cuda.yaml")["services"]

@@ -7,7 +7,7 @@ import asyncio
 import contextlib
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 
 from mesh.dds import use_mesh_profile
@@ -18,7 +18,7 @@ from support.waiting import until_true
 
 
 @contextlib.contextmanager
-def standing() -> Iterator[ToyRobot]:
+def standing() -> Generator[ToyRobot]:
     toy = ToyRobot()
     robot = RosToyRobot(toy)
     robot.open()
