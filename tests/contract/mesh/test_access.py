@@ -247,3 +247,28 @@ async def test_the_document_says_who_may(keys_file: Path) -> None:
 async def test_a_name_that_anybody_may_buy_is_not_answered(host: str, status: int) -> None:
     async with httpx.AsyncClient(transport=httpx.ASGITransport(make(None)), base_url="http://sample") as client:
         assert (await client.get("/looks", headers={"host": host})).status_code == status
+
+
+def test_an_open_socket_ends_with_the_key_it_was_opened_with(keys_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ring, "LOOK_S", 0.0)
+    app = make(keys_file)
+    heard: list[str] = []
+
+    @app.websocket("/listens")
+    @needs(Role.OPERATOR)
+    async def listens(socket: WebSocket) -> None:
+        await socket.accept()
+        async for word in socket.iter_text():
+            heard.append(word)
+            await socket.send_text("heard")
+        heard.append("the end")
+
+    with (
+        TestClient(app, base_url="http://sample") as opened,
+        opened.websocket_connect("ws://sample/listens", headers=key_of("otto")) as socket,
+    ):
+        socket.send_text("first")
+        assert socket.receive_text() == "heard"
+        write(keys_file, otto=Role.VIEWER)
+        socket.send_text("second")
+    assert heard == ["first", "the end"]

@@ -16,8 +16,8 @@ from mesh.bus import open_bus
 from support.redis_server import free_port, start_redis
 from support.waiting import until
 
-DOES_BOTH = {"coordinator", "inference"}
-"""A user's channels are one list (Redis 6.2): these two could publish what they only listen to."""
+DOES_BOTH = {"coordinator", "inference", "robot_bridge"}
+"""A user's channels are one list (Redis 6.2): these could publish what they only listen to."""
 
 
 @pytest.fixture(scope="module")

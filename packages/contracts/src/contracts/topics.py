@@ -19,6 +19,10 @@ ENVELOPE: Final = re.compile(rb'^\{"traceparent":"([0-9a-f-]{55})",')
 """What may stand before a message's own fields: the trace it was said in, as W3C writes a `traceparent`."""
 
 
+RECORDER: Final = "robot_bridge"
+"""It listens to every topic, for its recordings."""
+
+
 @dataclass(frozen=True, slots=True)
 class Topic(Generic[M]):
     """A pub/sub channel carrying JSON. A kept topic's last value also lies under the key `last:<name>`."""
@@ -49,17 +53,19 @@ def traceparent_of(data: bytes) -> str:
     return found[1].decode() if found is not None else ""
 
 
-ROBOT_STATE = Topic("robot.state", RobotState, "robot_bridge", ("coordinator", "memory", "ui"), kept=True)
+ROBOT_STATE = Topic("robot.state", RobotState, "robot_bridge", ("coordinator", "memory", "ui", RECORDER), kept=True)
 ROBOT_DESCRIPTION = Topic(
-    "robot.description", RobotDescription, "robot_bridge", ("coordinator", "memory", "ui"), kept=True
+    "robot.description", RobotDescription, "robot_bridge", ("coordinator", "memory", "ui", RECORDER), kept=True
 )
-ROBOT_NAVIGATION = Topic("robot.navigation", Goal, "robot_bridge", ("coordinator", "ui"))
-ROBOT_EMERGENCY_STOP = Topic("robot.emergency_stop", EmergencyStop, "robot_bridge", ("coordinator", "ui"), kept=True)
-VISION_DETECTIONS = Topic("vision.detections", Detections, "inference", ("coordinator", "memory", "ui"))
-VISION_OBJECT_SPOTTED = Topic("vision.object_spotted", ObjectSpotted, "inference", ())
-MISSION_TARGET = Topic("mission.target", MissionTarget, "coordinator", ("inference", "ui"), kept=True)
-MISSION_STATE = Topic("mission.state", MissionStatus, "coordinator", ("ui",), kept=True)
-MISSION_EVENTS = Topic("mission.events", MissionEvent, "coordinator", ("ui",))
+ROBOT_NAVIGATION = Topic("robot.navigation", Goal, "robot_bridge", ("coordinator", "ui", RECORDER))
+ROBOT_EMERGENCY_STOP = Topic(
+    "robot.emergency_stop", EmergencyStop, "robot_bridge", ("coordinator", "ui", RECORDER), kept=True
+)
+VISION_DETECTIONS = Topic("vision.detections", Detections, "inference", ("coordinator", "memory", "ui", RECORDER))
+VISION_OBJECT_SPOTTED = Topic("vision.object_spotted", ObjectSpotted, "inference", (RECORDER,))
+MISSION_TARGET = Topic("mission.target", MissionTarget, "coordinator", ("inference", "ui", RECORDER), kept=True)
+MISSION_STATE = Topic("mission.state", MissionStatus, "coordinator", ("ui", RECORDER), kept=True)
+MISSION_EVENTS = Topic("mission.events", MissionEvent, "coordinator", ("ui", RECORDER))
 
 ALL_TOPICS: tuple[Topic[Any], ...] = (
     ROBOT_STATE,
@@ -81,8 +87,8 @@ def bus_rules(service: str) -> tuple[str, ...]:
     """
     said = [topic for topic in ALL_TOPICS if topic.publisher == service]
     heard = [topic for topic in ALL_TOPICS if service in topic.listeners]
-    channels = sorted(f"&{topic.name}" for topic in (*said, *heard))
-    keys = sorted(f"~{topic.kept_key}" for topic in (*said, *heard) if topic.kept)
+    channels = sorted({f"&{topic.name}" for topic in (*said, *heard)})
+    keys = sorted({f"~{topic.kept_key}" for topic in (*said, *heard) if topic.kept})
     publishing = ("+publish", "+multi", "+exec", "+set") if said else ()
     listening = ("+subscribe", "+unsubscribe", "+get") if heard else ()
     return (*keys, *channels, "+ping", "+hello", "+select", *publishing, *listening)

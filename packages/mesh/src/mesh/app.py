@@ -74,6 +74,7 @@ def make_app(
     for docs in app.routes:  # what stands in docs/api anyway, and a page to try it with a key
         open_to_all(docs.app if isinstance(docs, Mount) else cast(Any, docs).endpoint)
     ring = settings.key_ring() if settings is not None else None
+    app.state.key_ring = ring
     app.add_middleware(Doors, ring=ring, ticket=ticket, log_in_at=log_in_at)
     app.add_middleware(Unbuffered)
     allowed = settings.origins_allowed if settings is not None else ()

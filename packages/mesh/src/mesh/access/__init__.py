@@ -2,6 +2,6 @@
 
 from contracts.access import Holder, Role
 from mesh.access.declarations import NotDeclaredError, needs, open_to_all
-from mesh.access.doors import Doors, who
+from mesh.access.doors import Doors, who, who_now
 
-__all__ = ["Doors", "Holder", "NotDeclaredError", "Role", "needs", "open_to_all", "who"]
+__all__ = ["Doors", "Holder", "NotDeclaredError", "Role", "needs", "open_to_all", "who", "who_now"]

@@ -8,7 +8,7 @@ from fastapi import FastAPI
 from starlette._utils import get_route_path  # what the router matches, to the letter
 from starlette.requests import HTTPConnection
 from starlette.responses import RedirectResponse, Response
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
 from contracts.access import Holder, Role
@@ -19,17 +19,24 @@ from mesh.problems import problem
 
 log = structlog.get_logger()
 
-Ticket = Callable[[HTTPConnection], Holder | None]
+Ticket = Callable[[HTTPConnection, KeyRing], Holder | None]
 """A second way to say who asks, beside a key: the page's cookie."""
 
 ANYBODY: Final = Holder(name="anybody", role=Role.ADMIN)
 """Who asks a service without keys; it listens on this machine alone."""
 _WHO: Final = "atom.who"
+_AGAIN: Final = "atom.who.again"
 
 
 def who(connection: HTTPConnection) -> Holder | None:
     """Who asks; None at an open route, which asks nobody."""
     return connection.scope.get(_WHO)
+
+
+def who_now(connection: HTTPConnection) -> Holder | None:
+    """Who asks, looked up again: None once the key is revoked or the cookie has expired. For what stays open long."""
+    again: Callable[[], Holder | None] | None = connection.scope.get(_AGAIN)
+    return again() if again is not None else who(connection)
 
 
 class Doors:
@@ -64,16 +71,16 @@ class Doors:
         if (method, path) in self._open or (needed := self._needed(method, path)) is None:
             await self.app(scope, receive, send)
             return
-        asking = HTTPConnection(scope)
-        known = self._known(asking, self._ring)
+        asking, ring = HTTPConnection(scope), self._ring
+        known = self._holder(asking, ring) or self._unknown(asking)
         if isinstance(known, Response):
             await self._refuse(known, scope, receive, send)
         elif not known.role.may(needed):
             detail = f"{known.name} is {known.role}; this needs {needed}"
             await self._refuse(problem(403, "Not permitted", detail, path), scope, receive, send)
         else:
-            scope[_WHO] = known
-            await self.app(scope, receive, send)
+            scope[_WHO], scope[_AGAIN] = known, lambda: self._holder(asking, ring)
+            await self.app(scope, _while_known(asking, needed, receive) if method == SOCKET else receive, send)
 
     async def _declared(self, scope: Scope, receive: Receive, send: Send) -> tuple[Door, ...]:
         app: FastAPI = scope["app"]
@@ -98,23 +105,26 @@ class Doors:
                 partly = partly or door
         return partly.role if partly is not None else Role.VIEWER
 
-    def _known(self, asking: HTTPConnection, ring: KeyRing) -> Holder | Response:
-        scheme, _, key = asking.headers.get("authorization", "").partition(" ")
-        if scheme.lower() != "bearer":  # another scheme is a proxy's own business
-            ticket = self._ticket(asking) if self._ticket is not None else None
-            return ticket or self._unknown(asking, "it needs a key (Authorization: Bearer ...)", "Bearer")
-        if (holder := ring.holder_of(key.strip())) is not None:
-            return holder
-        if not self._attempts.wrong(asking):
-            return problem(429, "Too many wrong keys", "wait a minute", asking.url.path)
-        log.warning("a wrong key", client=asking.client.host if asking.client else "", path=asking.url.path)
-        return self._unknown(asking, "this key is not known", 'Bearer error="invalid_token"')
+    def _holder(self, asking: HTTPConnection, ring: KeyRing) -> Holder | None:
+        key = _key_of(asking)
+        if key is not None:
+            return ring.holder_of(key)
+        return self._ticket(asking, ring) if self._ticket is not None else None
 
-    def _unknown(self, asking: HTTPConnection, detail: str, challenge: str) -> Response:
+    def _unknown(self, asking: HTTPConnection) -> Response:
+        url, key = asking.url, _key_of(asking)
         page = asking.scope["type"] == "http" and "text/html" in asking.headers.get("accept", "")
-        if self._log_in_at is not None and page and asking.scope["method"] == "GET":
+        if key is None and page and self._log_in_at is not None and asking.scope["method"] == "GET":
             return RedirectResponse(asking.scope.get("root_path", "") + self._log_in_at, 303)
-        refusal = problem(401, "Who asks is not known", detail, asking.url.path)
+        if key is not None and not self._attempts.wrong(asking):
+            refusal = problem(429, "Too many wrong keys", "wait a minute", url.path)
+            refusal.headers["Retry-After"] = "60"
+            return refusal
+        detail, challenge = "it needs a key (Authorization: Bearer ...)", "Bearer"
+        if key is not None:
+            log.warning("a wrong key", client=asking.client.host if asking.client else "", path=url.path)
+            detail, challenge = "this key is not known", 'Bearer error="invalid_token"'
+        refusal = problem(401, "Who asks is not known", detail, url.path)
         refusal.headers["WWW-Authenticate"] = challenge
         return refusal
 
@@ -123,3 +133,22 @@ class Doors:
             await refusal(scope, receive, send)
         else:
             await WebSocketClose(code=1008, reason="not permitted")(scope, receive, send)
+
+
+def _key_of(asking: HTTPConnection) -> str | None:
+    """None without one; another scheme is a proxy's own business."""
+    scheme, _, key = asking.headers.get("authorization", "").partition(" ")
+    return key.strip() if scheme.lower() == "bearer" else None
+
+
+def _while_known(asking: HTTPConnection, needed: Role, receive: Receive) -> Receive:
+    """A socket ends with the key or the cookie it was opened with: its next word is its last."""
+
+    async def received() -> Message:
+        message = await receive()
+        holder = who_now(asking) if message["type"] == "websocket.receive" else None
+        if message["type"] == "websocket.receive" and (holder is None or not holder.role.may(needed)):
+            return {"type": "websocket.disconnect", "code": 1008, "reason": "not permitted any more"}
+        return message
+
+    return received
