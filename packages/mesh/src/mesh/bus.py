@@ -137,10 +137,10 @@ async def open_bus(url: str, key: SecretStr | None = None) -> AsyncGenerator[Red
     A URL that names a user and no password gets the one that is made of the service's `key`.
     """
     place = urlsplit(url)
-    derived = key is not None and place.username and place.password is None
+    named = place.username is not None and place.password is None
     client = redis.Redis.from_url(
         url,
-        password=bus_password_of(key.get_secret_value()) if derived else None,
+        password=bus_password_of(key.get_secret_value()) if key is not None and named else None,
         socket_connect_timeout=1.0,
         socket_timeout=None,
         health_check_interval=5,

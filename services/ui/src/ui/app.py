@@ -22,11 +22,14 @@ from ui.ports import Memory, Missions, Robot
 from ui.prefix import BelowPrefix
 from ui.routes import routers
 from ui.routes.deps import desk_of
+from ui.routes.log_in import LOG_IN_PATH
+from ui.sessions import Sessions
 from ui.settings import Settings
 
 
 class State(TypedDict):
     desk: Desk
+    sessions: Sessions | None
 
 
 def create_app(
@@ -43,6 +46,7 @@ def create_app(
     """The service; whatever is not given is the real thing that `settings` name. NiceGUI allows one a process."""
 
     i18n.use(i18n.load(settings.texts_file))
+    sessions = _sessions(settings)
 
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
@@ -67,7 +71,7 @@ def create_app(
             )
             stack.push_async_callback(desk.frames.close)
             desk.start(await closing(Tasks(on_death=on_death)))
-            yield {"desk": desk}
+            yield {"desk": desk, "sessions": sessions}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await desk_of(request).dependencies()
@@ -77,6 +81,8 @@ def create_app(
         lifespan=lifespan,
         dependencies=dependencies,
         settings=settings,
+        ticket=sessions.ticket if sessions is not None else None,
+        log_in_at=LOG_IN_PATH.removeprefix("/"),
         body_bytes_max=settings.body_bytes_max,
         body_bytes_max_at={"/memory/import": settings.import_bytes_max},
         open_to_pages={"/stop"},
@@ -87,3 +93,12 @@ def create_app(
     page.mount(app, language=settings.language)
     app.add_middleware(BelowPrefix, prefix=settings.prefix)
     return app
+
+
+def _sessions(settings: Settings) -> Sessions | None:
+    """None without keys: anybody may. Raises `SystemExit` where the page has no key of its own to sign with."""
+    if settings.keys_file is None:
+        return None
+    if settings.own_key is None:
+        raise SystemExit("UI_KEYS_FILE needs UI_KEY or UI_KEY_FILE: the page's own key, which signs who is logged in")
+    return Sessions(settings.own_key, settings.session_s)

@@ -1,14 +1,16 @@
 """What the operator does: commands passed on, each answered in words for a person."""
 
 import asyncio
+import functools
 import math
 import uuid
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Concatenate, Final, ParamSpec
 
 import structlog
 
+from contracts.access import Holder, Role
 from contracts.asking import Answer
 from contracts.geometry import Pose2D
 from contracts.mission import Heard
@@ -38,11 +40,45 @@ class ActionResult:
     text: str
 
 
-class OperatorActions:
-    """Stateless but for the desk: every act names what it acts on."""
+A = ParamSpec("A")
 
-    def __init__(self, desk: Desk) -> None:
+
+def for_role(
+    role: Role,
+) -> Callable[
+    [Callable[Concatenate["OperatorActions", A], Awaitable[ActionResult]]],
+    Callable[Concatenate["OperatorActions", A], Awaitable[ActionResult]],
+]:
+    """Refused to whom has not the role, or no more: a page stays open longer than a key may last."""
+
+    def declared(
+        act: Callable[Concatenate["OperatorActions", A], Awaitable[ActionResult]],
+    ) -> Callable[Concatenate["OperatorActions", A], Awaitable[ActionResult]]:
+        @functools.wraps(act)
+        async def permitted(self: "OperatorActions", *args: A.args, **kwargs: A.kwargs) -> ActionResult:
+            return refused if (refused := self.refused(role)) is not None else await act(self, *args, **kwargs)
+
+        return permitted
+
+    return declared
+
+
+class OperatorActions:
+    """Stateless but for the desk: every act names what it acts on. What the page asks other services, it asks with its
+    own key; so each act but a stop says here who may."""
+
+    def __init__(self, desk: Desk, asks: Callable[[], Holder | None]) -> None:
+        """`asks` tells who it is now (`mesh.access.who_now`)."""
         self._desk = desk
+        self._asks = asks
+
+    def refused(self, role: Role) -> ActionResult | None:
+        holder = self._asks()
+        if holder is None:
+            return ActionResult(False, _("You are not logged in any more."))
+        if not holder.role.may(role):
+            return ActionResult(False, _("This needs the role {role}; yours is {yours}.", role=role, yours=holder.role))
+        return None
 
     # stopping
 
@@ -54,6 +90,7 @@ class OperatorActions:
         log.warning("emergency stop", reason=reason, by=by, first_zero_ms=reply.first_zero_ms)
         return reply
 
+    @for_role(Role.OPERATOR)
     async def reset(self, *, by: str) -> ActionResult:
         async def do() -> str:
             desk = self._desk
@@ -75,6 +112,8 @@ class OperatorActions:
         order = order_in(words)
         if order is not None and order.mood is not Mood.RESUME:
             return await self._obey(words, order.mood)
+        if (refused := self.refused(Role.OPERATOR)) is not None:
+            return refused
 
         async def do() -> str:
             with TRACER.command("typed", {"command": words}):
@@ -118,15 +157,19 @@ class OperatorActions:
         except MeshError as error:
             return ActionResult(False, in_words(error))
 
+    @for_role(Role.OPERATOR)
     async def pause(self) -> ActionResult:
         return await self._with_mission(self._desk.missions.pause, _("Paused."))
 
+    @for_role(Role.OPERATOR)
     async def resume(self) -> ActionResult:
         return await self._with_mission(self._desk.missions.resume, _("Mission continued."))
 
+    @for_role(Role.OPERATOR)
     async def cancel(self) -> ActionResult:
         return await self._with_mission(self._desk.missions.cancel, _("Cancelled."))
 
+    @for_role(Role.OPERATOR)
     async def take_from_queue(self, mission_id: str) -> ActionResult:
         async def do() -> str:
             await self._desk.missions.cancel(mission_id)
@@ -136,6 +179,7 @@ class OperatorActions:
 
     # driving there
 
+    @for_role(Role.OPERATOR)
     async def go(self, x: float, y: float) -> ActionResult:
         """Drives to a place of the map (m), facing the way it came to it."""
 
@@ -158,6 +202,7 @@ class OperatorActions:
 
         return await result_of(do())
 
+    @for_role(Role.OPERATOR)
     async def look(self, x: float, y: float) -> ActionResult:
         """Turns until the camera looks at a place of the map (m)."""
 
@@ -170,6 +215,7 @@ class OperatorActions:
 
         return await result_of(do())
 
+    @for_role(Role.OPERATOR)
     async def halt(self) -> ActionResult:
         """Ends the drive or turn asked for by hand; refused while a mission drives, whose goal it would end."""
 
@@ -197,20 +243,25 @@ class OperatorActions:
 
     # the base
 
+    @for_role(Role.OPERATOR)
     async def dock(self) -> ActionResult:
         return await result_of(moved(self._desk.robot.dock(), _("On the dock."), _("It did not dock")))
 
+    @for_role(Role.OPERATOR)
     async def undock(self) -> ActionResult:
         return await result_of(moved(self._desk.robot.undock(), _("Off the dock."), _("It did not undock")))
 
+    @for_role(Role.OPERATOR)
     async def celebrate(self) -> ActionResult:
         return await result_of(moved(self._desk.robot.celebrate(), _("Celebrating."), _("It did not celebrate")))
 
     # memory
 
+    @for_role(Role.OPERATOR)
     async def forget_object(self, object_id: int) -> ActionResult:
         return await self._forget(self._desk.memory.forget_object(object_id))
 
+    @for_role(Role.OPERATOR)
     async def forget_label(self, label: str) -> ActionResult:
         return await self._forget(self._desk.memory.forget_label(label))
 
@@ -222,6 +273,7 @@ class OperatorActions:
 
         return await result_of(do())
 
+    @for_role(Role.ADMIN)
     async def import_memory(self, data: bytes) -> ActionResult:
         async def do() -> str:
             reply = await self._desk.memory.import_(data)

@@ -12,7 +12,7 @@ from nicegui import ui as nicegui_ui
 from nicegui.language import Language
 from starlette.staticfiles import StaticFiles
 
-from mesh.access import Role, needs
+from mesh.access import Role, needs, who_now
 from ui import i18n, timeline_lines
 from ui import page_model as words
 from ui.desk import Desk
@@ -28,7 +28,7 @@ from ui.panels.robot_panel import RobotPanel
 from ui.panels.stop import StoppedPanel, stop_html
 from ui.panels.timeline import Timeline
 from ui.panels.widgets import box
-from ui.routes.deps import desk_of, operator
+from ui.routes.deps import desk_of, operator, who_logged_in
 
 ASSETS: Final = Path(__file__).parent / "assets"
 SCRIPTS: Final = ("camera.js", "map.js", "drive.js", "memory.js", "speech.js")
@@ -59,20 +59,21 @@ def mount(app: FastAPI, *, language: Language) -> None:
 
 
 def operator_page(request: Request) -> None:
-    OperatorPage(desk_of(request), operator(request), root_path=request.scope.get("root_path", ""))
+    OperatorPage(desk_of(request), request)
 
 
 class OperatorPage:
     """One viewer's page; its timers run only while the browser is connected."""
 
-    def __init__(self, desk: Desk, who: str, *, root_path: str) -> None:
+    def __init__(self, desk: Desk, request: Request) -> None:
         self._desk = desk
+        who, root_path = operator(request), request.scope.get("root_path", "")
         self._news_shown = desk.notifications.newest
-        actions = OperatorActions(desk)
+        actions = OperatorActions(desk, lambda: who_now(request))
         nicegui_ui.add_head_html(_head(root_path))
         nicegui_ui.add_body_html(stop_html(desk.settings.robot_bridge_url))
         nicegui_ui.colors(primary="#1d56cf", negative="#c81e1e", positive="#15803d", warning="#a15c07")
-        self._top = Header()
+        self._top = Header(who_logged_in(request))
         with box("board"):
             with box("say-or-stopped"):
                 self._command = CommandPanel(actions)

@@ -1,4 +1,4 @@
-"""Plain pages for a browser that runs no script: what came of a STOP, and the button again. Pure."""
+"""Plain pages for a browser that runs no script: what came of a STOP, who asks, and the button again. Pure."""
 
 from html import escape
 from typing import Final
@@ -29,16 +29,28 @@ def not_stopped(why: str, otherwise: str) -> str:
     return _page(_("STOP DID NOT REACH THE ROBOT"), f"{why}. {_('Press again.')} {otherwise}")
 
 
-def _page(headline: str, text: str) -> str:
+def log_in(said: str) -> str:
+    """Who are you? `said` is what was wrong with the last answer."""
+    name, secret, enter = escape(_("Name")), escape(_("Password or key")), escape(_("Log in"))
+    form = f"""<form method="post" action="login">
+<p><label>{name}<br><input name="name" autocomplete="username" autocapitalize="none" required></label></p>
+<p><label>{secret}<br><input name="secret" type="password" autocomplete="current-password" required></label></p>
+<p><button class="enter" type="submit">{enter}</button></p></form>"""
+    return _page(_("Who are you?"), said, form)
+
+
+def _page(headline: str, text: str, form: str = "") -> str:
     title, press, back = escape(headline), escape(_("STOP")), escape(_("Back to the page"))
+    way_on = form or f'<p><a href="./">{back}</a></p>'
     return f"""<!doctype html>
 <html><head><title>{title}</title><meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
   body {{ font: 18px/1.5 system-ui, sans-serif; margin: 24px; }} h1 {{ font-size: 26px; }}
   button {{ font: inherit; font-weight: 700; padding: 14px 48px; border: 0; border-radius: 12px; }}
-  button {{ color: #fff; background: #d11a1a; }}
+  button {{ color: #fff; background: #d11a1a; }} .enter {{ background: #1d56cf; }}
+  input {{ font: inherit; padding: 8px; width: 100%; max-width: 380px; box-sizing: border-box; }}
 </style></head>
 <body><main><h1>{title}</h1><p>{escape(text)}</p>
-<form method="post" action="stop?how=form"><button type="submit">{press}</button></form>
-<p><a href="./">{back}</a></p></main></body></html>
+{way_on}
+<form method="post" action="stop?how=form"><button type="submit">{press}</button></form></main></body></html>
 """

@@ -22,6 +22,9 @@ class Settings(ServiceSettings):
     prefix: str = Field(
         default="", description="of the page behind a proxy that serves it below a path and cannot say so, e.g. /robot"
     )
+    session_s: int = Field(
+        default=43_200, ge=60, le=2_592_000, description="a log-in lasts; then it is asked for again"
+    )
     body_bytes_max: int = Field(default=20_000, ge=1000, description="largest request body; a larger one gets 413")
     import_bytes_max: int = Field(default=50_000_000, ge=1000, description="of a memory taken back from a file")
 

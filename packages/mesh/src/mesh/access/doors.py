@@ -49,7 +49,7 @@ class Doors:
     def __init__(
         self, app: ASGIApp, *, ring: KeyRing | None, ticket: Ticket | None = None, log_in_at: str | None = None
     ) -> None:
-        """No ring: everybody may everything. `log_in_at` is where a browser without a ticket is sent."""
+        """No ring: everybody may everything. `log_in_at`, from the root, is where browsers without a ticket go."""
         self.app = app
         self._ring = ring
         self._ticket = ticket
@@ -115,7 +115,7 @@ class Doors:
         url, key = asking.url, _key_of(asking)
         page = asking.scope["type"] == "http" and "text/html" in asking.headers.get("accept", "")
         if key is None and page and self._log_in_at is not None and asking.scope["method"] == "GET":
-            return RedirectResponse(asking.scope.get("root_path", "") + self._log_in_at, 303)
+            return RedirectResponse("../" * (get_route_path(asking.scope).count("/") - 1) + self._log_in_at, 303)
         if key is not None and not self._attempts.wrong(asking):
             refusal = problem(429, "Too many wrong keys", "wait a minute", url.path)
             refusal.headers["Retry-After"] = "60"

@@ -23,7 +23,7 @@ class KeyRing:
     def __init__(self, file: Path) -> None:
         self._file = file
         self._looked_s = time.monotonic()
-        self._seen = self._stamp()
+        self._seen: tuple[int, int, int] = self._stamp()
         self._holders = self._read()
 
     def holder_of(self, key: str) -> Holder | None:

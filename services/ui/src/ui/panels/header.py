@@ -2,13 +2,14 @@
 
 from nicegui import ui as nicegui_ui
 
+from contracts.access import Holder
 from ui.i18n import _
 from ui.page_model import PageModel
 from ui.panels.widgets import ChipRow, box, heading
 
 
 class Header:
-    def __init__(self) -> None:
+    def __init__(self, logged_in: Holder | None) -> None:
         with nicegui_ui.element("header").classes("top"):
             with box("brand"):
                 box("mark").props("aria-hidden=true")
@@ -19,6 +20,10 @@ class Header:
                 self._reason = nicegui_ui.label().classes("reason").props("aria-live=polite")
             self._away = nicegui_ui.label().classes("away").props("role=status")
             self._facts = ChipRow("facts")
+            if logged_in is not None:
+                with nicegui_ui.element("form").classes("who").props("method=post action=logout"):
+                    nicegui_ui.label(f"{logged_in.name} ({logged_in.role})")
+                    nicegui_ui.button(_("Log out")).props("type=submit flat dense no-caps")
 
     def show(self, view: PageModel) -> None:
         self._phase.set_text(view.phase)

@@ -5,13 +5,22 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from contracts.access import Holder
+from mesh.access import who, who_now
 from ui.desk import Desk
 from ui.operator_actions import OperatorActions
+from ui.sessions import Sessions
 
 
 def desk_of(connection: HTTPConnection) -> Desk:
     desk: Desk = connection.state.desk
     return desk
+
+
+def sessions_of(connection: HTTPConnection) -> Sessions | None:
+    """None without keys."""
+    sessions: Sessions | None = connection.state.sessions
+    return sessions
 
 
 async def get_desk(connection: HTTPConnection) -> Desk:
@@ -20,13 +29,20 @@ async def get_desk(connection: HTTPConnection) -> Desk:
 
 
 async def get_actions(connection: HTTPConnection) -> OperatorActions:
-    return OperatorActions(desk_of(connection))
+    return OperatorActions(desk_of(connection), lambda: who_now(connection))
+
+
+def who_logged_in(connection: HTTPConnection) -> Holder | None:
+    """None without keys, when nobody has to."""
+    return who(connection) if sessions_of(connection) is not None else None
 
 
 def operator(connection: HTTPConnection | None) -> str:
     """Who asks, for the record of a stop."""
     client = connection.client if connection is not None else None
-    return f"ui {client.host}" if client is not None else "ui"
+    holder = who_logged_in(connection) if connection is not None else None
+    name = f" {holder.name}" if holder is not None else ""
+    return f"ui{name} {client.host}" if client is not None else f"ui{name}"
 
 
 DeskDep = Annotated[Desk, Depends(get_desk)]

@@ -1,0 +1,70 @@
+"""Logging in and out: a plain form, answered with a cookie. Without keys there is nobody to be."""
+
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Form
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from starlette.requests import Request
+
+from mesh.access import Role, needs, open_to_all
+from mesh.access.ring import KeyRing
+from ui import plain
+from ui.i18n import _
+from ui.routes.deps import sessions_of
+from ui.sessions import end
+
+router = APIRouter(tags=["log in"])
+
+LOG_IN_PATH: Final = "/login"
+HOME: Final = "./"
+"""Seen from there, below whatever path of a proxy."""
+PAGE: Final = {"content": {"text/html": {}}}
+SEE_OTHER: Final = 303
+NOW: Final = {"Cache-Control": "no-store"}
+
+
+@router.get(LOG_IN_PATH, response_class=HTMLResponse)
+@open_to_all
+async def form() -> Response:
+    """The form."""
+    return HTMLResponse(plain.log_in(""), headers=NOW)
+
+
+@router.post(
+    LOG_IN_PATH, status_code=SEE_OTHER, response_class=Response, responses={401: PAGE, 429: PAGE, SEE_OTHER: {}}
+)
+@open_to_all
+async def log_in(
+    request: Request,
+    name: Annotated[str, Form(max_length=32)] = "",
+    secret: Annotated[str, Form(max_length=200)] = "",
+) -> Response:
+    """A cookie for a name with its password, or its key. 401 when they do not fit, 429 after too many that did not."""
+    ring: KeyRing | None = request.app.state.key_ring
+    sessions = sessions_of(request)
+    if ring is None or sessions is None:
+        return RedirectResponse(HOME, SEE_OTHER)
+    if not sessions.attempts.left(request):
+        said = _("Too many attempts. Wait a minute.")
+        return HTMLResponse(plain.log_in(said), 429, headers=NOW | {"Retry-After": "60"})
+    holder = await sessions.holder_of(name.strip(), secret, ring)
+    if holder is None:
+        sessions.attempts.wrong(request)
+        return HTMLResponse(plain.log_in(_("The name and the password do not fit.")), 401, headers=NOW)
+    answer = RedirectResponse(HOME, SEE_OTHER)
+    sessions.begin(answer, holder, path=_path(request), secure=request.url.scheme == "https")
+    return answer
+
+
+@router.post("/logout", status_code=SEE_OTHER, response_class=Response, responses={SEE_OTHER: {}})
+@needs(Role.VIEWER)
+async def log_out(request: Request) -> Response:
+    """Takes the cookie back."""
+    answer = RedirectResponse(LOG_IN_PATH.removeprefix("/"), SEE_OTHER)
+    end(answer, path=_path(request))
+    return answer
+
+
+def _path(request: Request) -> str:
+    """Of the cookie: below the proxy's path, so that no other page of its host gets it."""
+    return request.scope.get("root_path", "") or "/"

@@ -1,0 +1,67 @@
+"""Who a browser is: for a name with its password or key, a cookie that is signed, expires, and ends with either."""
+
+import asyncio
+import hashlib
+from typing import Final
+
+from itsdangerous import BadSignature, URLSafeTimedSerializer
+from pwdlib import PasswordHash
+from pydantic import SecretStr
+from starlette.requests import HTTPConnection
+from starlette.responses import Response
+
+from contracts.access import Holder
+from mesh.access.attempts import Attempts
+from mesh.access.ring import KeyRing
+
+COOKIE: Final = "atom_session"
+
+
+class Sessions:
+    """Nothing is kept here: a cookie names its holder, and the ring says at each request what that is worth."""
+
+    def __init__(self, key: SecretStr, lasts_s: int) -> None:
+        """`key` is the page's own; whoever replaces it ends every session."""
+        self._signed = URLSafeTimedSerializer(
+            key.get_secret_value(), salt="atom session", signer_kwargs={"digest_method": hashlib.sha256}
+        )
+        self._lasts_s = lasts_s
+        self._passwords = PasswordHash.recommended()
+        self._nobodys = self._passwords.hash("")
+        self._one_at_a_time = asyncio.Lock()
+        self.attempts = Attempts()
+
+    def ticket(self, connection: HTTPConnection, ring: KeyRing) -> Holder | None:
+        """As `mesh.access.Doors` asks for it."""
+        try:
+            name, begun_with = self._signed.loads(connection.cookies[COOKIE], max_age=self._lasts_s)
+        except (KeyError, BadSignature, TypeError, ValueError):
+            return None
+        holder = ring.holder(str(name))
+        return holder if holder is not None and begun_with == _mark(holder) else None
+
+    async def holder_of(self, name: str, secret: str, ring: KeyRing) -> Holder | None:
+        """By the key, else by the password. A name that nobody has takes as long as one with a wrong password."""
+        by_key = ring.holder_of(secret)
+        if by_key is not None:
+            return by_key if by_key.name == name else None
+        holder = ring.holder(name)
+        kept = holder.password if holder is not None else None
+        async with self._one_at_a_time:  # 64 MB each
+            fits = await asyncio.to_thread(self._passwords.verify, secret, kept or self._nobodys)
+        return holder if fits and kept is not None else None
+
+    def begin(self, response: Response, holder: Holder, *, path: str, secure: bool) -> None:
+        said = self._signed.dumps((holder.name, _mark(holder)))
+        response.set_cookie(
+            COOKIE, said, max_age=self._lasts_s, path=path, secure=secure, httponly=True, samesite="strict"
+        )
+
+
+def end(response: Response, *, path: str) -> None:
+    response.delete_cookie(COOKIE, path=path, httponly=True, samesite="strict")
+
+
+def _mark(holder: Holder) -> str:
+    """Of the key and the password as they are: with another of either the session is over."""
+    return hashlib.sha256(f"{holder.key_sha256} {holder.password}".encode()).hexdigest()[:16]
