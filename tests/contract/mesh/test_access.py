@@ -211,6 +211,18 @@ def test_a_services_own_key_that_cannot_be_read_is_named() -> None:
         _ = Settings(key_file=Path("/nowhere")).own_key
 
 
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "10.0.0.7", "127.0.0.1,10.0.0.7", "robot.local"])
+def test_without_keys_a_service_stays_on_this_machine(monkeypatch: pytest.MonkeyPatch, host: str) -> None:
+    monkeypatch.setenv("SAMPLE_HOST", host)
+    with pytest.raises(SystemExit, match=r"SAMPLE_HOST=.* without keys: .*SAMPLE_KEYS_FILE"):
+        Settings.read()
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "::1", "localhost", "127.0.0.1,::1", "127.0.0.2"])
+def test_on_this_machine_alone_it_needs_none(host: str) -> None:
+    assert Settings(host=host).host == host
+
+
 async def test_no_key_is_told_in_logs_answers_or_settings(
     client: httpx.AsyncClient, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:

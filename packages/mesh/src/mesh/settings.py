@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
+from ipaddress import ip_address
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Final, Self, Union, get_args, get_origin
@@ -37,6 +38,16 @@ class ServiceSettings(BaseSettings):
     )
     key: SecretStr | None = Field(default=None, description="this service's own key, for the others; or in a file")
     key_file: Path | None = Field(default=None, description="holds this service's own key")
+
+    @model_validator(mode="after")
+    def _stays_on_this_machine_without_keys(self) -> Self:
+        if self.keys_file is None and not all(map(_is_here, self.host.split(","))):
+            prefix = _names(type(self))[0]
+            raise ValueError(
+                f"{prefix}HOST={self.host} without keys: whoever reached the port could do anything. "
+                f"`atom keys make` makes them, {prefix}KEYS_FILE names their file; or leave {prefix}HOST at 127.0.0.1"
+            )
+        return self
 
     @property
     def own_key(self) -> SecretStr | None:
@@ -75,6 +86,13 @@ class ServiceSettings(BaseSettings):
         if said := refusals(cls, os.environ):
             raise ValueError("\n".join(said))
         return values
+
+
+def _is_here(host: str) -> bool:
+    try:
+        return ip_address(host.strip()).is_loopback
+    except ValueError:
+        return host.strip() == "localhost"
 
 
 def refusals(settings: type[BaseSettings], environment: Iterable[str]) -> list[str]:

@@ -63,6 +63,8 @@ class Doors:
             self._doors = await self._declared(scope, receive, send)
             opened = {(one.method, one.path) for one in self._doors if one.role is None}
             self._open = frozenset(one for one in opened if self._needed(*one) is None)
+            if self._ring is None:
+                log.info("no keys: whoever is on this machine may everything; `atom keys make` makes some")
         if self._ring is None or scope["type"] == "lifespan":
             scope[_WHO] = ANYBODY
             await self.app(scope, receive, send)

@@ -1,6 +1,6 @@
 """Logging in and out: a plain form, answered with a cookie. Without keys there is nobody to be."""
 
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Form
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
@@ -18,7 +18,7 @@ router = APIRouter(tags=["log in"])
 LOG_IN_PATH: Final = "/login"
 HOME: Final = "./"
 """Seen from there, below whatever path of a proxy."""
-PAGE: Final = {"content": {"text/html": {}}}
+PAGE: Final[dict[str, Any]] = {"content": {"text/html": {}}}
 SEE_OTHER: Final = 303
 NOW: Final = {"Cache-Control": "no-store"}
 
