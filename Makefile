@@ -82,6 +82,7 @@ replay: setup ## decide a recorded mission again, step by step: MISSION=<file, o
 
 api: setup ## write docs/api from the services' own code; what breaks a caller is told, and written with BREAKING=1 only
 	@$(PY) tools/api_documents.py $(if $(BREAKING),--breaking)
+	@$(PY) tools/access_page.py
 	@PYTHONPATH=tests:tools:. $(PY) -m support.consumer_record
 
 train: setup ## train the simulator's weights again, about three hours on two idle cores

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
+import api_messages
 from api_changes import changes
 from api_consumers import callers
 
@@ -54,8 +55,9 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; fail where a document is another")
     parser.add_argument("--breaking", action="store_true", help="write what breaks somebody, too")
     asked = parser.parse_args()
-    documents = {service: openapi(service) for service in SERVICES}
+    documents, bus = {service: openapi(service) for service in SERVICES}, api_messages.asyncapi()
     told = [differences(service, document) for service, document in documents.items()]
+    told.append(api_messages.differences(bus))
     breaking, besides = [text for one, _ in told for text in one], [text for _, one in told for text in one]
     sys.stderr.writelines(f"BREAKS  {text}\n" for text in breaking)
     sys.stderr.writelines(f"changes {text}\n" for text in besides)
@@ -65,6 +67,8 @@ def main() -> int:
         return 1 if breaking or besides else 0
     for service, document in documents.items():
         (PLACE / f"{service}.openapi.json").write_text(text_of(document), encoding="utf-8")
+    api_messages.DOCUMENT.write_text(api_messages.text_of(bus), encoding="utf-8")
+    api_messages.pin()
     return 0
 
 

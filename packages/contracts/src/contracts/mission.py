@@ -239,6 +239,7 @@ class Mission(Message):
     trace_id: str = Field(
         default="",
         pattern=r"^([0-9a-f]{32})?$",
+        examples=["0af7651916cd43dd8448eb211c80319c"],
         description="W3C trace id, from the command on; '' = not known",
     )
 
