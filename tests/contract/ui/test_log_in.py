@@ -73,7 +73,7 @@ async def test_a_browser_without_a_cookie_is_sent_to_the_form_and_a_program_is_t
     assert 'action="stop?how=form"' in form.text
 
 
-@pytest.mark.parametrize(("name", "secret"), [("vera", PASSWORD), ("otto", KEY), (" vera ", PASSWORD)])
+@pytest.mark.parametrize(("name", "secret"), [("vera", PASSWORD), ("otto", KEY), (" vera ", PASSWORD), ("", KEY)])
 async def test_a_name_with_its_password_or_key_gets_a_cookie_that_opens_the_page(
     client: httpx.AsyncClient, name: str, secret: str
 ) -> None:
@@ -84,7 +84,15 @@ async def test_a_name_with_its_password_or_key_gets_a_cookie_that_opens_the_page
     assert secret not in answer.headers["set-cookie"]
     page = await client.get("/", headers=BROWSER)
     assert page.status_code == 200
-    assert f"{name.strip()} (" in page.text
+    assert f"{name.strip() or 'otto'} (" in page.text
+
+
+async def test_behind_a_proxy_with_tls_the_cookie_is_sent_over_tls_alone(client: httpx.AsyncClient) -> None:
+    behind = {"x-forwarded-proto": "https", "x-forwarded-prefix": "/robot"}
+    answer = await client.post("/login", data={"name": "otto", "secret": KEY}, headers=behind)
+    said = answer.headers["set-cookie"].lower()
+    assert "; secure" in said
+    assert "path=/robot;" in said
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,9 @@ def not_stopped(why: str, otherwise: str) -> str:
 
 def log_in(said: str) -> str:
     """Who are you? `said` is what was wrong with the last answer."""
-    name, secret, enter = escape(_("Name")), escape(_("Password or key")), escape(_("Log in"))
+    name, secret, enter = escape(_("Name (a key needs none)")), escape(_("Password or key")), escape(_("Log in"))
     form = f"""<form method="post" action="login">
-<p><label>{name}<br><input name="name" autocomplete="username" autocapitalize="none" required></label></p>
+<p><label>{name}<br><input name="name" autocomplete="username" autocapitalize="none"></label></p>
 <p><label>{secret}<br><input name="secret" type="password" autocomplete="current-password" required></label></p>
 <p><button class="enter" type="submit">{enter}</button></p></form>"""
     return _page(_("Who are you?"), said, form)

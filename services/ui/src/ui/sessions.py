@@ -41,10 +41,10 @@ class Sessions:
         return holder if holder is not None and begun_with == _mark(holder) else None
 
     async def holder_of(self, name: str, secret: str, ring: KeyRing) -> Holder | None:
-        """By the key, else by the password. A name that nobody has takes as long as one with a wrong password."""
+        """By the key, which needs no name, else by the password; a name that nobody has takes as long."""
         by_key = ring.holder_of(secret)
         if by_key is not None:
-            return by_key if by_key.name == name else None
+            return by_key if name in ("", by_key.name) else None
         holder = ring.holder(name)
         kept = holder.password if holder is not None else None
         async with self._one_at_a_time:  # 64 MB each

@@ -52,7 +52,8 @@ async def log_in(
         sessions.attempts.wrong(request)
         return HTMLResponse(plain.log_in(_("The name and the password do not fit.")), 401, headers=NOW)
     answer = RedirectResponse(HOME, SEE_OTHER)
-    sessions.begin(answer, holder, path=_path(request), secure=request.url.scheme == "https")
+    scheme = request.headers.get("x-forwarded-proto", request.url.scheme)  # whoever makes it up harms his own cookie
+    sessions.begin(answer, holder, path=_path(request), secure=scheme == "https")
     return answer
 
 
