@@ -88,7 +88,7 @@ api: setup ## write docs/api from the services' own code; what breaks a caller i
 train: setup ## train the simulator's weights again, about three hours on two idle cores
 	$(PY) -m sim.training.dataset out/training/homes --first 100000 --homes 700 --images 10
 	$(PY) -m sim.training.dataset out/training/held_out --first 900000 --homes 60 --images 8
-	$(PY) -m sim.training.detector out/training/homes sim/weights/detector.pt --minutes 150 --threads 2
+	$(PY) -m sim.training.detector out/training/homes sim/weights/detector.pt --steps 20000 --threads 2
 	$(PY) -m sim.training.clip out/training/homes sim/weights/clip.safetensors --held-out out/training/held_out
 	$(PY) -m sim.training.evaluate out/training/held_out --weights sim/weights
 

@@ -1,10 +1,11 @@
 """Trains the small CLIP: crops of simulated things against phrases such as "red bottle".
 
-    python -m sim.training.clip DATA OUT.safetensors --minutes 20 --held-out HELD_OUT_DATA
+    python -m sim.training.clip DATA OUT.safetensors --steps 3000 --held-out HELD_OUT_DATA
 
 Four losses: an image must find its own phrase among all of them, its kind among the kinds, its colour among the
 colours of its kind, and every pair of image and phrase must fall on the right side of one common threshold, which is
 what a validator needs. The threshold itself is measured afterwards on homes the model never saw.
+A run that was broken off goes on where it stopped (OUT.state) when the command is repeated.
 """
 
 import argparse
@@ -20,6 +21,7 @@ import torch
 from torch.nn import functional
 
 from inference.perception.small_clip import ClipConfig, build, load, load_model, save, tokenize
+from sim.training.checkpoint import Checkpoint
 from sim.training.crops import read_crops
 from sim.training.detector import Average, groups
 from sim.training.phrases import Meaning, phrase, vocabulary
@@ -100,9 +102,7 @@ class Disturbance:
 
 
 def train(arguments: argparse.Namespace) -> None:
-    """Run until the budget is spent, then measure the threshold on the held-out homes."""
-    torch.manual_seed(arguments.seed)
-    random.seed(arguments.seed)
+    """Run all steps, then measure the threshold on the held-out homes."""
     torch.set_num_threads(arguments.threads)
     config = ClipConfig(name=NAME, words=vocabulary(), threshold=0.5)
     crops = read_crops(arguments.data, config.image_size_px, arguments.copies, arguments.seed)
@@ -116,12 +116,16 @@ def train(arguments: argparse.Namespace) -> None:
     optimiser = torch.optim.AdamW([*groups(model, 0.05), {"params": [bias], "weight_decay": 0.0}], lr=1e-6)
     count = torch.bincount(targets.exact, minlength=len(targets.meanings)).float()
     chance = count[targets.exact] ** -0.5
-    draw, disturb = random.Random(arguments.seed), Disturbance(config.image_size_px)
+    parts = {"model": model, "average": average.model, "optimiser": optimiser, "bias": torch.nn.ParameterList([bias])}
+    checkpoint = Checkpoint(arguments.out.with_suffix(".state"), parts)
+    first = checkpoint.load()
+    torch.manual_seed(arguments.seed + first)
+    random.seed(arguments.seed + first)
+    draw, disturb = random.Random(arguments.seed + first), Disturbance(config.image_size_px)
     began_s = reported_s = saved_s = time.monotonic()
-    spent, step, sums = 0.0, 0, []
-    while spent < 1:
-        now_s = time.monotonic()
-        spent = min(1.0, (now_s - began_s) / (60 * arguments.minutes))
+    sums: list[float] = []
+    for step in range(first, arguments.steps):
+        now_s, spent = time.monotonic(), step / arguments.steps
         rate = arguments.lr * min(1.0, (step + 1) / 100) * (0.01 + 0.99 * (0.5 + 0.5 * math.cos(math.pi * spent)))
         for group in optimiser.param_groups:
             group["lr"] = rate
@@ -135,8 +139,7 @@ def train(arguments: argparse.Namespace) -> None:
         loss.backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), 5.0)
         optimiser.step()
-        average.update(model)
-        step += 1
+        average.update(model, step)
         sums.append(loss.item())
         if now_s - reported_s > REPORT_S:
             say("clip", f"{(now_s - began_s) / 60:.1f} min, step {step}, loss {np.mean(sums):.3f}, rate {rate:.5f}")
@@ -144,7 +147,9 @@ def train(arguments: argparse.Namespace) -> None:
         if now_s - saved_s > SAVE_S:
             saved_s = now_s
             save(arguments.out, average.model, config, {"steps": step})
-    finish(arguments, average.model, config, {"steps": step, "crops": len(squares), "minutes": arguments.minutes})
+            checkpoint.save(step + 1)
+    finish(arguments, average.model, config, {"steps": arguments.steps, "crops": len(squares)})
+    checkpoint.done()
 
 
 def started_from(path: Path, config: ClipConfig) -> Any:
@@ -173,14 +178,14 @@ def main() -> None:
     parser.add_argument("data", type=Path, help="a data set written by sim.training.dataset")
     parser.add_argument("out", type=Path, help="where the weights go (.safetensors; a .json is written beside them)")
     parser.add_argument("--held-out", type=Path, help="a data set of other homes, to measure the threshold on")
-    parser.add_argument("--minutes", type=float, default=20, help="wall-clock budget (default 20)")
+    parser.add_argument("--steps", type=int, default=3000, help="batches to learn from (default 3000)")
     parser.add_argument("--init", type=Path, help="go on from an earlier run's weights")
     parser.add_argument("--copies", type=int, default=2, help="shaken crops of each thing (default 2)")
     parser.add_argument("--batch", type=int, default=128)
     parser.add_argument("--lr", type=float, default=0.0015)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--float32", action="store_true", help="for processors without bfloat16 instructions")
+    parser.add_argument("--float32", action="store_true", help="where the processor has no bfloat16: ten times as fast")
     train(parser.parse_args())
 
 

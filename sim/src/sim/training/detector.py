@@ -1,6 +1,8 @@
-"""Trains the detector: YOLOv8n on the COCO label list, from scratch, within a wall-clock budget on a few CPU cores.
+"""Trains the detector: YOLOv8n on the COCO label list, from scratch, on a few CPU cores.
 
-    python -m sim.training.detector DATA OUT.pt --minutes 60
+    python -m sim.training.detector DATA OUT.pt --steps 10000
+
+A run that was broken off goes on where it stopped (OUT.state) when the command is repeated.
 
 What makes it quick without a GPU: the network in bfloat16 with channels_last while boxes and loss stay float32,
 images in memory as bytes, one batch an optimiser step, composition of the next batches in a thread of its own, and no
@@ -24,6 +26,7 @@ import torch
 from contracts.coco import COCO_LABELS
 from inference.perception import torchvision_cpu
 from sim.training.augment import Picker, Sample, compose
+from sim.training.checkpoint import Checkpoint
 from sim.training.progress import say
 from sim.training.records import LABEL_ID, Frame, from_json
 
@@ -59,7 +62,9 @@ class Pool:
         return Sample(image, np.array(rows, np.float32).reshape(-1, 5))
 
 
-def batches(pool: Pool, size_px: int, batch: int, share: dict[str, float], seed: int) -> Iterator[dict[str, Any]]:
+def batches(
+    pool: Pool, size_px: int, batch: int, share: dict[str, float], seed: tuple[int, int]
+) -> Iterator[dict[str, Any]]:
     """Endless training batches in the form ultralytics' loss reads; composed by a thread, at most four ahead."""
     ready: queue.Queue[dict[str, Any]] = queue.Queue(maxsize=4)
 
@@ -112,7 +117,7 @@ def save(model: Any, path: Path, size_px: int, note: str) -> None:
 
 
 def learning_rate(step: int, spent: float, peak: float) -> float:
-    """Warm-up, a plateau, then a cosine down to 1 %; `spent` is the share of the budget gone."""
+    """Warm-up, a plateau, then a cosine down to 1 %; `spent` is the share of the steps done."""
     if step < WARM_UP_STEPS:
         return peak * (step + 1) / WARM_UP_STEPS
     if spent < 0.3:
@@ -143,21 +148,18 @@ class Average:
 
     def __init__(self, model: torch.nn.Module) -> None:
         self.model = copy.deepcopy(model).eval()
-        self._steps = 0
 
     @torch.no_grad()
-    def update(self, model: torch.nn.Module) -> None:
+    def update(self, model: torch.nn.Module, step: int) -> None:
         """Move a little toward the model; the first steps move more."""
-        self._steps += 1
-        keep = AVERAGE_DECAY * (1 - math.exp(-self._steps / 300))
+        keep = AVERAGE_DECAY * (1 - math.exp(-(step + 1) / 300))
         mine = [v for v in self.model.state_dict().values() if v.is_floating_point()]
         theirs = [v for v in model.state_dict().values() if v.is_floating_point()]
         torch._foreach_lerp_(mine, theirs, 1 - keep)
 
 
 def train(arguments: argparse.Namespace) -> None:
-    """Run until the budget is spent, saving every few minutes."""
-    torch.manual_seed(arguments.seed)
+    """Run all steps, saving every few minutes."""
     torch.set_num_threads(arguments.threads)
     cv2.setNumThreads(1)
     pool = Pool(arguments.data)
@@ -166,14 +168,16 @@ def train(arguments: argparse.Namespace) -> None:
     criterion = model.init_criterion()
     average = Average(model)
     optimiser = torch.optim.AdamW(groups(model, 0.001), lr=1e-6, betas=(0.9, 0.99))
+    parts = {"model": model, "average": average.model, "optimiser": optimiser}
+    checkpoint = Checkpoint(arguments.out.with_suffix(".state"), parts)
+    first = checkpoint.load()
+    torch.manual_seed(arguments.seed + first)
     share = {"mosaic": arguments.mosaic, "aim": 0.85}
     began_s = reported_s = saved_s = refreshed_s = time.monotonic()
-    budget_s, losses = 60 * arguments.minutes, []
-    for step, batch in enumerate(batches(pool, arguments.imgsz, arguments.batch, share, arguments.seed)):
-        now_s = time.monotonic()
-        spent = (now_s - began_s) / budget_s
-        if spent >= 1:
-            break
+    losses: list[list[float]] = []
+    composed = batches(pool, arguments.imgsz, arguments.batch, share, (arguments.seed, first))
+    for step, batch in zip(range(first, arguments.steps), composed, strict=False):
+        now_s, spent = time.monotonic(), step / arguments.steps
         if spent > 0.75:  # end on images as the robot sees them
             share |= {"mosaic": 0.0, "aim": 0.3}
         for group in optimiser.param_groups:
@@ -186,7 +190,7 @@ def train(arguments: argparse.Namespace) -> None:
         loss.sum().backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), 10.0)
         optimiser.step()
-        average.update(model)
+        average.update(model, step)
         losses.append([float(item) for item in (items.values() if isinstance(items, dict) else items)])
         if now_s - reported_s > REPORT_S:
             box, kind, edge = np.mean(losses, axis=0)
@@ -201,8 +205,10 @@ def train(arguments: argparse.Namespace) -> None:
         if now_s - saved_s > SAVE_S:
             saved_s = now_s
             save(average.model, arguments.out, arguments.imgsz, f"step {step}")
-    save(average.model, arguments.out, arguments.imgsz, f"step {step}")
-    say("detector", f"done: {step} steps of {arguments.batch}, {len(pool.samples)} images, {arguments.out}")
+            checkpoint.save(step + 1)
+    save(average.model, arguments.out, arguments.imgsz, f"step {arguments.steps}")
+    checkpoint.done()
+    say("detector", f"done: {arguments.steps} steps of {arguments.batch}, {len(pool.samples)} images, {arguments.out}")
 
 
 def main() -> None:
@@ -210,7 +216,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="sim.training.detector", description=__doc__.splitlines()[0])
     parser.add_argument("data", type=Path, help="a data set written by sim.training.dataset")
     parser.add_argument("out", type=Path, help="where the weights go (.pt)")
-    parser.add_argument("--minutes", type=float, default=60, help="wall-clock budget (default 60)")
+    parser.add_argument("--steps", type=int, default=10000, help="batches to learn from (default 10000)")
     parser.add_argument("--init", type=Path, help="go on from these weights of an earlier run")
     parser.add_argument("--imgsz", type=int, default=320, help="side of the training image in pixels (default 320)")
     parser.add_argument("--batch", type=int, default=16)
@@ -218,7 +224,7 @@ def main() -> None:
     parser.add_argument("--mosaic", type=float, default=0.6, help="share of mosaics, but none in the last quarter")
     parser.add_argument("--threads", type=int, default=1, help="for torch; more only on idle cores (default 1)")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--float32", action="store_true", help="for processors without bfloat16 instructions")
+    parser.add_argument("--float32", action="store_true", help="where the processor has no bfloat16: ten times as fast")
     train(parser.parse_args())
 
 
