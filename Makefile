@@ -16,7 +16,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
 .PHONY: bench-calibration test-ui screens bench-ui
 
 help: ## list the targets
@@ -84,6 +84,14 @@ api: setup ## write docs/api from the services' own code; what breaks a caller i
 	@$(PY) tools/api_documents.py $(if $(BREAKING),--breaking)
 	@$(PY) tools/access_page.py
 	@PYTHONPATH=tests:tools:. $(PY) -m support.consumer_record
+
+trace: setup ## draw a mission from the typed word to the wheels: MISSION=<id, none = the newest> TRACES=<folder ATOM_TRACES names>
+	@$(PY) tools/draw_trace.py $(MISSION) --traces $(or $(TRACES),out/demo/$(PORT_BASE)/traces)
+
+bench-trace: setup ## what tracing costs a request: out/bench/tracing.json; and a mission with every span, drawn
+	$(PY) -m bench.tracing
+	$(PY) -m bench.traced_mission
+	$(PY) tools/draw_trace.py --traces out/bench/traces
 
 train: setup ## train the simulator's weights again, about three hours on two idle cores
 	$(PY) -m sim.training.dataset out/training/homes --first 100000 --homes 700 --images 10

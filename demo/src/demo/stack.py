@@ -205,6 +205,7 @@ class Stack:
         if name in SERVICES:
             prefix = name.upper()
             variables |= {
+                "ATOM_TRACES": os.environ.get("ATOM_TRACES", str(self.folder / "traces")),
                 f"{prefix}_HOST": "127.0.0.1",
                 f"{prefix}_PORT": str(getattr(self.ports, name)),
                 f"{prefix}_REDIS_URL": f"redis://127.0.0.1:{self.ports.redis}/0",

@@ -67,12 +67,8 @@ class Validator:
             else await self._ask_vlm(image, bbox, request.target, (first, second))
         )
         votes = (first, second, third)
-        for vote in votes:
-            told = {"voter": vote.voter, "verdict": vote.verdict.value, "took_ms": vote.took_ms}
-            current_span().add_event("vote", told)
-            VOTES.labels(vote.voter, vote.verdict.value).inc()
         decision = decide(votes, allow_single_vote=request.allow_single_vote)
-        VALIDATIONS.labels(str(decision.confirmed).lower()).inc()
+        _tell(votes, confirmed=decision.confirmed)
         return Validation(
             id=self.evidence.keep(self._judged(image, bbox)),
             confirmed=decision.confirmed,
@@ -177,6 +173,15 @@ def surroundings(image: RgbImage, bbox: BboxXyxy) -> RgbImage:
 def require_box(bbox: BboxXyxy) -> None:
     if area(bbox) <= 0.0:
         raise UnprocessableError(f"bbox_xyxy {bbox} is empty: x_min, y_min, x_max, y_max in pixels are expected")
+
+
+def _tell(votes: tuple[Vote, ...], *, confirmed: bool) -> None:
+    """Prometheus, and the trace in which it was asked."""
+    VALIDATIONS.labels(str(confirmed).lower()).inc()
+    for vote in votes:
+        VOTES.labels(vote.voter, vote.verdict.value).inc()
+        told = {"voter": vote.voter, "verdict": vote.verdict.value, "took_ms": vote.took_ms}
+        current_span().add_event("vote", told)
 
 
 def _asked_for(target: Target) -> str:

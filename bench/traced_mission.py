@@ -1,0 +1,50 @@
+"""One mission of the whole mesh in one process with every span of it recorded: what `make trace` then draws.
+
+`python -m bench.traced_mission --number 3`; `make bench-trace` draws it too. Spans are stamped with simulated time.
+"""
+
+import argparse
+import asyncio
+import sys
+from pathlib import Path
+
+from opentelemetry import trace
+from opentelemetry.sdk import trace as recording
+from opentelemetry.sdk.trace import TracerProvider
+from opentelemetry.sdk.trace.export import SimpleSpanProcessor
+
+from bench.calls import TOURS
+from bench.search.play import played
+from bench.search.running import begin, loaded, prepare_exports
+from bench.search.sets import TUNE_HOMES, episode
+from bench.world.tour import toured
+from mesh.span_file import SpanFile
+from sim.home import Home
+
+
+def simulated_ns() -> int:
+    return int(asyncio.get_running_loop().time() * 1e9)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--number", type=int, default=0, help="of the episode of bench.search's set 'mapped'")
+    parser.add_argument("--out", type=Path, default=Path("out/bench/traces"))
+    options = parser.parse_args()
+    begin()
+    prepare_exports("sim")
+    models, settings = loaded("sim")
+    one = episode("mapped", options.number, TUNE_HOMES)
+    toured(Home.generate(one.home_seed), models, settings, TOURS)  # nobody's command
+    (options.out / "mesh.jsonl").unlink(missing_ok=True)
+    provider = TracerProvider()
+    provider.add_span_processor(SimpleSpanProcessor(SpanFile(options.out / "mesh.jsonl")))
+    trace.set_tracer_provider(provider)
+    recording.time_ns = simulated_ns
+    (row,) = played(one, models, settings, tours=TOURS)["missions"]
+    sys.stdout.write(f"{row['outcome']}: {row['reason']}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
