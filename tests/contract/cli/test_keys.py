@@ -3,11 +3,13 @@
 import re
 from pathlib import Path
 
+import httpx
 import pytest
 from typer.testing import CliRunner, Result
 
 from atom_cli import __main__ as cli
 from contracts.access import CALLERS, Holder, KeyFile, Role, bus_password_of, sha256_of
+from contracts.robot import EmergencyStop, EmergencyStopReply
 
 runner = CliRunner()
 
@@ -124,3 +126,32 @@ def test_a_file_that_is_none_is_named(folder: Path) -> None:
     folder.mkdir()
     (folder / "keys.json").write_text("{")
     assert "is no file of keys" in atom(folder, "list").output
+
+
+@pytest.mark.parametrize("by_file", [True, False])
+def test_atom_says_who_asks_by_its_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by_file: bool) -> None:
+    (tmp_path / "my.key").write_text("my own\n")
+    monkeypatch.setenv(*(("ATOM_KEY_FILE", str(tmp_path / "my.key")) if by_file else ("ATOM_KEY", "my own")))
+    said = stopped_with(monkeypatch)
+    assert said == ["Bearer my own"]
+
+
+def test_a_key_that_cannot_be_read_does_not_hold_up_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ATOM_KEY_FILE", "/nowhere/my.key")
+    assert stopped_with(monkeypatch) == [""]
+
+
+def stopped_with(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What `atom stop` says of who asks."""
+    said: list[str] = []
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        said.append(request.headers.get("authorization", ""))
+        reply = EmergencyStopReply(state=EmergencyStop(latched=True, epoch=1), first_zero_ms=0.8)
+        return httpx.Response(200, content=reply.model_dump_json())
+
+    monkeypatch.setattr(cli, "transport", httpx.MockTransport(answer))
+    result = runner.invoke(cli.app, ["stop"])
+    assert result.exit_code == 0, result.output
+    assert "my own" not in result.output
+    return said
