@@ -64,9 +64,10 @@ class Sequences(RuleBasedStateMachine):
         case.body = case.body | {"epoch": epoch, "session_id": None} | MOVING[f"{case.method} {case.operation.path}"]
         self._ask(case)
 
-    @rule()
-    def press_stop(self) -> None:
+    @rule(case=asked(*MOVING))
+    def stop_and_ask_to_move(self, case: schemathesis.Case) -> None:
         self._told(OPERATIONS["POST /emergency-stop"].Case().call())
+        self.ask_to_move(case, 0)
 
     @rule()
     def reset(self) -> None:
