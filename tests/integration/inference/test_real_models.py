@@ -57,6 +57,19 @@ def test_a_picture_of_any_shape_is_looked_at(detector: Detector) -> None:
         detector.detect(np.zeros((height_px, width_px, 3), np.uint8))
 
 
+def test_the_detectors_own_steps_give_what_ultralytics_predict_gives(untrained_detector: Path) -> None:
+    from ultralytics import YOLO
+
+    ours = YoloDetector(untrained_detector, threshold=1e-5, imgsz=320, boxes_max=20)
+    theirs: Any = YOLO(str(untrained_detector), task="detect")
+    options = {"imgsz": 320, "conf": 1e-5, "max_det": 20, "device": "cpu", "verbose": False}
+    boxes = theirs.predict(SCENE[:, :, ::-1].copy(), **options)[0].boxes
+    found = ours.detect(SCENE)
+    assert [one.confidence for one in found] == pytest.approx(sorted(boxes.conf.tolist(), reverse=True), abs=1e-6)
+    by_confidence = boxes.xyxy[boxes.conf.argsort(descending=True, stable=True)]
+    assert np.array([one.bbox_xyxy for one in found]) == pytest.approx(by_confidence.numpy(), abs=0.011)
+
+
 def test_embeddings_are_unit_vectors_of_one_size(clip: ImageText) -> None:
     crops = [clip.crop(SCENE, box) for box in ((80, 60, 130, 200), (-20, -20, 5, 5), (240, 240, 400, 400))]
     assert all(one.size > 0 for one in crops)
@@ -128,7 +141,7 @@ def played(untrained_detector: Path, monkeypatch: pytest.MonkeyPatch) -> Callabl
     detector = YoloDetector(untrained_detector, threshold=0.3, imgsz=320)
 
     def answers(result: object) -> Detector:
-        monkeypatch.setattr(detector._model, "predict", lambda *_, **__: [result])
+        monkeypatch.setattr(detector._model.predictor, "postprocess", lambda *_: [result])
         return detector
 
     return answers

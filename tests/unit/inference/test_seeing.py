@@ -1,5 +1,6 @@
 """Colours, boxes, drawing, decoding: the pure parts of seeing."""
 
+import asyncio
 import contextlib
 import io
 import struct
@@ -17,7 +18,7 @@ from geometry.boxes import iou
 from inference.boxes import best_target, meant_box, scaled
 from inference.colours import colour_prompts, phrase, pick_colour, with_colour
 from inference.language.breaker import Breaker
-from inference.perception.annotate import RED, STATUS_HEIGHT_PX, annotate, caption, status_line, to_jpeg
+from inference.perception.annotate import RED, STATUS_HEIGHT_PX, AnnotatedFrame, annotate, caption, status_line, to_jpeg
 from inference.perception.images import decode
 from mesh.errors import MeshError, TooLargeError, UnprocessableError
 from support.inference_fakes import picture
@@ -112,6 +113,14 @@ def test_the_target_is_drawn_red_and_the_status_line_below() -> None:
     assert tuple(drawn[150, 40]) == RED
     assert tuple(drawn[150, 140]) != RED
     assert to_jpeg(drawn, 60).startswith(b"\xff\xd8")
+
+
+async def test_a_frame_is_drawn_once_for_all_who_look() -> None:
+    frame = AnnotatedFrame(picture(), (seen("bottle", 0.9, (20, 40, 60, 90)),), RED_BOTTLE, width_px=200, quality=60)
+    first, second = await asyncio.gather(frame.jpeg(), frame.jpeg())
+    assert first.startswith(b"\xff\xd8")
+    assert second is first
+    assert await frame.jpeg() is first
 
 
 def test_nothing_is_red_while_nothing_is_looked_for() -> None:

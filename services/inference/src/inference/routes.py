@@ -19,6 +19,7 @@ from contracts.vision import (
     ValidateRequest,
     Validation,
 )
+from inference.perception.annotate import AnnotatedFrame
 from inference.service import Inference
 from inference.validation.validation import require_box
 from mesh.access import Role, needs
@@ -145,7 +146,7 @@ async def annotated(
     found = await inference.perception.annotated.wait_for(lambda one: one.received_s != after, wait_s)
     if found is None:
         return Response(status_code=204)
-    return Response(found.value, media_type="image/jpeg", headers={"X-Stamp-S": f"{found.received_s:.6f}"})
+    return Response(await found.value.jpeg(), media_type="image/jpeg", headers={"X-Stamp-S": f"{found.received_s:.6f}"})
 
 
 @router.get("/annotated/stream", tags=["vision"], include_in_schema=False)
@@ -160,7 +161,7 @@ async def annotated_stream(inference: InferenceDep) -> StreamingResponse:
     async def parts() -> AsyncGenerator[bytes]:
         stamp_s: float | None = None
 
-        def another(one: Reading[bytes]) -> bool:
+        def another(one: Reading[AnnotatedFrame]) -> bool:
             return one.received_s != stamp_s
 
         perception.viewers += 1
@@ -169,7 +170,7 @@ async def annotated_stream(inference: InferenceDep) -> StreamingResponse:
                 found = await perception.annotated.wait_for(another, STREAM_WAIT_S)
                 if found is None:
                     continue
-                stamp_s, jpeg = found.received_s, found.value
+                stamp_s, jpeg = found.received_s, await found.value.jpeg()
                 head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
                 yield head.encode() + jpeg + b"\r\n"
         finally:

@@ -5,6 +5,7 @@ loaded: import this module before `mujoco`.
 """
 
 import ctypes.util
+import math
 import os
 from typing import Any
 
@@ -13,10 +14,13 @@ os.environ.setdefault("LP_NUM_THREADS", "1")
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from sim.world.types import Floats
 
 MAX_GEOMS = 5000
+UNDRAWN_GROUP = 5
+"""MuJoCo draws the geom groups 0 to 2."""
 INSTALL_HINT = "apt-get install -y --no-install-recommends libegl1 libopengl0 libgl1-mesa-dri"
 
 
@@ -53,7 +57,7 @@ class DepthRenderer:
 
     def render(self, data: mujoco.MjData, camera: str) -> Floats:
         """Float32 (height, width), m; the array is reused by the next call."""
-        self._renderer.update_scene(data, camera)
+        aim(self._renderer, data, camera)
         return self._renderer.render(out=self._out)
 
     def close(self) -> None:
@@ -62,8 +66,32 @@ class DepthRenderer:
 
 def render_rgb(renderer: mujoco.Renderer, data: mujoco.MjData, camera: str) -> "np.ndarray[Any, np.dtype[np.uint8]]":
     """uint8 (height, width, 3) from a named camera of the model."""
-    renderer.update_scene(data, camera)
+    aim(renderer, data, camera)
     return renderer.render()
+
+
+def aim(renderer: mujoco.Renderer, data: mujoco.MjData, camera: str) -> None:
+    """Makes the scene that a camera sees. MuJoCo would have every geom of the home drawn, also behind the camera."""
+    model = renderer.model
+    groups = model.geom_group.copy()
+    model.geom_group[_unseen(model, data, model.camera(camera).id, renderer.width / renderer.height)] = UNDRAWN_GROUP
+    try:
+        renderer.update_scene(data, camera)
+    finally:
+        model.geom_group[:] = groups
+
+
+def _unseen(model: mujoco.MjModel, data: mujoco.MjData, camera: int, aspect: float) -> NDArray[np.bool_]:
+    """Geoms whose bounding sphere lies outside of what the camera's picture shows."""
+    right_up_back = (data.geom_xpos - data.cam_xpos[camera]) @ data.cam_xmat[camera].reshape(3, 3)
+    aside, ahead = np.abs(right_up_back[:, :2]), -right_up_back[:, 2]
+    tall = math.radians(model.cam_fovy[camera]) / 2
+    wide = math.atan(math.tan(tall) * aspect)
+    beside_m = aside[:, 0] * math.cos(wide) - ahead * math.sin(wide)
+    above_m = aside[:, 1] * math.cos(tall) - ahead * math.sin(tall)
+    outside_m = np.maximum(np.maximum(beside_m, above_m), -ahead)
+    bounded = model.geom_rbound > 0.0  # a plane has none
+    return bounded & (outside_m > model.geom_rbound)
 
 
 def _require_egl() -> None:

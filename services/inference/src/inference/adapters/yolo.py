@@ -89,6 +89,7 @@ class YoloDetector:
         self._model: Any = YOLO(str(path), task="detect")
         self._arguments = {"imgsz": imgsz, "conf": threshold, "max_det": boxes_max, "device": "cpu", "verbose": False}
         self._model.predict(np.full((imgsz, imgsz, 3), 127, np.uint8), **self._arguments)  # builds the predictor
+        self._inference_mode = torch.inference_mode
         torch.set_num_threads(threads)  # after the first call, which sets it to all cores
         _limit_threads(self._model.predictor.model.backend, path, threads)
         self._labels = _labels(self._model.names, path)
@@ -100,14 +101,21 @@ class YoloDetector:
         """
         picture = Picture(image.shape[1], image.shape[0])
         try:
-            found = self._believed(
-                self._model.predict(np.ascontiguousarray(image[:, :, ::-1]), **self._arguments)[0], picture
-            )
+            found = self._believed(self._looked(np.ascontiguousarray(image[:, :, ::-1])), picture)
         except MODEL_ERRORS as error:
             self.trouble = f"could not look at a picture: {error}"
             raise UnavailableError("detector", self.trouble) from error
         self._tell(found)
         return found.detections
+
+    def _looked(self, bgr: RgbImage) -> Any:
+        """What `predict` does of one picture, by its own steps: around them it spends as long again on files, streams
+        and settings (ultralytics 8.4)."""
+        predictor = self._model.predictor
+        with self._inference_mode():
+            predictor.batch = [""], [bgr], [""]
+            squares = predictor.preprocess([bgr])
+            return predictor.postprocess(predictor.inference(squares), squares, [bgr])[0]
 
     def _believed(self, result: Any, picture: Picture) -> Believed:
         boxes = result.boxes.cpu().numpy()

@@ -1,6 +1,8 @@
 """Draws what was seen (requirement A7): the target red with "TARGET:", others green, a status line below."""
 
+import asyncio
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -11,6 +13,26 @@ from inference.ports import RgbImage
 RED, GREEN, WHITE, DARK = (230, 30, 30), (40, 190, 70), (255, 255, 255), (20, 20, 20)
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 STATUS_HEIGHT_PX = 22
+
+
+@dataclass
+class AnnotatedFrame:
+    """A frame and what was seen in it. Drawn off the loop when somebody first looks, once for all who do."""
+
+    image: RgbImage
+    found: tuple[Detection, ...]
+    target: Target | None
+    width_px: int
+    quality: int
+    _drawing: asyncio.Task[bytes] | None = None
+
+    async def jpeg(self) -> bytes:
+        if self._drawing is None:
+            self._drawing = asyncio.create_task(asyncio.to_thread(self._drawn), name="annotated")
+        return await asyncio.shield(self._drawing)
+
+    def _drawn(self) -> bytes:
+        return to_jpeg(annotate(self.image, self.found, self.target, width_px=self.width_px), self.quality)
 
 
 def annotate(image: RgbImage, detections: Sequence[Detection], target: Target | None, *, width_px: int = 0) -> RgbImage:

@@ -1,4 +1,4 @@
-"""The perception loop (requirement A7): newest frame, look, tell, draw; one frame in flight, nothing queued."""
+"""The perception loop (requirement A7): newest frame, look, tell; one frame in flight, nothing queued."""
 
 import asyncio
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from contracts.mission import MissionTarget
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS, VISION_OBJECT_SPOTTED
 from contracts.vision import Detection, Detections, ObjectSpotted, Target
 from inference.boxes import best_target, scaled
-from inference.perception.annotate import annotate, to_jpeg
+from inference.perception.annotate import AnnotatedFrame
 from inference.perception.models import Models
 from inference.ports import Camera, Frame, RgbImage
 from inference.settings import Settings
@@ -59,7 +59,7 @@ class Perception:
     bus: Bus
     clock: Clock
     wanted: MissionTarget = field(default_factory=MissionTarget)
-    annotated: LatestValue[bytes] = field(default_factory=LatestValue[bytes])
+    annotated: LatestValue[AnnotatedFrame] = field(default_factory=LatestValue[AnnotatedFrame])
     viewers: int = 0
     """Of the annotated stream, now."""
     trouble: str = "no frame yet"
@@ -129,8 +129,9 @@ class Perception:
         self._last_frame_s = self.clock.now_s()
         self.trouble = ""
         FRAMES.inc()
-        drawn = await asyncio.to_thread(self._drawn, image, found, target)
-        self.annotated.put(drawn, frame.stamp_s)
+        settings = self.settings
+        shown = AnnotatedFrame(image, found, target, settings.annotated_width_px, settings.jpeg_quality)
+        self.annotated.put(shown, frame.stamp_s)
 
     async def _measured(
         self, found: tuple[Detection, ...], stamp_s: float, size_px: tuple[int, int]
@@ -173,11 +174,6 @@ class Perception:
             pose=seen.pose,
         )
         await self.bus.publish(VISION_OBJECT_SPOTTED, spotted)
-
-    def _drawn(self, image: RgbImage, found: tuple[Detection, ...], target: Target | None) -> bytes:
-        return to_jpeg(
-            annotate(image, found, target, width_px=self.settings.annotated_width_px), self.settings.jpeg_quality
-        )
 
     def _shrunk(self, image: RgbImage) -> RgbImage:
         """The image the detector gets."""
