@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
+from pytransform3d.transformations import pq_from_transform
 
 from contracts.geometry import Point3D, Pose2D
 from geometry.poses import compose, inverse, quaternion_xyzw, wrap, yaw_of
-from robot_bridge.sensing.transform_buffer import PoseBuffer, TransformBuffer
+from robot_bridge.sensing.transform_buffer import PoseBuffer, TransformBuffer, pq_of
 from robot_bridge.sensing.transforms import in_map, matrix, planar, upright
 
 poses = st.builds(
@@ -212,3 +213,17 @@ def test_a_heading_survives_its_way_through_a_quaternion(yaw: float) -> None:
     back = planar(matrix((0.0, 0.0, 0.0), quaternion_xyzw(yaw))).yaw
     assert abs(wrap(back - yaw)) < 1e-9
     assert abs(wrap(yaw_of(*quaternion_xyzw(yaw)) - yaw)) < 1e-9
+
+
+@given(st.floats(-math.pi, math.pi))
+@example(0.0)
+@example(math.pi)
+@example(-math.pi / 2)
+def test_a_pose_on_the_floor_is_kept_to_the_same_bits_as_any_transform(yaw: float) -> None:
+    pose = upright(Pose2D(x=1.5, y=-2.25, yaw=yaw))
+    assert pq_of(pose).tolist() == pq_from_transform(pose).tolist()
+
+
+def test_a_tilted_transform_is_kept_too() -> None:
+    tilted = matrix((1.0, 2.0, 3.0), (0.1, 0.2, 0.3, 0.9))
+    assert pq_of(tilted).tolist() == pq_from_transform(tilted).tolist()

@@ -109,8 +109,7 @@ class YoloDetector:
         return found.detections
 
     def _looked(self, bgr: RgbImage) -> Any:
-        """What `predict` does of one picture, by its own steps: around them it spends as long again on files, streams
-        and settings (ultralytics 8.4)."""
+        """What `predict` does of one picture, by its own steps: nothing for files, streams and settings."""
         predictor = self._model.predictor
         with self._inference_mode():
             predictor.batch = [""], [bgr], [""]
