@@ -1,5 +1,7 @@
 """MEMORY_NAV and MOVING_TO_SCAN: driving to where to look next (requirements A5, A6, A13)."""
 
+from abc import ABC, abstractmethod
+
 from contracts.geometry import Pose2D
 from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.robot import CandidatePose, GoalStatus
@@ -22,15 +24,15 @@ NEAR_POINT_M = 0.35
 GLIMPSE_S = 2.0
 
 
-class Travelling(State):
+class Travelling(State, ABC):
     """Both states. They differ in where the next place comes from."""
 
-    def on_arrival(self, context: StepContext) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def on_arrival(self, context: StepContext) -> None: ...
 
+    @abstractmethod
     def drop_place(self, context: StepContext) -> None:
         """The next place is one that cannot be reached."""
-        raise NotImplementedError
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
