@@ -477,7 +477,7 @@ class BridgeBehaviour:
         assert again["distance_m"] == pytest.approx(first["distance_m"], abs=0.05)
 
     async def test_frames_come_with_their_stamp_and_pose_and_only_newer_ones_on_demand(self, rig: Rig) -> None:
-        first = await rig.client.get("/camera/frame")
+        first = await rig.client.get("/camera/frame", params={"after": 0.0, "wait_s": 5})
         assert first.headers["content-type"] == "image/jpeg"
         assert (first.headers["x-width"], first.headers["x-height"]) == ("250", "250")
         pose = [float(value) for value in first.headers["x-pose"].split(",")]
