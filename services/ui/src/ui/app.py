@@ -23,13 +23,13 @@ from ui.prefix import BelowPrefix
 from ui.routes import routers
 from ui.routes.deps import desk_of
 from ui.routes.log_in import LOG_IN_PATH
-from ui.sessions import Sessions
+from ui.sessions import PageSessions
 from ui.settings import Settings
 
 
 class State(TypedDict):
     desk: Desk
-    sessions: Sessions | None
+    sessions: PageSessions | None
 
 
 def create_app(
@@ -95,10 +95,10 @@ def create_app(
     return app
 
 
-def _sessions(settings: Settings) -> Sessions | None:
+def _sessions(settings: Settings) -> PageSessions | None:
     """None without keys: anybody may. Raises `SystemExit` where the page has no key of its own to sign with."""
     if settings.keys_file is None:
         return None
     if settings.own_key is None:
         raise SystemExit("UI_KEYS_FILE needs UI_KEY or UI_KEY_FILE: the page's own key, which signs who is logged in")
-    return Sessions(settings.own_key, settings.session_s)
+    return PageSessions(settings.own_key, settings.session_s)

@@ -17,7 +17,7 @@ from mesh.access.ring import KeyRing
 COOKIE: Final = "atom_session"
 
 
-class Sessions:
+class PageSessions:
     """Nothing is kept here: a cookie names its holder, and the ring says at each request what that is worth."""
 
     def __init__(self, key: SecretStr, lasts_s: int) -> None:

@@ -9,7 +9,7 @@ from contracts.access import Holder
 from mesh.access import who, who_now
 from ui.desk import Desk
 from ui.operator_actions import OperatorActions
-from ui.sessions import Sessions
+from ui.sessions import PageSessions
 
 
 def desk_of(connection: HTTPConnection) -> Desk:
@@ -17,9 +17,9 @@ def desk_of(connection: HTTPConnection) -> Desk:
     return desk
 
 
-def sessions_of(connection: HTTPConnection) -> Sessions | None:
+def sessions_of(connection: HTTPConnection) -> PageSessions | None:
     """None without keys."""
-    sessions: Sessions | None = connection.state.sessions
+    sessions: PageSessions | None = connection.state.sessions
     return sessions
 
 
