@@ -24,6 +24,7 @@ class Played:
     def __init__(self) -> None:
         self.asked: list[tuple[str, str]] = []
         self.bodies: list[dict[str, object]] = []
+        self.keys: list[str | None] = []
         self.away: set[int] = set()
         self.outcome = Outcome.FOUND
         self.refusal = ""
@@ -33,6 +34,7 @@ class Played:
     def __call__(self, request: httpx.Request) -> httpx.Response:
         port, path = request.url.port, request.url.path
         self.asked.append((request.method, f"{port}{path}"))
+        self.keys.append(request.headers.get("authorization"))
         if port in self.away:
             raise httpx.ConnectError("refused")
         if request.content:
@@ -135,6 +137,24 @@ def test_stop_goes_straight_to_the_bridge_and_tells_the_measured_time(played: Pl
     done = atom("stop")
     assert (done.exit_code, "0.8 ms" in done.output) == (0, True)
     assert played.asked == [("POST", "8004/emergency-stop")]
+
+
+@pytest.mark.parametrize("key", ["a-key", "broken\rkey", "schlüssel", ""])
+def test_a_stop_is_sent_without_a_key_so_that_none_can_be_in_its_way(
+    played: Played, monkeypatch: pytest.MonkeyPatch, key: str
+) -> None:
+    monkeypatch.setenv("ATOM_KEY", key)
+    assert atom("stop").exit_code == 0
+    assert played.keys == [None]
+
+
+@pytest.mark.parametrize(("key", "sent"), [(" a-key\r\n", "Bearer a-key"), ("broken\rkey", None), ("schlüssel", None)])
+def test_what_no_key_can_be_is_said_and_not_sent(
+    played: Played, monkeypatch: pytest.MonkeyPatch, key: str, sent: str | None
+) -> None:
+    monkeypatch.setenv("ATOM_KEY", key)
+    done = atom("resume", input="y\n")
+    assert (played.keys, "ATOM_KEY" in done.output) == ([sent], sent is None)
 
 
 def test_a_stop_that_does_not_arrive_is_tried_again_and_told(played: Played) -> None:

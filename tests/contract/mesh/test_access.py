@@ -1,5 +1,6 @@
 """Keys, roles and refusals, at a service of three routes and a socket."""
 
+import contextlib
 import logging
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
@@ -12,11 +13,13 @@ from fastapi import FastAPI, Request, WebSocket
 from fastapi.testclient import TestClient
 from pydantic import SecretStr
 from pydantic_settings import SettingsConfigDict
+from starlette.responses import StreamingResponse
 from starlette.testclient import WebSocketDenialResponse
+from starlette.websockets import WebSocketDisconnect
 
 from contracts.access import Holder, KeyFile, Role, sha256_of
 from contracts.problem import Dependency, Problem
-from mesh.access import NotDeclaredError, needs, open_to_all, ring, who
+from mesh.access import NotDeclaredError, doors, needs, open_to_all, ring, who
 from mesh.access.attempts import WRONG_A_MINUTE
 from mesh.app import make_app
 from mesh.http import ServiceClient
@@ -284,3 +287,49 @@ def test_an_open_socket_ends_with_the_key_it_was_opened_with(keys_file: Path, mo
         write(keys_file, otto=Role.VIEWER)
         socket.send_text("second")
     assert heard == ["first", "the end"]
+
+
+async def test_a_stream_ends_with_the_key_it_was_opened_with(keys_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ring, "LOOK_S", 0.0)
+    monkeypatch.setattr(doors, "LOOK_S", 0.0)
+    app = make(keys_file)
+
+    async def parts() -> AsyncIterator[str]:
+        yield "first "
+        write(keys_file, otto=Role.OPERATOR)
+        yield "second "
+        yield "third "
+
+    @app.get("/stream")
+    @needs(Role.VIEWER)
+    async def stream() -> StreamingResponse:
+        return StreamingResponse(parts())
+
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://sample") as opened:
+        assert (await opened.get("/stream", headers=key_of("vera"))).text == "first "
+
+
+def test_a_socket_that_only_tells_ends_with_the_key_it_was_opened_with(
+    keys_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ring, "LOOK_S", 0.0)
+    monkeypatch.setattr(doors, "LOOK_S", 0.0)
+    app = make(keys_file)
+
+    @app.websocket("/tells")
+    @needs(Role.VIEWER)
+    async def tells(socket: WebSocket) -> None:
+        await socket.accept()
+        with contextlib.suppress(WebSocketDisconnect):
+            await socket.send_text("first")
+            write(keys_file, otto=Role.OPERATOR)
+            await socket.send_text("second")
+
+    with (
+        TestClient(app, base_url="http://sample") as opened,
+        opened.websocket_connect("ws://sample/tells", headers=key_of("vera")) as socket,
+    ):
+        assert socket.receive_text() == "first"
+        with pytest.raises(WebSocketDisconnect) as ended:
+            socket.receive_text()
+    assert ended.value.code == 1008

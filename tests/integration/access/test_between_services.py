@@ -148,7 +148,11 @@ async def test_a_mission_goes_from_the_page_over_the_coordinator_to_the_bridge(b
 
         await until_true(begun)
         (mission,) = await page.newest(1)
-        await page.cancel(mission.id)
+        async with httpx.AsyncClient(base_url=url) as viewer:
+            viewer.headers["Authorization"] = f"Bearer {bridge.key('inference').get_secret_value()}"
+            assert (await viewer.post("/ask", json={"question": "go on"})).status_code == 403
+            assert (await viewer.post("/ask", json={"question": "stop"})).status_code == 200
+        assert (await page.newest(1))[0].id == mission.id
 
 
 def _revoke(folder: Path, name: str) -> None:

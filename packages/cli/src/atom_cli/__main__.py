@@ -194,10 +194,14 @@ def _key() -> str:
     """Of whoever asks: ATOM_KEY, or what ATOM_KEY_FILE holds; never an argument, which every process list shows."""
     file = os.environ.get("ATOM_KEY_FILE", "")
     try:
-        return os.environ.get("ATOM_KEY") or (Path(file).read_text(encoding="utf-8").strip() if file else "")
-    except OSError as error:  # said, and gone on without: a stop needs no key
+        key = (os.environ.get("ATOM_KEY") or (Path(file).read_text(encoding="utf-8") if file else "")).strip()
+    except (OSError, UnicodeDecodeError) as error:  # said, and gone on without: a stop needs no key
         console.print(f"ATOM_KEY_FILE: {escape(str(error))}", soft_wrap=True)
         return ""
+    if key.isascii() and key.isprintable():
+        return key
+    console.print("ATOM_KEY holds letters that no key has: it is not used")
+    return ""
 
 
 def _obeyed(services: Services, what: str, mood: Mood) -> Mission | Heard:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated, Final
 
 import typer
-from pwdlib import PasswordHash
 from pydantic import ValidationError
 from rich.console import Console
 from rich.markup import escape
@@ -143,6 +142,8 @@ def _write_secret(folder: Path, name: str, text: str) -> None:
 
 
 def _hashed_password() -> str:
+    from pwdlib import PasswordHash  # here, so that no other command waits for it, `atom stop` least of all
+
     said: str = typer.prompt("Password for the page", hide_input=True, confirmation_prompt=True)
     if len(said) < PASSWORD_LENGTH_MIN:
         raise typer.BadParameter(f"a password has {PASSWORD_LENGTH_MIN} characters or more")

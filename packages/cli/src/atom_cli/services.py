@@ -72,13 +72,13 @@ class Services:
     def __init__(
         self, host: str, port_base: int, *, key: str = "", transport: httpx.BaseTransport | None = None
     ) -> None:
-        """`key` '' = none: services without keys ask for none, and a stop never does."""
+        """`key` '' = none: services without keys ask for none. A stop is sent without it: no key can be in its way."""
+        self._key = {"Authorization": f"Bearer {key}"} if key else {}
         self._host = host
         self._port_base = port_base
         self._http = httpx.Client(
             trust_env=False,
             timeout=httpx.Timeout(5.0, connect=2.0),
-            headers={"Authorization": f"Bearer {key}"} if key else {},
             transport=transport,
         )
 
@@ -139,26 +139,29 @@ class Services:
         """Straight to robot_bridge; a try that got no answer is followed by another, which does no harm."""
         for _ in range(STOP_TRIES - 1):
             try:
-                return self._stop("/emergency-stop", "atom stop")
+                return self._stop("/emergency-stop", "atom stop", key={})
             except AwayError:
                 continue
-        return self._stop("/emergency-stop", "atom stop")
+        return self._stop("/emergency-stop", "atom stop", key={})
 
     def resume(self) -> EmergencyStopReply:
-        return self._stop("/emergency-stop/reset", "atom resume")
+        return self._stop("/emergency-stop/reset", "atom resume", key=self._key)
 
-    def _stop(self, path: str, reason: str) -> EmergencyStopReply:
+    def _stop(self, path: str, reason: str, *, key: dict[str, str]) -> EmergencyStopReply:
         body = EmergencyStopRequest(reason=reason, by="terminal").model_dump_json()
         headers = {"content-type": "application/json"}
-        answer = self._call("robot_bridge", "POST", path, content=body, headers=headers)
+        answer = self._call("robot_bridge", "POST", path, key=key, content=body, headers=headers)
         return self._parsed("robot_bridge", answer, TypeAdapter(EmergencyStopReply))
 
     def _get(self, service: str, path: str, reply: type[T], **query: Any) -> T:
         return self._parsed(service, self._call(service, "GET", path, params=query), TypeAdapter(reply))
 
-    def _call(self, service: str, method: str, path: str, **more: Any) -> httpx.Response:
+    def _call(
+        self, service: str, method: str, path: str, *, key: dict[str, str] | None = None, **more: Any
+    ) -> httpx.Response:
+        headers = {**(self._key if key is None else key), **more.pop("headers", {})}
         try:
-            answer = self._http.request(method, self._url(service, path), **more)
+            answer = self._http.request(method, self._url(service, path), headers=headers, **more)
         except httpx.TimeoutException as error:
             raise AwayError(f"{service} does not answer in time") from error
         except httpx.TransportError as error:

@@ -1,6 +1,7 @@
 """Errors every service answers the same way, as problem+json.
 
 MeshError
+|- ForbiddenError           403  the role of who asks is too low for what was asked
 |- NotFoundError            404  no such mission, goal, ...
 |- ConflictError            409  not now: stopped, busy, already ended
 |- UnprocessableError       422  well-formed, but it makes no sense here (goal outside the map)
@@ -22,6 +23,11 @@ class MeshError(Exception):
         super().__init__(detail)
         self.detail = detail
         self.code = code
+
+
+class ForbiddenError(MeshError):
+    status = 403
+    title = "Not permitted"
 
 
 class NotFoundError(MeshError):

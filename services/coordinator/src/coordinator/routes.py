@@ -5,14 +5,16 @@ import contextlib
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Header, Path, Query, WebSocket, WebSocketDisconnect
-from starlette.requests import HTTPConnection
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
 
 from contracts.asking import About, Answer, Question
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
+from contracts.reading import Mood
 from coordinator.commands.mission_service import MissionService
 from coordinator.questions.question_service import QuestionService
-from mesh.access import Role, needs
+from mesh.access import Role, needs, who
+from mesh.errors import ForbiddenError
 from mesh.tracing import TracedRoute
 from vocabulary.orders import order_in
 
@@ -127,12 +129,15 @@ async def resume(mission_id: MissionId, missions: MissionsDep) -> Mission:
 
 @router.post("/ask", tags=["asking"])
 @needs(Role.VIEWER)
-async def ask(body: Question, questions: QuestionsDep, missions: MissionsDep) -> Answer:
+async def ask(body: Question, asking: Request, questions: QuestionsDep, missions: MissionsDep) -> Answer:
     """An answer from what memory, the missions and the robot know, with the records it rests on. It moves nothing; an
-    order ('stop') is obeyed here too.
+    order ('stop') is obeyed here too, 'go on' from an operator only.
     """
     order = order_in(body.question)
     if order is not None:
+        holder = who(asking)
+        if order.mood is Mood.RESUME and (holder is None or not holder.role.may(Role.OPERATOR)):
+            raise ForbiddenError("to let the mission go on needs an operator")
         heard = await missions.orders.obey(order.mood)
         return Answer(answer=heard.text, about=About.DOING, phrased_by="template")
     return await questions.ask(body.question)

@@ -1,12 +1,14 @@
 """ASGI middleware: each route, socket and mount opens to whom it is declared for, before any of a body is read."""
 
+import contextlib
+import time
 from collections.abc import Callable
 from typing import Final
 
 import structlog
 from fastapi import FastAPI
 from starlette._utils import get_route_path  # what the router matches, to the letter
-from starlette.requests import HTTPConnection
+from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
@@ -14,7 +16,7 @@ from starlette.websockets import WebSocketClose
 from contracts.access import Holder, Role
 from mesh.access.attempts import Attempts
 from mesh.access.declarations import ANY, SOCKET, Door, NotDeclaredError, doors_of
-from mesh.access.ring import KeyRing
+from mesh.access.ring import LOOK_S, KeyRing
 from mesh.problems import problem
 
 log = structlog.get_logger()
@@ -82,7 +84,8 @@ class Doors:
             await self._refuse(problem(403, "Not permitted", detail, path), scope, receive, send)
         else:
             scope[_WHO], scope[_AGAIN] = known, lambda: self._holder(asking, ring)
-            await self.app(scope, _while_known(asking, needed, receive) if method == SOCKET else receive, send)
+            with contextlib.suppress(_RevokedError, ClientDisconnect):
+                await self.app(scope, *_while_known(asking, needed, receive, send))
 
     async def _declared(self, scope: Scope, receive: Receive, send: Send) -> tuple[Door, ...]:
         app: FastAPI = scope["app"]
@@ -143,14 +146,37 @@ def _key_of(asking: HTTPConnection) -> str | None:
     return key.strip() if scheme.lower() == "bearer" else None
 
 
-def _while_known(asking: HTTPConnection, needed: Role, receive: Receive) -> Receive:
-    """A socket ends with the key or the cookie it was opened with: its next word is its last."""
+class _RevokedError(OSError):
+    """To who still sends it is as if the client had gone."""
+
+
+def _while_known(asking: HTTPConnection, needed: Role, receive: Receive, send: Send) -> tuple[Receive, Send]:
+    """A socket or a stream ends with the key or the cookie it was opened with: at its next word, or within `LOOK_S`."""
+    looked_s = time.monotonic()
+
+    def known() -> bool:
+        holder = who_now(asking)
+        return holder is not None and holder.role.may(needed)
 
     async def received() -> Message:
         message = await receive()
-        holder = who_now(asking) if message["type"] == "websocket.receive" else None
-        if message["type"] == "websocket.receive" and (holder is None or not holder.role.may(needed)):
+        if message["type"] == "websocket.receive" and not known():
             return {"type": "websocket.disconnect", "code": 1008, "reason": "not permitted any more"}
         return message
 
-    return received
+    async def sent(message: Message) -> None:
+        nonlocal looked_s
+        if message["type"] in _LAST and time.monotonic() - looked_s >= LOOK_S:
+            looked_s = time.monotonic()
+            if not known():
+                await send(_LAST[message["type"]])
+                raise _RevokedError("not permitted any more")
+        await send(message)
+
+    return received, sent
+
+
+_LAST: Final[dict[str, Message]] = {
+    "http.response.body": {"type": "http.response.body", "body": b"", "more_body": False},
+    "websocket.send": {"type": "websocket.close", "code": 1008, "reason": "not permitted any more"},
+}
