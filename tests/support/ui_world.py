@@ -161,6 +161,7 @@ class FakeRobot(Service):
     turns: list[float] = field(default_factory=list)
     velocities: list[VelocityRequest] = field(default_factory=list)
     lines_open: int = 0
+    knows_the_page: bool = True
 
     async def emergency_stop(self, request: EmergencyStopRequest) -> EmergencyStopReply:
         self.answer()
@@ -186,11 +187,13 @@ class FakeRobot(Service):
 
     async def stop_state(self) -> EmergencyStop:
         self.answer()
+        if not self.knows_the_page:
+            raise UpstreamError(self.name, 401, "this key is not known")
         return self.stop
 
-    async def stop_answers(self) -> EmergencyStop:
+    async def stop_answers(self) -> None:
         self.asked.append("stop answers")
-        return await self.stop_state()
+        self.answer()
 
     async def frame(self, *, after_s: float | None, wait_s: float) -> CameraFrame | None:
         """Every ask is answered by another frame, as a camera would."""

@@ -33,7 +33,15 @@ async def test_whether_a_stop_would_arrive_is_told_with_whether_the_robot_is_sto
     client: httpx.AsyncClient, world: UiWorld
 ) -> None:
     await client.post("/stop")
-    assert (await client.get("/stop")).json()["latched"] is True
+    assert (await client.get("/stop")).json() == {"latched": True}, "a stranger is not told by whom and why"
+
+
+async def test_a_page_whose_key_is_revoked_knows_that_a_stop_arrives_and_not_whether_the_robot_is_stopped(
+    client: httpx.AsyncClient, world: UiWorld
+) -> None:
+    world.robot.knows_the_page = False
+    answer = await client.get("/stop")
+    assert (answer.status_code, answer.json()) == (200, {"latched": None})
 
 
 async def test_while_a_stop_would_not_arrive_the_answer_says_why(client: httpx.AsyncClient, world: UiWorld) -> None:

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import httpx
 import pytest
+from fastapi import FastAPI
 from pydantic import SecretStr
 
 from atom_cli import keys
 from contracts.access import KeyFile
 from contracts.geometry import Pose2D
-from contracts.robot import CandidatePose, GoalRequest
+from contracts.robot import CandidatePose, EmergencyStopRequest, GoalRequest
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.app import create_app as coordinator_app
 from coordinator.settings import Settings as CoordinatorSettings
@@ -108,6 +109,19 @@ async def test_the_page_holds_the_wheels_with_its_key_and_not_without(bridge: Br
     async with aclosing(PageRobot(PageSettings(robot_bridge_url=bridge.url))) as stranger:
         with pytest.raises(UnavailableError):
             await stranger.wheels().__aenter__()
+
+
+@pytest.mark.parametrize("key", ["revoked", "mal\nformed"])
+async def test_the_page_stops_and_knows_that_it_can_whatever_its_key_is_worth(bridge: Bridge, key: str) -> None:
+    async with aclosing(PageRobot(PageSettings(robot_bridge_url=bridge.url, key=SecretStr(key)))) as page:
+        await page.stop_answers()
+        assert (await page.emergency_stop(EmergencyStopRequest())).state.latched
+
+
+async def test_another_program_in_the_bridges_place_is_no_stop(bridge: Bridge) -> None:
+    async with served(FastAPI()) as url, aclosing(PageRobot(PageSettings(robot_bridge_url=url))) as page:
+        with pytest.raises(UpstreamError):
+            await page.stop_answers()
 
 
 async def test_anybody_stops_and_only_who_is_known_resets(bridge: Bridge) -> None:

@@ -37,6 +37,12 @@ UNASKED_FOR = """async (silent_ms) => {
     }
 }"""
 
+ANSWERED = """async (times) => {
+    const before = performance.getEntriesByType("resource").length;
+    while (performance.getEntriesByType("resource").length < before + times)
+        await new Promise((later) => { setTimeout(later, 50); });
+}"""
+
 
 async def dead_after_ms(page: Page) -> float:
     """Milliseconds until STOP is shown as dead, by the browser's own clock."""
@@ -64,6 +70,17 @@ async def test_while_the_robot_cannot_be_reached_stop_is_dead_says_what_to_do_an
     await expect(page.locator('[data-atom="stop-result"]')).to_contain_text(REMEDY)
     site.world.robot.away = False
     await works_again(page, site)
+
+
+async def test_while_the_bridge_does_not_know_the_pages_key_stop_is_not_struck_through_and_stops(
+    page: Page, site: Site
+) -> None:
+    site.world.robot.knows_the_page = False
+    await page.evaluate(ANSWERED, 6)
+    await expect(page.locator('[data-atom="stop-place"]')).to_have_attribute("data-watch", "good")
+    await page.locator(".stop").click()
+    await expect(page.locator('[data-atom="stop-result"]')).to_contain_text("first zero velocity")
+    site.world.robot.knows_the_page = True
 
 
 async def test_a_service_that_hangs_is_dead_too_and_nothing_else_can_be_pressed_meanwhile(

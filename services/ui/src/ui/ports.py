@@ -36,12 +36,14 @@ class Wheels(Protocol):
 
 
 class Robot(Protocol):
-    """robot_bridge. `emergency_stop` shares nothing with the other calls, not even a connection pool."""
+    """robot_bridge. `emergency_stop` shares nothing with the other calls: no connection pool, and no key."""
 
     async def emergency_stop(self, request: EmergencyStopRequest) -> EmergencyStopReply: ...
     async def stop_state(self) -> EmergencyStop: ...
-    async def stop_answers(self) -> EmergencyStop:
-        """As `stop_state`, over the way a stop takes, asked once and not for long: would a stop arrive?"""
+    async def stop_answers(self) -> None:
+        """Asked once and not for long, over the way a stop takes, without a key: raises `MeshError` when a stop would
+        not arrive.
+        """
         ...
 
     async def reset(self, request: EmergencyStopRequest) -> EmergencyStopReply: ...

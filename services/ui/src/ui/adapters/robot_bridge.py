@@ -1,4 +1,4 @@
-"""robot_bridge over HTTP; the emergency stop has a connection pool of its own and is tried more than once."""
+"""robot_bridge over HTTP; the emergency stop has a connection pool of its own, no key, and is tried more than once."""
 
 import contextlib
 import math
@@ -13,6 +13,7 @@ from websockets.exceptions import WebSocketException
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
 from contracts.motion import BaseReply, EndedMotion, RotateReply, RotateRequest
+from contracts.problem import Health
 from contracts.robot import (
     GOAL_ANSWER_S,
     EmergencyStop,
@@ -62,9 +63,7 @@ class RobotBridgeClient(ServiceClient):
         base_url = settings.robot_bridge_url
         key = settings.own_key
         super().__init__("robot_bridge", base_url, key=key, timeout_s=settings.call_timeout_s, transport=transport)
-        self._stopper = ServiceClient(
-            "robot_bridge", base_url, key=key, timeout_s=settings.stop_timeout_s, transport=transport
-        )
+        self._stopper = ServiceClient("robot_bridge", base_url, timeout_s=settings.stop_timeout_s, transport=transport)
         self._says_who = bearer(key)
         self._wheels_url = f"ws{base_url.removeprefix('http')}/velocity"
         self._dock_timeout_s = settings.dock_timeout_s
@@ -86,12 +85,14 @@ class RobotBridgeClient(ServiceClient):
     async def stop_state(self) -> EmergencyStop:
         return await self.get("/emergency-stop", EmergencyStop, timeout_s=1.0)
 
-    async def stop_answers(self) -> EmergencyStop:
-        response = await self._stopper.call("GET", "/emergency-stop", timeout_s=STOP_ANSWERS_S)
+    async def stop_answers(self) -> None:
+        response = await self._stopper.call("GET", "/health", timeout_s=STOP_ANSWERS_S)
         try:
-            return EmergencyStop.model_validate_json(response.content)
+            health = Health.model_validate_json(response.content)
         except ValidationError as error:
             raise UpstreamError("robot_bridge", 200, "the answer is not the contract") from error
+        if health.service != "robot_bridge":
+            raise UpstreamError("robot_bridge", 200, f"{health.service} answers at its address")
 
     async def reset(self, request: EmergencyStopRequest) -> EmergencyStopReply:
         return await self.post("/emergency-stop/reset", request, EmergencyStopReply)

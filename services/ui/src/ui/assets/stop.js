@@ -24,9 +24,9 @@
       const answer = await ask("stop", SILENT_MS);
       const told = await answer.json();
       const ours = answer.headers.get("content-type") || "";
-      if (answer.ok && typeof told.latched === "boolean") {
+      if (answer.ok && (typeof told.latched === "boolean" || told.latched === null)) {
         who.bridge = who.page = performance.now();
-        if (number > shownOf) show(told.latched, number);
+        if (told.latched !== null && number > shownOf) show(told.latched, number);
       } else if (ours.includes("application/problem+json")) {
         who.page = performance.now();
         why = told.detail || told.title;

@@ -4,9 +4,11 @@ from typing import Any, Final
 
 from fastapi import APIRouter
 from fastapi.responses import HTMLResponse, Response
+from pydantic import Field
 from starlette.requests import Request
 
-from contracts.robot import EmergencyStop, EmergencyStopReply
+from contracts.base import Message
+from contracts.robot import EmergencyStopReply
 from mesh.access import open_to_all
 from mesh.errors import MeshError
 from ui import plain
@@ -20,12 +22,18 @@ PAGE: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"text/html": {
 NOW: Final = {"Cache-Control": "no-store"}
 
 
+class WouldStop(Message):
+    """A stop would arrive. Anybody may ask, so who stopped the robot and why is not told."""
+
+    latched: bool | None = Field(description="the robot is stopped; none = the bridge does not tell the page")
+
+
 @router.get("/stop")
 @open_to_all
-async def would_stop(desk: DeskDep, response: Response) -> EmergencyStop:
+async def would_stop(desk: DeskDep, response: Response) -> WouldStop:
     """Whether the robot is stopped, asked over the way a stop takes. 503 while a stop would not reach it."""
     response.headers.update(NOW)
-    return await desk.stop_probe.ask()
+    return WouldStop(latched=await desk.stop_probe.ask())
 
 
 @router.post("/stop", response_model=EmergencyStopReply, responses=PAGE)
