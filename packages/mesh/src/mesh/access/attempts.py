@@ -1,28 +1,58 @@
 """How often a client may be wrong: wrong keys and failed log-ins count, right ones never."""
 
+import time
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from ipaddress import IPv6Address, ip_address
 from typing import Final
 
-from limits import RateLimitItemPerMinute
-from limits.storage import MemoryStorage
-from limits.strategies import MovingWindowRateLimiter
 from starlette.requests import HTTPConnection
 
 WRONG_A_MINUTE: Final = 10
+MINUTE_S: Final = 60.0
+CLIENTS_MAX: Final = 1000
 
 
 class Attempts:
-    def __init__(self, wrong_a_minute: int = WRONG_A_MINUTE) -> None:
-        self._limit = RateLimitItemPerMinute(wrong_a_minute)
-        self._limiter = MovingWindowRateLimiter(MemoryStorage())
+    """Of the clients that were wrong last: whoever has thousands of addresses fills no memory."""
+
+    def __init__(
+        self,
+        wrong_a_minute: int = WRONG_A_MINUTE,
+        *,
+        clients_max: int = CLIENTS_MAX,
+        now_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._wrong_a_minute = wrong_a_minute
+        self._clients_max = clients_max
+        self._now_s = now_s
+        self._wrong_s: OrderedDict[str, deque[float]] = OrderedDict()
 
     def wrong(self, connection: HTTPConnection) -> bool:
         """Counts one more; False when the client has had its share."""
-        return self._limiter.hit(self._limit, _client(connection))
+        client, now_s = _client(connection), self._now_s()
+        wrong_s = self._wrong_s.setdefault(client, deque(maxlen=self._wrong_a_minute))
+        self._wrong_s.move_to_end(client)
+        if len(self._wrong_s) > self._clients_max:
+            self._wrong_s.popitem(last=False)
+        if len(wrong_s) == self._wrong_a_minute and now_s - wrong_s[0] < MINUTE_S:
+            return False
+        wrong_s.append(now_s)
+        return True
 
     def left(self, connection: HTTPConnection) -> bool:
         """Whether the client may still be wrong."""
-        return self._limiter.test(self._limit, _client(connection))
+        wrong_s = self._wrong_s.get(_client(connection), ())
+        return len(wrong_s) < self._wrong_a_minute or self._now_s() - wrong_s[0] >= MINUTE_S
 
 
 def _client(connection: HTTPConnection) -> str:
-    return connection.client.host if connection.client is not None else "unknown"
+    """An IPv6 client is its network of 64 bits: it may have any address in there."""
+    host = connection.client.host if connection.client is not None else "unknown"
+    try:
+        address = ip_address(host)
+    except ValueError:
+        return host
+    if not isinstance(address, IPv6Address):
+        return host
+    return str(address.ipv4_mapped or int(address) >> 64)
