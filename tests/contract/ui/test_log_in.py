@@ -1,6 +1,8 @@
 """Who is at the page: logging in, what a cookie is worth, and what each may do there."""
 
+import asyncio
 import re
+import threading
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from contracts.access import Holder, KeyFile, Role, sha256_of
 from mesh.access import ring
 from mesh.access.attempts import WRONG_A_MINUTE
 from support.ui_world import UiWorld, fresh_nicegui
+from ui import sessions
 from ui.app import create_app
 from ui.operator_actions import OperatorActions
 from ui.sessions import COOKIE
@@ -110,6 +113,44 @@ async def test_after_too_many_wrong_answers_the_right_one_has_to_wait_too(client
     wrong = [(await log_in(client, "otto", f"guess {number}")).status_code for number in range(WRONG_A_MINUTE)]
     assert wrong == [401] * WRONG_A_MINUTE
     assert (await log_in(client, "vera", PASSWORD)).status_code == 429
+
+
+async def test_many_wrong_answers_at_once_get_no_more_tries_than_one_after_the_other(
+    client: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[str] = []
+    monkeypatch.setattr(sessions, "VERIFIED_AT_ONCE", 100)
+    monkeypatch.setattr(PasswordHash, "verify", lambda _, secret, hashed: tried.append(secret))
+    answers = await asyncio.gather(*(log_in(client, "vera", f"guess {number}") for number in range(30)))
+    assert len(tried) == WRONG_A_MINUTE
+    assert sorted(one.status_code for one in answers) == [401] * WRONG_A_MINUTE + [429] * (30 - WRONG_A_MINUTE)
+
+
+async def test_right_answers_use_nothing_up(client: httpx.AsyncClient) -> None:
+    for _ in range(WRONG_A_MINUTE + 1):
+        assert (await log_in(client, "otto", KEY)).status_code == 303
+
+
+async def test_while_two_passwords_are_compared_another_is_not_and_costs_no_try_and_a_key_is_let_in(
+    client: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compared, go_on = threading.Semaphore(0), threading.Event()
+
+    def verify(_: PasswordHash, secret: str, hashed: str) -> bool:
+        compared.release()
+        return go_on.wait(30.0)
+
+    monkeypatch.setattr(PasswordHash, "verify", verify)
+    first = [asyncio.create_task(log_in(client, "vera", PASSWORD)) for _ in range(2)]
+    try:
+        for _ in first:
+            assert await asyncio.to_thread(compared.acquire, timeout=5.0)
+        others = [await log_in(client, "vera", PASSWORD) for _ in range(2 * WRONG_A_MINUTE)]
+        assert {(one.status_code, one.headers["retry-after"]) for one in others} == {(429, "1")}
+        assert (await log_in(client, "otto", KEY)).status_code == 303
+    finally:
+        go_on.set()
+    assert [one.status_code for one in await asyncio.gather(*first)] == [303, 303]
 
 
 async def test_a_cookie_that_was_changed_is_worth_nothing(client: httpx.AsyncClient) -> None:

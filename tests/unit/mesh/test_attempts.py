@@ -56,6 +56,14 @@ def test_another_network_is_another_client(one: str, other: str) -> None:
     assert attempts.wrong(by(other))
 
 
+def test_one_that_was_right_is_taken_back() -> None:
+    attempts = Attempts(2)
+    assert [attempts.wrong(by("10.0.0.1")) for _ in range(2)] == [True, True]
+    attempts.not_wrong(by("10.0.0.1"))
+    attempts.not_wrong(by("10.0.0.2"))
+    assert [attempts.wrong(by("10.0.0.1")) for _ in range(2)] == [True, False]
+
+
 def test_who_was_wrong_longest_ago_is_forgotten_where_there_are_too_many() -> None:
     attempts = Attempts(1, clients_max=2)
     assert [attempts.wrong(by(f"10.0.0.{one}")) for one in (1, 2, 1)] == [True, True, False]

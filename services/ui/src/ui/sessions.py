@@ -13,8 +13,11 @@ from starlette.responses import Response
 from contracts.access import Holder
 from mesh.access.attempts import Attempts
 from mesh.access.ring import KeyRing
+from mesh.errors import TooManyError
 
 COOKIE: Final = "atom_session"
+VERIFIED_AT_ONCE: Final = 2
+"""64 MB each."""
 
 
 class PageSessions:
@@ -28,7 +31,7 @@ class PageSessions:
         self._lasts_s = lasts_s
         self._passwords = PasswordHash.recommended()
         self._nobodys = self._passwords.hash("")
-        self._one_at_a_time = asyncio.Lock()
+        self._verifying = 0
         self.attempts = Attempts()
 
     def ticket(self, connection: HTTPConnection, ring: KeyRing) -> Holder | None:
@@ -41,14 +44,22 @@ class PageSessions:
         return holder if holder is not None and begun_with == _mark(holder) else None
 
     async def holder_of(self, name: str, secret: str, ring: KeyRing) -> Holder | None:
-        """By the key, which needs no name, else by the password; a name that nobody has takes as long."""
+        """By the key, which needs no name, else by the password; a name that nobody has takes as long.
+
+        Raises `TooManyError` while others' passwords are compared.
+        """
         by_key = ring.holder_of(secret)
         if by_key is not None:
             return by_key if name in ("", by_key.name) else None
         holder = ring.holder(name)
         kept = holder.password if holder is not None else None
-        async with self._one_at_a_time:  # 64 MB each
+        if self._verifying >= VERIFIED_AT_ONCE:
+            raise TooManyError("others are logging in")
+        self._verifying += 1
+        try:
             fits = await asyncio.to_thread(self._passwords.verify, secret, kept or self._nobodys)
+        finally:
+            self._verifying -= 1
         return holder if fits and kept is not None else None
 
     def begin(self, response: Response, holder: Holder, *, path: str, secure: bool) -> None:

@@ -40,10 +40,10 @@ class Attempts:
         wrong_s.append(now_s)
         return True
 
-    def left(self, connection: HTTPConnection) -> bool:
-        """Whether the client may still be wrong."""
-        wrong_s = self._wrong_s.get(_client(connection), ())
-        return len(wrong_s) < self._wrong_a_minute or self._now_s() - wrong_s[0] >= MINUTE_S
+    def not_wrong(self, connection: HTTPConnection) -> None:
+        """Takes one back that was counted before it was known to be right."""
+        if wrong_s := self._wrong_s.get(_client(connection)):
+            wrong_s.pop()
 
 
 def _client(connection: HTTPConnection) -> str:

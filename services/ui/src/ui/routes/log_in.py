@@ -8,6 +8,7 @@ from starlette.requests import Request
 
 from mesh.access import Role, needs, open_to_all
 from mesh.access.ring import KeyRing
+from mesh.errors import TooManyError
 from ui import plain
 from ui.i18n import _
 from ui.routes.deps import sessions_of
@@ -39,18 +40,25 @@ async def log_in(
     name: Annotated[str, Form(max_length=32)] = "",
     secret: Annotated[str, Form(max_length=200)] = "",
 ) -> Response:
-    """A cookie for a name with its password, or its key. 401 when they do not fit, 429 after too many that did not."""
+    """A cookie for a name with its password, or its key. 401 when they do not fit, 429 after too many that did not, and
+    while others' passwords are compared.
+    """
     ring: KeyRing | None = request.app.state.key_ring
     sessions = sessions_of(request)
     if ring is None or sessions is None:
         return RedirectResponse(HOME, SEE_OTHER)
-    if not sessions.attempts.left(request):
+    if not sessions.attempts.wrong(request):  # until it is known to be right: many asked at once are no more
         said = _("Too many attempts. Wait a minute.")
         return HTMLResponse(plain.log_in(said), 429, headers=NOW | {"Retry-After": "60"})
-    holder = await sessions.holder_of(name.strip(), secret, ring)
+    try:
+        holder = await sessions.holder_of(name.strip(), secret, ring)
+    except TooManyError:
+        sessions.attempts.not_wrong(request)
+        said = _("Others are logging in. Try again.")
+        return HTMLResponse(plain.log_in(said), 429, headers=NOW | {"Retry-After": "1"})
     if holder is None:
-        sessions.attempts.wrong(request)
         return HTMLResponse(plain.log_in(_("The name and the password do not fit.")), 401, headers=NOW)
+    sessions.attempts.not_wrong(request)
     answer = RedirectResponse(HOME, SEE_OTHER)
     scheme = request.headers.get("x-forwarded-proto", request.url.scheme)  # whoever makes it up harms his own cookie
     sessions.begin(answer, holder, path=_path(request), secure=scheme == "https")
