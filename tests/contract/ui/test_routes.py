@@ -83,7 +83,9 @@ async def test_stop_below_a_prefix_stays_open_to_every_page(client: httpx.AsyncC
     assert len(world.robot.stops) == 1
 
 
-@pytest.mark.parametrize("body", [b"", b"{", b"\xff" * 100, b'{"reason": 7}'])
+@pytest.mark.parametrize(
+    "body", [b"", b"{", b"\xff" * 100, b'{"reason": 7}', b"x" * 5_000_000], ids=["none", "torn", "noise", "odd", "huge"]
+)
 async def test_nothing_in_the_request_keeps_stop_from_stopping(
     client: httpx.AsyncClient, world: UiWorld, body: bytes
 ) -> None:
@@ -135,7 +137,7 @@ async def test_health_answers_while_everything_is_away(client: httpx.AsyncClient
 
 
 async def test_a_huge_body_is_refused(client: httpx.AsyncClient, world: UiWorld) -> None:
-    assert (await client.post("/stop", content=b"x" * 1_000_000)).status_code == 413
+    assert (await client.post("/place/go", content=b"x" * 1_000_000)).status_code == 413
 
 
 async def test_the_page_asks_for_nothing_from_outside(client: httpx.AsyncClient) -> None:

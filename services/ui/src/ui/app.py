@@ -84,7 +84,7 @@ def create_app(
         ticket=sessions.ticket if sessions is not None else None,
         log_in_at=LOG_IN_PATH.removeprefix("/"),
         body_bytes_max=settings.body_bytes_max,
-        body_bytes_max_at={"/memory/import": settings.import_bytes_max},
+        body_bytes_max_at={"/memory/import": settings.import_bytes_max, "/stop": None},  # a stop reads none
         open_to_pages={"/stop"},
         description="Shows: the operator's web page.",
     )
