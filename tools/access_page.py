@@ -40,7 +40,7 @@ def _meaning(role: Role) -> str:
         Role.VIEWER: "looks; moves and changes nothing",
         Role.OPERATOR: "also sends the robot, resets a stop, forgets what was remembered wrongly",
         Role.SERVICE: "also what only services ask of each other",
-        Role.ADMIN: "also replaces and deletes data, and tunes the drives",
+        Role.ADMIN: "also tunes the drives, deletes recordings, replaces the memory on the page",
     }[role]
 
 

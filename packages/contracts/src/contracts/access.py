@@ -21,9 +21,9 @@ class Role(StrEnum):
     OPERATOR = "operator"
     """Sends the robot: missions, driving, docking, the reset of a stop, and forgetting what was remembered wrongly."""
     SERVICE = "service"
-    """What only services ask of each other: sessions with the bridge, looks and observations for memory."""
+    """What only services ask of each other: sessions with the bridge, the models, what memory takes in."""
     ADMIN = "admin"
-    """Everything; alone what replaces or deletes data as a whole."""
+    """Everything; alone the drives' gains, deleting recordings, and replacing the memory on the page."""
 
     def may(self, needed: "Role") -> bool:
         order = tuple(Role)
