@@ -5,11 +5,14 @@ import json
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import httpx
 import pytest
 
 from contracts.robot import EmergencyStop, EmergencyStopAction, EmergencyStopEvent, EmergencyStopReply
+from robot_bridge.navigation.goal_executor import GoalExecutor
+from robot_bridge.safety.emergency_stop import LatchFile
 from robot_bridge.settings import Settings
 from support.bridge_behaviour import Rig
 from support.threads import every_worker_busy
@@ -91,6 +94,15 @@ async def test_a_declared_body_over_every_limit_is_not_waited_for(served: Served
 async def test_it_stops_while_every_worker_thread_is_busy(rig: Rig) -> None:
     with every_worker_busy():
         assert (await rig.client.post("/emergency-stop")).json()["state"]["latched"]
+
+
+async def test_a_fault_in_what_follows_the_zeros_does_not_keep_the_latch_from_the_disk(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(GoalExecutor, "stop", Mock(side_effect=RuntimeError("a fault")))
+    with pytest.raises(RuntimeError, match="a fault"):
+        await rig.client.post("/emergency-stop")
+    assert LatchFile(rig.settings.state_dir).load(now_s=0.0).latched
 
 
 async def history(http: httpx.AsyncClient, query: str = "") -> list[EmergencyStopEvent]:

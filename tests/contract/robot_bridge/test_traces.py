@@ -4,9 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 
 from contracts.robot import GoalStatus
 from contracts.topics import ROBOT_NAVIGATION
+from robot_bridge.safety.emergency_stop import LatchFile
 from support.bridge_behaviour import INSIDE, Rig
 from support.spans import Spans, recorded_spans, trace_of
 from support.waiting import until
@@ -59,3 +61,19 @@ async def test_the_emergency_stop_leaves_no_span(rig: Rig, spans: Spans) -> None
         assert (await rig.client.post(path, headers=BROUGHT)).is_success
     await until(lambda: rig.toy.at_rest)
     assert spans.names() == []
+
+
+async def test_no_span_is_ended_before_the_stop_is_stored_and_none_fails_it(
+    rig: Rig, spans: Spans, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goal = (await rig.goal()).json()["id"]
+    stored: list[bool] = []
+
+    def fails(*_: Any) -> None:
+        stored.append(LatchFile(rig.settings.state_dir).load(now_s=0.0).latched)
+        raise RuntimeError("a span processor's own fault")
+
+    monkeypatch.setattr(SimpleSpanProcessor, "on_end", fails)
+    assert (await rig.client.post("/emergency-stop")).is_success
+    assert await rig.goal_status(goal) is GoalStatus.CANCELED
+    await until(lambda: stored == [True])

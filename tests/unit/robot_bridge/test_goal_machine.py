@@ -158,14 +158,17 @@ class Goals(RuleBasedStateMachine):
 
     @rule()
     def the_session_ends(self) -> None:
-        self.executor.end_session("s")
+        self.loop.call_soon(self.executor.end_session, "s")
         self.settle()
 
     @rule()
     def the_emergency_stop(self) -> None:
-        self.executor.stop(GoalCause.STOPPED)
-        assert (self.executor.goal_id, self.wheels.goal, self.nav2.driving) == (None, None, [])
-        self.settle()
+        async def stop() -> None:
+            self.executor.stop(GoalCause.STOPPED)
+            assert (self.executor.goal_id, self.wheels.goal, self.nav2.driving) == (None, None, [])
+            await self.clock.settle()
+
+        self.loop.run_until_complete(stop())
 
     @invariant()
     def nav2_drives_at_most_one_goal_and_none_that_nobody_follows(self) -> None:

@@ -54,13 +54,16 @@ class EmergencyStopService:
     def stop(self, *, reason: str, by: str) -> tuple[EmergencyStop, float]:
         """Zeros; then the base's own stop, goals of Nav2, docking and the latch on disk, none of them waited for.
 
-        The second value is how long the first zero took from the call, in ms.
+        The latch is stored whatever fails before it. The second value is how long the first zero took from the call,
+        in ms.
         """
         state, first_zero_ms = self._wheels.stop(reason=reason, by=by)
-        self._robot.engage_base_stop(True)
-        self._robot.cancel_all_goals()
-        self._on_stop(GoalCause.STOPPED, BaseEnd.STOPPED)
-        self._store(state)
+        try:
+            self._robot.engage_base_stop(True)
+            self._robot.cancel_all_goals()
+            self._on_stop(GoalCause.STOPPED, BaseEnd.STOPPED)
+        finally:
+            self._store(state)
         return state, first_zero_ms
 
     def halt(self) -> EmergencyStop:

@@ -299,6 +299,7 @@ class GoalExecutor:
         self._active = None
         active.become(Over())
         self._wheels.close_navigation(active.goal_id)
+        active.over.set()
         status, message = end.status, end.error_msg
         if status is GoalStatus.SUCCEEDED:
             cause = None
@@ -309,10 +310,9 @@ class GoalExecutor:
             now_s = self._clock.now_s()
             over = with_status(goal, status, stamp_s=now_s, cause=cause, error_code=end.error_code, error_msg=message)
             self._goals.keep(over)
-        GOALS.labels(status.value).observe(self._clock.now_s() - active.begun_s)
-        self._span.set_attributes({"goal.status": status.value, "goal.cause": cause.value if cause is not None else ""})
-        self._span.end()
-        active.over.set()
+        about = {"goal.status": status.value, "goal.cause": cause.value if cause is not None else ""}
+        took_s = self._clock.now_s() - active.begun_s
+        asyncio.get_running_loop().call_soon(_record, self._span, about, took_s)  # an emergency stop is stored first
 
     def _tell(self, goal: Goal) -> None:
         with inside(self._span):
@@ -321,6 +321,12 @@ class GoalExecutor:
     def _progress(self, active: ActiveGoal, left_m: float) -> None:
         if self._active is active:
             self._goals.progress(active, left_m, self._clock.now_s())
+
+
+def _record(span: Span, about: dict[str, str], took_s: float) -> None:
+    GOALS.labels(about["goal.status"]).observe(took_s)
+    span.set_attributes(about)
+    span.end()
 
 
 def refuse_while_navigating(navigator: GoalExecutor, what: str) -> None:
