@@ -77,7 +77,7 @@ class Sequences(RuleBasedStateMachine):
     def a_picture_comes(self) -> None:
         """Time passes: the wheels have ticked twice before the second one."""
         for _ in range(2):
-            newest = frame({})
+            newest = frame({"after": 0.0, "wait_s": 5})
             frame({"after": newest.headers["x-stamp-s"][0], "wait_s": 2.0})
 
     def _ask(self, case: schemathesis.Case) -> None:
