@@ -9,17 +9,19 @@ from opentelemetry.context import Context
 from opentelemetry.sdk.trace import ReadableSpan, TracerProvider
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
-from opentelemetry.sdk.trace.sampling import ALWAYS_OFF, ALWAYS_ON, Sampler, SamplingResult
+from opentelemetry.sdk.trace.sampling import ALWAYS_OFF, DEFAULT_ON, Sampler, SamplingResult
 
 
 class Switch(Sampler):
+    """As the SDK's own: what follows a trace that is not sampled is not recorded either."""
+
     def __init__(self) -> None:
         self.on = False
 
     def should_sample(
         self, parent_context: Context | None, trace_id: int, name: str, *rest: Any, **more: Any
     ) -> SamplingResult:
-        return (ALWAYS_ON if self.on else ALWAYS_OFF).should_sample(parent_context, trace_id, name, *rest, **more)
+        return (DEFAULT_ON if self.on else ALWAYS_OFF).should_sample(parent_context, trace_id, name, *rest, **more)
 
     def get_description(self) -> str:
         return "a switch"

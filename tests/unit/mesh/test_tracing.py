@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from opentelemetry.trace import NoOpTracer
 
 from mesh import tracing
 from mesh.span_file import SpanFile
-from mesh.tracing import Tracer, add_trace_id, following, inside, trace_id, traceparent
+from mesh.tracing import Tracer, add_trace_id, following, inside, trace_id, trace_id_of, traceparent
 from support.spans import Spans, id_of, parent_of, recorded_spans, trace_of
 
 TRACER = Tracer("sample.module")
@@ -52,6 +53,18 @@ def test_where_nobody_records_a_command_has_an_id_all_the_same() -> None:
             assert traceparent().startswith(f"00-{first}-")
     with TRACER.command("find the cup"):
         assert trace_id() not in {"", first}
+
+
+def test_a_trace_that_began_where_nobody_records_is_recorded_further_down(
+    spans: Spans, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = Tracer("sample.elsewhere")
+    monkeypatch.setattr(elsewhere, "_tracer", NoOpTracer())
+    with elsewhere.command("find the cup"):
+        brought = traceparent()
+    with following(brought), TRACER.part("ask"):
+        pass
+    assert trace_of(spans.one("ask")) == trace_id_of(brought)
 
 
 @pytest.mark.parametrize("malformed", ["", "00-abc", "00-" + 32 * "0" + "-" + 16 * "0" + "-01", "ff" + OTHERS[2:]])
