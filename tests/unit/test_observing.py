@@ -56,6 +56,14 @@ def test_a_metric_is_named_as_prometheus_wants_it(metric: metrics_table.Metric) 
     assert not re.search(r"_(ms|millis|percent|s)$", metric.name)
 
 
+@pytest.mark.parametrize("metric", METRICS, ids=lambda one: one.name)
+def test_no_label_but_of_what_every_service_says_of_itself_is_one_that_prometheus_sets(
+    metric: metrics_table.Metric,
+) -> None:
+    """Prometheus would rename it `exported_service`, and a query by it would be about who was scraped."""
+    assert metric.name.startswith("service_") or not {"service", "job", "instance"} & set(metric.labels)
+
+
 @pytest.mark.parametrize("query", QUERIES)
 def test_a_query_names_metrics_and_labels_that_are_told(query: str) -> None:
     asked = selectors(query)

@@ -15,7 +15,7 @@ STEPS = Histogram(
     "to work out an event whole and to set off what follows from it",
     buckets=(0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3),
 )
-FAILURES = Counter("coordinator_calls_failed_total", "calls of the mission that failed", ["service"])
+FAILURES = Counter("coordinator_calls_failed_total", "calls of the mission that failed", ["of"])
 DETECTIONS_AGE = Histogram(
     "coordinator_detections_age_seconds",
     "from the capture of a picture to what was seen in it reaching the mission",
