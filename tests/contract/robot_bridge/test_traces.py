@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 
-from contracts.robot import GoalStatus
+from contracts.robot import GoalStatus, Priority
 from contracts.topics import ROBOT_NAVIGATION
 from robot_bridge.safety.emergency_stop import LatchFile
 from support.bridge_behaviour import INSIDE, Rig
@@ -54,6 +54,20 @@ async def test_a_lease_tells_what_was_sent_for_it(rig: Rig, spans: Spans) -> Non
     body = {"twist": {"linear_x": 0.2}, "source": "test", "epoch": 0, "duration_s": 1.0}
     assert (await rig.client.post("/velocity", json=body, headers=BROUGHT)).is_success
     assert twist_of(spans, "POST /velocity")["source"] == "test"
+
+
+async def test_a_lease_is_credited_with_no_motion_of_another(rig: Rig, spans: Spans) -> None:
+    await rig.velocity(source="before", priority=Priority.EXPLORATION)
+    await until(lambda: rig.toy.has_driven)
+    body = {"twist": {"linear_x": 0.2}, "source": "test", "epoch": 0, "duration_s": 0.5}
+    assert (await rig.client.post("/velocity", json=body, headers=BROUGHT)).json()["source"] == "before"
+    assert spans.one("POST /velocity").events == ()
+
+
+async def test_a_lease_that_stands_still_moved_nothing(rig: Rig, spans: Spans) -> None:
+    body = {"twist": {"linear_x": 0.0}, "source": "test", "epoch": 0, "duration_s": 0.5}
+    assert (await rig.client.post("/velocity", json=body, headers=BROUGHT)).json()["source"] == "test"
+    assert spans.one("POST /velocity").events == ()
 
 
 async def test_the_emergency_stop_leaves_no_span(rig: Rig, spans: Spans) -> None:

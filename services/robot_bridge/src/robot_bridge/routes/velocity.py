@@ -100,7 +100,7 @@ async def _told(request: VelocityRequest, bridge: Bridge, taken_s: float) -> Vel
     tick = await bridge.wheels.commanded.wait_for(lambda choice: choice.received_s >= taken_s, TICK_WAIT_S)
     if tick is None:
         raise UnavailableError("rclpy", "the motion loop does not tick", code=Refusal.NO_TICK)
-    add_twist(current_span(), tick)
+    add_twist(current_span(), tick, source=request.source)
     choice = tick.value
     causes = choice.kinds if choice.source == request.source else ()
     return VelocityReply(
