@@ -5,6 +5,7 @@ done many times in one place is one line with many bars. Writes a picture beside
 """
 
 import argparse
+import contextlib
 import json
 import sys
 from collections.abc import Iterable, Sequence
@@ -40,8 +41,7 @@ class Span:
     events: list[tuple[str, float, dict[str, Any]]]
 
     @classmethod
-    def read(cls, line: str) -> "Span":
-        said = json.loads(line)
+    def read(cls, said: dict[str, Any]) -> "Span":
         events = [(one["name"], one["stamp_ns"] / 1e9, one["attributes"]) for one in said["events"]]
         times = {"start_s": said["start_ns"] / 1e9, "end_s": said["end_ns"] / 1e9}
         known = {name: said[name] for name in cls.__dataclass_fields__ if name in said and name != "events"}
@@ -68,20 +68,30 @@ class Row:
 
 
 def spans_in(folder: Path) -> list[Span]:
-    files = sorted(folder.glob("*.jsonl*"))
-    return [Span.read(line) for file in files for line in file.read_text(encoding="utf-8").splitlines() if line.strip()]
+    """A torn line is left out: a service may be writing it, or was killed while it did."""
+    spans: list[Span] = []
+    for file in sorted(folder.glob("*.jsonl*")):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            with contextlib.suppress(json.JSONDecodeError):
+                spans.append(Span.read(json.loads(line)))
+    return spans
 
 
 def of_mission(spans: Sequence[Span], mission: str) -> tuple[Span, list[Span]]:
-    """The span of the mission whose id begins so ('' = the newest), and all spans of its trace. Raises
-    `NoSuchTraceError`."""
+    """The span of the mission whose id begins so ('' = the newest), and all spans of its trace but those of other
+    missions. Raises `NoSuchTraceError`."""
     found = [
         one for one in spans if one.name == "mission" and str(one.attributes.get("mission.id", "")).startswith(mission)
     ]
     if not found:
         raise NoSuchTraceError(f"no mission '{mission}' among {len(spans)} spans: it is not over, or was not recorded")
     whole = max(found, key=lambda one: one.start_s)
-    return whole, [one for one in spans if one.trace_id == whole.trace_id]
+    by_id = {one.span_id: one for one in spans if one.trace_id == whole.trace_id}
+
+    def is_drawn(one: Span | None) -> bool:
+        return one is None or one is whole or (one.name != "mission" and is_drawn(by_id.get(one.parent_id)))
+
+    return whole, [one for one in by_id.values() if is_drawn(one)]
 
 
 def rows_of(spans: Sequence[Span]) -> list[Row]:

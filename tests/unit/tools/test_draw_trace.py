@@ -50,6 +50,24 @@ def test_a_mission_that_was_not_recorded_is_named(folder: Path) -> None:
         draw_trace.of_mission(draw_trace.spans_in(folder), "xyz")
 
 
+def test_a_sister_mission_of_the_same_command_is_left_out(folder: Path) -> None:
+    sister = MISSION | {"mission.id": "def456"}
+    lines = [
+        line("s", "a", "coordinator.execution", "mission", 9.0, 12.0, attributes=sister),
+        line("t", "s", "robot_bridge.routes.motion", "POST /rotate", 10.0, 11.0),
+    ]
+    (folder / "later.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    drawn = {name: draw_trace.of_mission(draw_trace.spans_in(folder), name)[1] for name in ("abc", "def")}
+    assert sorted(one.span_id for one in drawn["abc"]) == ["a", "b", "c", "d", "e", "f", "g"]
+    assert sorted(one.span_id for one in drawn["def"]) == ["a", "s", "t"]
+
+
+def test_a_line_that_is_being_written_is_left_out(folder: Path) -> None:
+    with (folder / "coordinator.jsonl").open("a", encoding="utf-8") as file:
+        file.write(LINES[0][: len(LINES[0]) // 2])
+    assert len(draw_trace.spans_in(folder)) == len(LINES)
+
+
 def test_a_call_and_its_handling_are_one_line_and_what_is_done_again_is_the_same_line(folder: Path) -> None:
     _, spans = draw_trace.of_mission(draw_trace.spans_in(folder), "")
     rows = draw_trace.rows_of(spans)
