@@ -5,6 +5,7 @@
 
 import argparse
 import asyncio
+import random
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from opentelemetry import trace
 from opentelemetry.sdk import trace as recording
 from opentelemetry.sdk.trace import TracerProvider
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
+from opentelemetry.sdk.trace.id_generator import IdGenerator
 
 from bench.calls import TOURS
 from bench.search.play import played
@@ -20,6 +22,19 @@ from bench.search.sets import TUNE_HOMES, episode
 from bench.world.tour import toured
 from mesh.span_file import SpanFile
 from sim.home import Home
+
+
+class OwnIds(IdGenerator):
+    """The SDK's own draws from `random`, which the episode has seeded: recording would play another mission."""
+
+    def __init__(self) -> None:
+        self._random = random.SystemRandom()
+
+    def generate_span_id(self) -> int:
+        return self._random.getrandbits(64) or 1
+
+    def generate_trace_id(self) -> int:
+        return self._random.getrandbits(128) or 1
 
 
 def simulated_ns() -> int:
@@ -36,8 +51,9 @@ def main() -> int:
     models, settings = loaded("sim")
     one = episode("mapped", options.number, TUNE_HOMES)
     toured(Home.generate(one.home_seed), models, settings, TOURS)  # nobody's command
-    (options.out / "mesh.jsonl").unlink(missing_ok=True)
-    provider = TracerProvider()
+    for file in options.out.glob("mesh.jsonl*"):
+        file.unlink()
+    provider = TracerProvider(id_generator=OwnIds())
     provider.add_span_processor(SimpleSpanProcessor(SpanFile(options.out / "mesh.jsonl")))
     trace.set_tracer_provider(provider)
     recording.time_ns = simulated_ns
