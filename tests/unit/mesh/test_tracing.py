@@ -3,6 +3,8 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Event
+from unittest.mock import Mock
 
 import pytest
 from opentelemetry.trace import NoOpTracer
@@ -102,3 +104,28 @@ def test_a_span_is_a_line_of_a_file(spans: Spans, tmp_path: Path) -> None:
     assert (line["attributes"], line["failed"]) == ({"metres": 1.5}, "an obstacle")
     assert line["events"][0]["attributes"] == {"linear_x": 0.2}
     assert line["start_ns"] <= line["events"][0]["stamp_ns"] <= line["end_ns"]
+
+
+def test_a_folder_that_cannot_be_written_keeps_no_service_from_starting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("ATOM_TRACES", str(tmp_path / "file"))
+    before = tracing.trace.get_tracer_provider()
+    tracing.configure_tracing("sample")
+    assert tracing.trace.get_tracer_provider() is before
+
+
+def test_the_end_does_not_wait_for_a_collector_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    answered, over, given_up = Event(), Event(), []
+
+    def force_flush(_: int) -> None:
+        given_up.append(not answered.wait(3.0))
+        over.set()
+
+    monkeypatch.setattr(tracing, "EXPORT_S_MAX", 0.05)
+    monkeypatch.setattr(tracing.trace, "get_tracer_provider", lambda: Mock(force_flush=force_flush))
+    tracing.flush()
+    answered.set()
+    assert over.wait(3.0)
+    assert given_up == [False]

@@ -6,11 +6,13 @@ recorded where `ATOM_TRACES` names a folder or `OTEL_EXPORTER_OTLP_ENDPOINT` a c
 
 import os
 import secrets
+import threading
 from collections.abc import Awaitable, Callable, Coroutine, Generator, Mapping, MutableMapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
+import structlog
 from fastapi import Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.routing import APIRoute
@@ -21,6 +23,8 @@ from opentelemetry.trace.propagation.tracecontext import TraceContextTextMapProp
 from starlette.exceptions import HTTPException
 
 from mesh.errors import MeshError
+
+log = structlog.get_logger()
 
 NO_SPAN: Span = trace.INVALID_SPAN
 EXPORT_S_MAX = 2.0
@@ -39,24 +43,34 @@ def configure_tracing(service: str) -> None:
         return
     from opentelemetry.sdk.resources import Resource
     from opentelemetry.sdk.trace import TracerProvider
-    from opentelemetry.sdk.trace.export import BatchSpanProcessor
+    from opentelemetry.sdk.trace.export import BatchSpanProcessor, SpanExporter
 
-    provider = TracerProvider(resource=Resource.create({"service.name": service}))
+    exporters: list[SpanExporter] = []
     if folder:
         from mesh.span_file import SpanFile
 
-        provider.add_span_processor(BatchSpanProcessor(SpanFile(Path(folder) / f"{service}.jsonl")))
+        try:
+            exporters.append(SpanFile(Path(folder) / f"{service}.jsonl"))
+        except OSError as error:
+            log.warning("no spans are written to the folder of ATOM_TRACES", error=str(error))
     if collector:
         from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
 
-        provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter(timeout=EXPORT_S_MAX)))
+        exporters.append(OTLPSpanExporter(timeout=EXPORT_S_MAX))
+    if not exporters:
+        return
+    provider = TracerProvider(resource=Resource.create({"service.name": service}), shutdown_on_exit=False)
+    for exporter in exporters:
+        provider.add_span_processor(BatchSpanProcessor(exporter))
     trace.set_tracer_provider(provider)
 
 
 def flush() -> None:
-    """Blocks until what was recorded is written, or can not be."""
+    """Blocks until what was recorded is written, or can not be, or the time for it is up. The SDK heeds no time."""
     if (write := getattr(trace.get_tracer_provider(), "force_flush", None)) is not None:
-        write(int(EXPORT_S_MAX * 1000))
+        writing = threading.Thread(target=write, args=(int(EXPORT_S_MAX * 1000),), name="flush-spans", daemon=True)
+        writing.start()
+        writing.join(EXPORT_S_MAX)
 
 
 class Tracer:
