@@ -14,6 +14,5 @@ async def test_a_look_leaves_its_time_and_the_age_of_its_frame(opened: Opened) -
         house.camera.show(10.0, picture(("red", (80, 60, 130, 200))))
         await until(lambda: house.bus.of(VISION_DETECTIONS) != [])
         told = await scraped(house.client)
-    assert sample(told, "inference_look_seconds_count") >= before
-    assert sample(told, "inference_calls_waiting") >= 0
+    assert sample(told, "inference_look_seconds_count") > before
     assert untold(told, "inference") == set()

@@ -29,6 +29,10 @@ async def test_the_wheels_loop_tells_its_beat(rig: Rig) -> None:
 
 
 async def test_a_goal_leaves_its_time_and_its_end(rig: Rig) -> None:
-    goal = (await rig.goal()).json()["id"]
-    await rig.client.delete(f"/navigation/goals/{goal}")
-    assert sample(await scraped(rig.client), "robot_bridge_goal_seconds_count", status="CANCELED") >= 1
+    async def canceled() -> float:
+        goal = (await rig.goal()).json()["id"]
+        await rig.client.delete(f"/navigation/goals/{goal}")
+        return sample(await scraped(rig.client), "robot_bridge_goal_seconds_count", status="CANCELED")
+
+    before = await canceled()
+    assert await canceled() == before + 1
