@@ -132,17 +132,16 @@ def test_a_file_that_is_none_is_named(folder: Path) -> None:
 def test_atom_says_who_asks_by_its_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by_file: bool) -> None:
     (tmp_path / "my.key").write_text("my own\n")
     monkeypatch.setenv(*(("ATOM_KEY_FILE", str(tmp_path / "my.key")) if by_file else ("ATOM_KEY", "my own")))
-    said = stopped_with(monkeypatch)
-    assert said == ["Bearer my own"]
+    assert said_by(monkeypatch, "resume") == ["Bearer my own"]
 
 
 def test_a_key_that_cannot_be_read_does_not_hold_up_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ATOM_KEY_FILE", "/nowhere/my.key")
-    assert stopped_with(monkeypatch) == [""]
+    assert said_by(monkeypatch, "stop") == [""]
 
 
-def stopped_with(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What `atom stop` says of who asks."""
+def said_by(monkeypatch: pytest.MonkeyPatch, order: str) -> list[str]:
+    """What `atom stop` or `atom resume` says of who asks."""
     said: list[str] = []
 
     def answer(request: httpx.Request) -> httpx.Response:
@@ -151,7 +150,7 @@ def stopped_with(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return httpx.Response(200, content=reply.model_dump_json())
 
     monkeypatch.setattr(cli, "transport", httpx.MockTransport(answer))
-    result = runner.invoke(cli.app, ["stop"])
+    result = runner.invoke(cli.app, [order], input="y\n")
     assert result.exit_code == 0, result.output
     assert "my own" not in result.output
     return said
