@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 import xmlrpc.client
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -122,6 +123,7 @@ class Stack:
             [sys.executable, "-m", "supervisor.supervisord", "--nodaemon", "-c", str(self._config)],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            env=inherited(os.environ),
             start_new_session=True,  # Ctrl-C is for the demo, which then asks supervisord to stop
         )
 
@@ -218,6 +220,12 @@ class Stack:
         if name == "robot_bridge":
             variables["ROBOT_BRIDGE_STATE_DIR"] = str(self.folder)
         return ",".join(f'{key}="{value.replace("%", "%%")}"' for key, value in variables.items())
+
+
+def inherited(environment: Mapping[str, str]) -> dict[str, str]:
+    """Settings of the shell reach the demo's services, but keys: it asks on this machine, without one."""
+    keys = {f"{name.upper()}_{what}" for name in SERVICES for what in ("KEY", "KEY_FILE", "KEYS_FILE")}
+    return {name: value for name, value in environment.items() if name not in keys}
 
 
 def _wait_until_gone(pid: int, *, timeout_s: float) -> None:

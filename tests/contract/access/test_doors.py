@@ -126,6 +126,13 @@ def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
     }
 
 
+def test_a_viewer_changes_nothing() -> None:
+    """What a viewer may post asks, or takes its own leave; `/ask` obeys a stop, and 'go on' only of an operator."""
+    asks = {"/ask", "/recall", "/depth", "/localize", "/navigation/path", "/logout"}
+    doors = [one for name in CALLERS for one in access_page.doors(name) if one.role is Role.VIEWER]
+    assert {one.path for one in doors if one.method not in {"GET", "HEAD", SOCKET, ANY}} == asks
+
+
 @pytest.mark.parametrize("topic", ALL_TOPICS, ids=lambda one: one.name)
 def test_a_topic_is_published_and_heard_by_whom_it_names(topic: Any) -> None:
     """As the source says it: who calls `publish` or `listen` with it."""

@@ -1,19 +1,14 @@
 """Every route keeps what the OpenAPI document promises, for generated good and bad requests."""
 
 import schemathesis
-from hypothesis import HealthCheck, Phase, settings
+from hypothesis import settings
 from schemathesis.checks import not_a_server_error
-from schemathesis.specs.openapi.checks import (
-    ignored_auth,
-    missing_required_header,
-    negative_data_rejection,
-    positive_data_acceptance,
-)
 
 from inference.app import create_app
 from inference.ports import Frame
 from inference.settings import Settings
 from support.bus import MemoryBus
+from support.generated_requests import DRAWN, NOT_PROMISED
 from support.inference_fakes import FakeCamera, FakeClip, FakeDetector, bottle, jpeg_of, loads, picture
 
 
@@ -31,27 +26,13 @@ app = create_app(
     models=loads(detector=FakeDetector((bottle(),)), clip=FakeClip()),
 )
 schema = schemathesis.openapi.from_asgi("/openapi.json", app)
-# A body may be well-formed and still make no sense (an empty box, an image that is none): 422. A stamp beyond all
-# frames is a 504, and models still load at first: 503. Pydantic takes "1" for 1.
-# The app has no keys here, so that no door is shut: tests/contract/access knocks at each with keys.
-NOT_PROMISED = [
-    ignored_auth,
-    missing_required_header,
-    negative_data_rejection,
-    positive_data_acceptance,
-    not_a_server_error,
-]
+# A stamp beyond all frames is a 504, and models still load at first: 503.
+EXCLUDED = [*NOT_PROMISED, not_a_server_error]
 
 
 @schema.parametrize()
-@settings(
-    max_examples=12,
-    deadline=None,
-    derandomize=True,
-    phases=[Phase.explicit, Phase.generate],
-    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
-)
+@settings(DRAWN, max_examples=12)
 def test_every_route_keeps_its_promise(case: schemathesis.Case) -> None:
     response = case.call()
     assert response.status_code != 500
-    case.validate_response(response, excluded_checks=NOT_PROMISED)
+    case.validate_response(response, excluded_checks=EXCLUDED)

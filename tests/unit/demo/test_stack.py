@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from demo.stack import SERVICES, Ports, Stack, StackError
+from demo.stack import SERVICES, Ports, Stack, StackError, inherited
 
 
 def stack(folder: Path) -> Stack:
@@ -35,6 +35,11 @@ def test_supervisord_restarts_each_process_and_tells_it_where_the_others_are(tmp
     told = config["program:coordinator"]["environment"]
     assert 'COORDINATOR_ROBOT_BRIDGE_URL="http://127.0.0.1:9004"' in told
     assert 'COORDINATOR_REDIS_URL="redis://127.0.0.1:9005/0"' in told
+
+
+def test_the_shells_settings_reach_the_demo_but_its_keys() -> None:
+    keys = {"UI_KEY": "x", "COORDINATOR_KEYS_FILE": "k", "MEMORY_KEY_FILE": "k"}
+    assert inherited(keys | {"INFERENCE_OLLAMA_URL": "u"}) == {"INFERENCE_OLLAMA_URL": "u"}
 
 
 def test_nothing_runs_where_nothing_was_started(tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ async def known_maps(bridge: BridgeDep) -> tuple[KnownMap, ...]:
 
 
 @router.post("/map/same-home")
-@needs(Role.VIEWER)
+@needs(Role.OPERATOR)
 async def same_home(body: SameHomeRequest, bridge: BridgeDep) -> KnownMap:
     """'This is the same home': what belongs to that map belongs to the map of now. 409 where their walls do not fit."""
     return await bridge.maps.same_home(body.id)
