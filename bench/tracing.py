@@ -25,7 +25,7 @@ from fastapi import APIRouter, FastAPI
 
 from bench.results import quiet, save
 from contracts.problem import Dependency, Health
-from mesh.access import open_to_all
+from mesh.access import public
 from mesh.app import make_app
 from mesh.http import ServiceClient
 from mesh.tracing import TracedRoute, Tracer, configure_tracing
@@ -39,7 +39,7 @@ def service() -> FastAPI:
     router = APIRouter(route_class=TracedRoute)
 
     @router.post("/work")
-    @open_to_all
+    @public
     async def work() -> Health:
         return Health(service="bench")
 

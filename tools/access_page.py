@@ -8,13 +8,13 @@ from fastapi import FastAPI
 
 from contracts.access import CALLERS, Role
 from contracts.topics import ALL_TOPICS
-from mesh.access.declarations import Door, doors_of
+from mesh.access.policies import RoutePolicy, route_policies
 
 PAGE: Final = Path(__file__).parents[1] / "docs/api/access.md"
 HEAD: Final = """# Who may what
 
-Written by `.venv/bin/python tools/access_page.py` from what each route declares; a test compares it, and knocks at each
-door with each role. What no line names asks for a viewer and is then 404. See [security](../security.md).
+Written by `.venv/bin/python tools/access_page.py` from what each route declares; a test compares it, and asks each
+route with each role. What no line names asks for a viewer and is then 404. See [security](../security.md).
 
 """
 
@@ -26,8 +26,8 @@ def app_of(service: str) -> FastAPI:
     return app
 
 
-def doors(service: str) -> tuple[Door, ...]:
-    return doors_of(app_of(service).routes)
+def policies(service: str) -> tuple[RoutePolicy, ...]:
+    return route_policies(app_of(service).routes)
 
 
 def page() -> str:
@@ -45,7 +45,7 @@ def _meaning(role: Role) -> str:
 
 
 def _section(service: str) -> str:
-    rows = "".join(f"| {one.method} | `{one.path}` | {one.role or '**open**'} |\n" for one in doors(service))
+    rows = "".join(f"| {one.method} | `{one.path}` | {one.role or '**open**'} |\n" for one in policies(service))
     return f"\n## {service}\n\n| method | path | lowest role |\n|---|---|---|\n{rows}"
 
 

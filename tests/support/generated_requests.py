@@ -17,7 +17,7 @@ DRAWN = settings(
 """The same requests in every run; how many is the test's own affair: `settings(DRAWN, max_examples=...)`."""
 
 NOT_PROMISED = [
-    # No door is shut without keys: tests/contract/access knocks at each with keys.
+    # No route is closed without keys: tests/contract/access asks each with keys.
     ignored_auth,
     missing_required_header,
     # Pydantic takes "1" for 1 in a body; that is no harm, but the check calls it one.

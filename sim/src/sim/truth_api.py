@@ -11,7 +11,7 @@ from fastapi import FastAPI, Query, Request
 from contracts.base import Message
 from contracts.geometry import Pose2D, Twist2D
 from contracts.problem import Dependency
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.app import make_app
 from mesh.errors import NotFoundError, UnavailableError
 from sim.home import Home
@@ -89,7 +89,7 @@ def create_app(robot: Robot, home: Home, *, on_death: Callable[[], None]) -> Fas
     app = make_app("sim", lifespan=lifespan, dependencies=dependencies, description=__doc__ or "")
 
     @app.get("/truth")
-    @needs(Role.VIEWER)
+    @requires_role(Role.VIEWER)
     async def truth() -> TruthReply:  # pyright: ignore[reportUnusedFunction]
         """Where the robot really is and how it got there."""
 
@@ -112,7 +112,7 @@ def create_app(robot: Robot, home: Home, *, on_death: Callable[[], None]) -> Fas
         return await ask(look)
 
     @app.get("/score")
-    @needs(Role.VIEWER)
+    @requires_role(Role.VIEWER)
     async def score_now(  # pyright: ignore[reportUnusedFunction]
         kind: Annotated[str, Query(min_length=1, max_length=64)],
         colour: Annotated[str | None, Query(max_length=32)] = None,
@@ -124,7 +124,7 @@ def create_app(robot: Robot, home: Home, *, on_death: Callable[[], None]) -> Fas
             raise NotFoundError(str(error)) from error
 
     @app.get("/home")
-    @needs(Role.VIEWER)
+    @requires_role(Role.VIEWER)
     async def whole_home() -> Home:  # pyright: ignore[reportUnusedFunction]
         """The home as it was generated or loaded: rooms, walls, doors, furniture, things, dock."""
         return home

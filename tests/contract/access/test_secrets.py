@@ -6,7 +6,7 @@ import access_page
 import httpx
 import pytest
 
-from contracts.access import CALLERS, KeyFile
+from contracts.access import CALLERS, CredentialFile
 
 PLANTED = "planted-5d41402abc4b2a76"
 OPEN = ("/openapi.json", "/docs", "/health", "/login", "/nowhere", f"/state?key={PLANTED[::-1]}")
@@ -17,7 +17,7 @@ async def test_a_planted_key_is_found_nowhere(
     service: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture,
     capfd: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
-    (tmp_path / "keys.json").write_text(KeyFile().model_dump_json())
+    (tmp_path / "keys.json").write_text(CredentialFile().model_dump_json())
     monkeypatch.setenv(f"{service.upper()}_KEYS_FILE", str(tmp_path / "keys.json"))
     monkeypatch.setenv(f"{service.upper()}_KEY", PLANTED)
     app = access_page.app_of(service)

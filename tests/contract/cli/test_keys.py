@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from atom_cli import __main__ as cli
-from contracts.access import CALLERS, Holder, KeyFile, Role, bus_password_of, sha256_of
+from contracts.access import CALLERS, CredentialFile, Principal, Role, bus_password_of, sha256_of
 from contracts.robot import EmergencyStop, EmergencyStopReply
 
 runner = CliRunner()
@@ -18,8 +18,8 @@ def atom(folder: Path, *words: str, typed: str = "") -> Result:
     return runner.invoke(cli.app, ["keys", *words, "--folder", str(folder)], input=typed)
 
 
-def holders(folder: Path) -> dict[str, Holder]:
-    return {one.name: one for one in KeyFile.model_validate_json((folder / "keys.json").read_bytes()).holders}
+def principals(folder: Path) -> dict[str, Principal]:
+    return {one.name: one for one in CredentialFile.model_validate_json((folder / "keys.json").read_bytes()).principals}
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def made(folder: Path) -> Path:
 
 
 def test_one_command_makes_all_that_a_deployment_needs(made: Path) -> None:
-    found = holders(made)
+    found = principals(made)
     assert set(CALLERS) < set(found)
     assert {name: sha256_of((made / f"{name}.key").read_text().strip()) for name in CALLERS} == {
         name: found[name].key_sha256 for name in CALLERS
@@ -56,13 +56,13 @@ def test_no_key_lies_in_the_file_of_keys_nor_is_printed_but_to_whom_it_belongs(f
     keys = [(folder / f"{name}.key").read_text().strip() for name in CALLERS]
     assert not [key for key in keys if key in said or key in kept]
     (admin,) = re.findall(r"shown this once: (\S{43})\n", said)
-    assert holders(folder)["admin"].key_sha256 == sha256_of(admin)
+    assert principals(folder)["admin"].key_sha256 == sha256_of(admin)
     assert admin not in kept
 
 
 def test_the_services_keys_alone_come_without_a_person(folder: Path) -> None:
     assert "shown this once" not in atom(folder, "make", "--services").output
-    assert "admin" not in holders(folder)
+    assert "admin" not in principals(folder)
 
 
 def test_making_again_makes_only_what_is_not_there(made: Path) -> None:
@@ -76,15 +76,15 @@ def test_making_again_makes_only_what_is_not_there(made: Path) -> None:
 def test_a_person_gets_a_key_with_a_role(made: Path) -> None:
     said = atom(made, "make", "anna", "--role", "viewer").output
     (key,) = re.findall(r"anna \(viewer\), shown this once: (\S{43})\n", said)
-    assert holders(made)["anna"] == Holder(name="anna", role=Role.VIEWER, key_sha256=sha256_of(key))
+    assert principals(made)["anna"] == Principal(name="anna", role=Role.VIEWER, key_sha256=sha256_of(key))
 
 
 def test_a_password_is_kept_as_argon2_and_leaves_role_and_key_as_they_were(made: Path) -> None:
     atom(made, "make", "anna", "--role", "viewer")
-    before = holders(made)["anna"]
+    before = principals(made)["anna"]
     typed = "correct horse battery\n" * 2
     assert atom(made, "make", "anna", "--password", typed=typed).exit_code == 0
-    after = holders(made)["anna"]
+    after = principals(made)["anna"]
     assert (after.role, after.key_sha256) == (before.role, before.key_sha256)
     assert str(after.password).startswith("$argon2id$")
     assert "correct horse" not in (made / "keys.json").read_text()
@@ -103,16 +103,16 @@ def test_a_password_is_kept_as_argon2_and_leaves_role_and_key_as_they_were(made:
 def test_what_makes_no_sense_is_refused_and_changes_nothing(
     made: Path, words: tuple[str, ...], typed: str, why: str
 ) -> None:
-    before = holders(made)
+    before = principals(made)
     result = atom(made, *words, typed=typed)
     assert result.exit_code == 2
     assert why in result.output
-    assert holders(made) == before
+    assert principals(made) == before
 
 
 def test_a_revoked_key_is_gone_with_its_file_and_its_user_at_redis(made: Path) -> None:
     assert atom(made, "revoke", "ui").exit_code == 0
-    assert "ui" not in holders(made)
+    assert "ui" not in principals(made)
     assert not (made / "ui.key").exists()
     assert "user ui" not in (made / "redis.acl").read_text()
 

@@ -17,10 +17,10 @@ from starlette.responses import StreamingResponse
 from starlette.testclient import WebSocketDenialResponse
 from starlette.websockets import WebSocketDisconnect
 
-from contracts.access import Holder, KeyFile, Role, sha256_of
+from contracts.access import CredentialFile, Principal, Role, sha256_of
 from contracts.problem import Dependency, Problem
-from mesh.access import NotDeclaredError, doors, needs, open_to_all, ring, who
-from mesh.access.attempts import WRONG_A_MINUTE
+from mesh.access import NotDeclaredError, credentials, middleware, principal_of, public, requires_role
+from mesh.access.rate_limit import FAILURES_A_MINUTE
 from mesh.app import make_app
 from mesh.http import ServiceClient
 from mesh.settings import Port, ServiceSettings
@@ -51,23 +51,23 @@ def make(keys_file: Path | None) -> FastAPI:
     )
 
     @app.get("/looks")
-    @needs(Role.VIEWER)
+    @requires_role(Role.VIEWER)
     async def looks(request: Request) -> str:
-        holder = who(request)
-        return holder.name if holder is not None else "nobody"
+        principal = principal_of(request)
+        return principal.name if principal is not None else "nobody"
 
     @app.post("/drives")
-    @needs(Role.OPERATOR)
+    @requires_role(Role.OPERATOR)
     async def drives(body: dict[str, str]) -> str:
         return "driven"
 
     @app.post("/stop")
-    @open_to_all
+    @public
     async def stop(request: Request) -> str:
-        return "stopped" if who(request) is None else "asked who"
+        return "stopped" if principal_of(request) is None else "asked who"
 
     @app.websocket("/talk")
-    @needs(Role.OPERATOR)
+    @requires_role(Role.OPERATOR)
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
         await socket.send_text("hello")
@@ -78,8 +78,8 @@ def make(keys_file: Path | None) -> FastAPI:
 
 def write(file: Path, **roles: Role) -> None:
     """A key for each name; the key is the name said twice."""
-    holders = tuple(Holder(name=name, role=role, key_sha256=sha256_of(name * 2)) for name, role in roles.items())
-    file.write_text(KeyFile(holders=holders).model_dump_json())
+    principals = tuple(Principal(name=name, role=role, key_sha256=sha256_of(name * 2)) for name, role in roles.items())
+    file.write_text(CredentialFile(principals=principals).model_dump_json())
 
 
 def damage(file: Path) -> None:
@@ -137,8 +137,8 @@ async def test_a_role_that_is_too_low_is_refused_before_the_body_is_read(client:
 
 
 async def test_wrong_keys_are_answered_no_more_after_a_while_and_right_ones_always(client: httpx.AsyncClient) -> None:
-    wrong = [await client.get("/looks", headers={"Authorization": f"Bearer {n}"}) for n in range(WRONG_A_MINUTE + 1)]
-    assert [one.status_code for one in wrong] == [401] * WRONG_A_MINUTE + [429]
+    wrong = [await client.get("/looks", headers={"Authorization": f"Bearer {n}"}) for n in range(FAILURES_A_MINUTE + 1)]
+    assert [one.status_code for one in wrong] == [401] * FAILURES_A_MINUTE + [429]
     assert (await client.get("/looks", headers=key_of("vera"))).status_code == 200
 
 
@@ -147,7 +147,7 @@ async def test_a_stop_is_open_and_compares_no_key(client: httpx.AsyncClient, mon
         raise AssertionError("a stop waits for no key")
 
     await client.get("/looks")
-    monkeypatch.setattr(ring, "sha256_of", compared)
+    monkeypatch.setattr(credentials, "sha256_of", compared)
     assert (await client.post("/stop", headers=key_of("vera"))).json() == "stopped"
     with pytest.raises(AssertionError):
         await client.get("/looks", headers=key_of("vera"))
@@ -179,7 +179,7 @@ async def test_a_service_with_an_undeclared_route_does_not_start(keys_file: Path
 async def test_a_revoked_key_ends_without_a_restart_and_a_broken_file_changes_nothing(
     client: httpx.AsyncClient, keys_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ring, "LOOK_S", 0.0)
+    monkeypatch.setattr(credentials, "LOOK_S", 0.0)
     assert (await client.get("/looks", headers=key_of("vera"))).status_code == 200
     damage(keys_file)
     assert (await client.get("/looks", headers=key_of("vera"))).status_code == 200
@@ -265,12 +265,12 @@ async def test_a_name_that_anybody_may_buy_is_not_answered(host: str, status: in
 
 
 def test_an_open_socket_ends_with_the_key_it_was_opened_with(keys_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ring, "LOOK_S", 0.0)
+    monkeypatch.setattr(credentials, "LOOK_S", 0.0)
     app = make(keys_file)
     heard: list[str] = []
 
     @app.websocket("/listens")
-    @needs(Role.OPERATOR)
+    @requires_role(Role.OPERATOR)
     async def listens(socket: WebSocket) -> None:
         await socket.accept()
         async for word in socket.iter_text():
@@ -290,8 +290,8 @@ def test_an_open_socket_ends_with_the_key_it_was_opened_with(keys_file: Path, mo
 
 
 async def test_a_stream_ends_with_the_key_it_was_opened_with(keys_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ring, "LOOK_S", 0.0)
-    monkeypatch.setattr(doors, "LOOK_S", 0.0)
+    monkeypatch.setattr(credentials, "LOOK_S", 0.0)
+    monkeypatch.setattr(middleware, "LOOK_S", 0.0)
     app = make(keys_file)
 
     async def parts() -> AsyncIterator[str]:
@@ -301,7 +301,7 @@ async def test_a_stream_ends_with_the_key_it_was_opened_with(keys_file: Path, mo
         yield "third "
 
     @app.get("/stream")
-    @needs(Role.VIEWER)
+    @requires_role(Role.VIEWER)
     async def stream() -> StreamingResponse:
         return StreamingResponse(parts())
 
@@ -312,12 +312,12 @@ async def test_a_stream_ends_with_the_key_it_was_opened_with(keys_file: Path, mo
 def test_a_socket_that_only_tells_ends_with_the_key_it_was_opened_with(
     keys_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ring, "LOOK_S", 0.0)
-    monkeypatch.setattr(doors, "LOOK_S", 0.0)
+    monkeypatch.setattr(credentials, "LOOK_S", 0.0)
+    monkeypatch.setattr(middleware, "LOOK_S", 0.0)
     app = make(keys_file)
 
     @app.websocket("/tells")
-    @needs(Role.VIEWER)
+    @requires_role(Role.VIEWER)
     async def tells(socket: WebSocket) -> None:
         await socket.accept()
         with contextlib.suppress(WebSocketDisconnect):

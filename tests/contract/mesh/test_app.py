@@ -13,7 +13,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from contracts.base import Message
 from contracts.problem import Dependency, Problem, Readiness
-from mesh.access import Role, needs, open_to_all
+from mesh.access import Role, public, requires_role
 from mesh.app import make_app
 from mesh.errors import ConflictError, TooManyError
 from mesh.http import ServiceClient
@@ -44,7 +44,7 @@ def make(*, ok: bool = True) -> FastAPI:
                    settings=Settings(), open_to_pages={"/open"})  # fmt: skip
 
     @app.post("/echo")
-    @needs(Role.OPERATOR)
+    @requires_role(Role.OPERATOR)
     async def echo(word: Word) -> Word:
         if word.word == "busy":
             raise ConflictError("busy with another word")
@@ -55,12 +55,12 @@ def make(*, ok: bool = True) -> FastAPI:
         return word
 
     @app.post("/open")
-    @open_to_all
+    @public
     async def stop() -> Word:
         return Word(word="stopped")
 
     @app.get("/stream")
-    @needs(Role.OPERATOR)
+    @requires_role(Role.OPERATOR)
     async def stream() -> StreamingResponse:
         async def parts() -> AsyncIterator[bytes]:
             yield b"a part"
@@ -68,7 +68,7 @@ def make(*, ok: bool = True) -> FastAPI:
         return StreamingResponse(parts())
 
     @app.websocket("/talk")
-    @needs(Role.OPERATOR)
+    @requires_role(Role.OPERATOR)
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
         await socket.send_text("hello")

@@ -8,7 +8,7 @@ import pytest
 from fastapi import APIRouter, FastAPI
 
 from contracts.base import Message
-from mesh.access import open_to_all
+from mesh.access import public
 from mesh.app import make_app
 from mesh.errors import ConflictError, UnavailableError, UpstreamError
 from mesh.http import ServiceClient
@@ -31,7 +31,7 @@ def client() -> ServiceClient:
     traced, plain = APIRouter(prefix="/things", route_class=TracedRoute), APIRouter()
 
     @traced.get("/{thing}")
-    @open_to_all
+    @public
     async def read(thing: str) -> Told:
         if thing == "gone":
             raise UnavailableError("database", "it is locked")
@@ -40,7 +40,7 @@ def client() -> ServiceClient:
         return Told(trace_id=trace_id())
 
     @plain.post("/stop")
-    @open_to_all
+    @public
     async def stop() -> Told:
         return Told(trace_id=trace_id())
 

@@ -5,13 +5,13 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from contracts.access import Holder, Role
+from contracts.access import Principal, Role
 from contracts.mission import Heard
 from contracts.reading import Mood
 from contracts.robot import EmergencyStop
 from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_EMERGENCY_STOP, ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detection, Detections
-from mesh.access.doors import ANYBODY
+from mesh.access.middleware import ANYBODY
 from mesh.tasks import Tasks
 from support.fake_clock import FakeClock
 from support.ui_world import STARTED_S, UiWorld, event, home_map, mission, robot_state, status, thing
@@ -211,7 +211,7 @@ async def test_a_broken_map_leaves_the_last_one_standing(desk: Desk, world: UiWo
 
 
 async def test_a_viewer_may_type_a_stop_and_no_mission(desk: Desk, world: UiWorld) -> None:
-    actions = OperatorActions(desk, lambda: Holder(name="vera", role=Role.VIEWER))
+    actions = OperatorActions(desk, lambda: Principal(name="vera", role=Role.VIEWER))
     assert not (await actions.command("find the red bottle")).ok
     assert (await actions.command("emergency stop")).ok
     assert len(world.robot.stops) == 1

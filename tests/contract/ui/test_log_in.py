@@ -12,9 +12,9 @@ from asgi_lifespan import LifespanManager
 from pwdlib import PasswordHash
 from pydantic import SecretStr
 
-from contracts.access import Holder, KeyFile, Role, sha256_of
-from mesh.access import ring
-from mesh.access.attempts import WRONG_A_MINUTE
+from contracts.access import CredentialFile, Principal, Role, sha256_of
+from mesh.access import credentials
+from mesh.access.rate_limit import FAILURES_A_MINUTE
 from support.ui_world import UiWorld, fresh_nicegui
 from ui import sessions
 from ui.app import create_app
@@ -27,17 +27,17 @@ BROWSER = {"accept": "text/html,application/xhtml+xml"}
 HASHED = PasswordHash.recommended().hash(PASSWORD)
 
 
-def write(file: Path, *holders: Holder) -> None:
-    file.write_text(KeyFile(holders=holders).model_dump_json())
+def write(file: Path, *principals: Principal) -> None:
+    file.write_text(CredentialFile(principals=principals).model_dump_json())
 
 
-VERA = Holder(name="vera", role=Role.VIEWER, password=HASHED)
-OTTO = Holder(name="otto", role=Role.OPERATOR, key_sha256=sha256_of(KEY))
+VERA = Principal(name="vera", role=Role.VIEWER, password=HASHED)
+OTTO = Principal(name="otto", role=Role.OPERATOR, key_sha256=sha256_of(KEY))
 
 
 @pytest.fixture
 def keys_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(ring, "LOOK_S", 0.0)
+    monkeypatch.setattr(credentials, "LOOK_S", 0.0)
     write(tmp_path / "keys.json", VERA, OTTO)
     return tmp_path / "keys.json"
 
@@ -110,8 +110,8 @@ async def test_what_does_not_fit_gets_none(client: httpx.AsyncClient, name: str,
 
 
 async def test_after_too_many_wrong_answers_the_right_one_has_to_wait_too(client: httpx.AsyncClient) -> None:
-    wrong = [(await log_in(client, "otto", f"guess {number}")).status_code for number in range(WRONG_A_MINUTE)]
-    assert wrong == [401] * WRONG_A_MINUTE
+    wrong = [(await log_in(client, "otto", f"guess {number}")).status_code for number in range(FAILURES_A_MINUTE)]
+    assert wrong == [401] * FAILURES_A_MINUTE
     assert (await log_in(client, "vera", PASSWORD)).status_code == 429
 
 
@@ -122,12 +122,12 @@ async def test_many_wrong_answers_at_once_get_no_more_tries_than_one_after_the_o
     monkeypatch.setattr(sessions, "VERIFIED_AT_ONCE", 100)
     monkeypatch.setattr(PasswordHash, "verify", lambda _, secret, hashed: tried.append(secret))
     answers = await asyncio.gather(*(log_in(client, "vera", f"guess {number}") for number in range(30)))
-    assert len(tried) == WRONG_A_MINUTE
-    assert sorted(one.status_code for one in answers) == [401] * WRONG_A_MINUTE + [429] * (30 - WRONG_A_MINUTE)
+    assert len(tried) == FAILURES_A_MINUTE
+    assert sorted(one.status_code for one in answers) == [401] * FAILURES_A_MINUTE + [429] * (30 - FAILURES_A_MINUTE)
 
 
 async def test_right_answers_use_nothing_up(client: httpx.AsyncClient) -> None:
-    for _ in range(WRONG_A_MINUTE + 1):
+    for _ in range(FAILURES_A_MINUTE + 1):
         assert (await log_in(client, "otto", KEY)).status_code == 303
 
 
@@ -145,7 +145,7 @@ async def test_while_two_passwords_are_compared_another_is_not_and_costs_no_try_
     try:
         for _ in first:
             assert await asyncio.to_thread(compared.acquire, timeout=5.0)
-        others = [await log_in(client, "vera", PASSWORD) for _ in range(2 * WRONG_A_MINUTE)]
+        others = [await log_in(client, "vera", PASSWORD) for _ in range(2 * FAILURES_A_MINUTE)]
         assert {(one.status_code, one.headers["retry-after"]) for one in others} == {(429, "1")}
         assert (await log_in(client, "otto", KEY)).status_code == 303
     finally:
@@ -168,7 +168,7 @@ async def test_a_cookie_that_was_changed_is_worth_nothing(client: httpx.AsyncCli
     ids=["revoked", "another password"],
 )
 async def test_a_session_ends_with_what_it_began_with(
-    client: httpx.AsyncClient, keys_file: Path, then: tuple[Holder, ...]
+    client: httpx.AsyncClient, keys_file: Path, then: tuple[Principal, ...]
 ) -> None:
     await log_in(client, "vera", PASSWORD)
     assert (await client.get("/")).status_code == 200
@@ -213,7 +213,7 @@ def test_every_act_of_the_page_says_who_may() -> None:
 
 @pytest.mark.parametrize("act", ACTS)
 @pytest.mark.parametrize(("who", "told"), [(VERA, "yours is viewer"), (None, "not logged in")])
-async def test_an_act_is_refused_before_anything_is_asked(act: str, who: Holder | None, told: str) -> None:
+async def test_an_act_is_refused_before_anything_is_asked(act: str, who: Principal | None, told: str) -> None:
     words = {"by": "page"} if act == "reset" else {}
     given = {"go": (1.0, 1.0), "look": (1.0, 1.0)}.get(act, ("1",) if re.search("forget|import|queue", act) else ())
     result = await getattr(OperatorActions(None, lambda: who), act)(*given, **words)  # type: ignore[arg-type]

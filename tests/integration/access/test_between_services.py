@@ -12,14 +12,14 @@ from fastapi import FastAPI
 from pydantic import SecretStr
 
 from atom_cli import keys
-from contracts.access import KeyFile
+from contracts.access import CredentialFile
 from contracts.geometry import Pose2D
 from contracts.robot import CandidatePose, EmergencyStopRequest, GoalRequest
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.app import create_app as coordinator_app
 from coordinator.settings import Settings as CoordinatorSettings
 from inference.adapters.bridge_camera import BridgeCamera
-from mesh.access import ring
+from mesh.access import credentials
 from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 from robot_bridge.app import create_app
@@ -50,7 +50,7 @@ class Bridge:
 
 @pytest.fixture
 async def bridge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Bridge]:
-    monkeypatch.setattr(ring, "LOOK_S", 0.0)
+    monkeypatch.setattr(credentials, "LOOK_S", 0.0)
     folder, toy, bus = tmp_path / "keys", ToyRobot(), MemoryBus()
     keys.make(services=True, folder=folder)
     settings = Settings(state_dir=tmp_path, session_timeout_s=10.0, keys_file=folder / "keys.json")
@@ -171,7 +171,7 @@ async def test_a_mission_goes_from_the_page_over_the_coordinator_to_the_bridge(b
 
 def _revoke(folder: Path, name: str) -> None:
     file = folder / "keys.json"
-    left = tuple(one for one in KeyFile.model_validate_json(file.read_bytes()).holders if one.name != name)
+    left = tuple(one for one in CredentialFile.model_validate_json(file.read_bytes()).principals if one.name != name)
     new = folder / "new"
-    new.write_text(KeyFile(holders=left).model_dump_json())
+    new.write_text(CredentialFile(principals=left).model_dump_json())
     new.replace(file)

@@ -17,7 +17,7 @@ SERVICE = """
 import sys
 from contextlib import asynccontextmanager
 from fastapi import APIRouter
-from mesh.access import open_to_all
+from mesh.access import public
 from mesh.app import make_app
 from mesh.server import serve
 from mesh.tracing import TracedRoute, configure_tracing
@@ -32,7 +32,7 @@ async def dependencies(request):
 router = APIRouter(route_class=TracedRoute)
 
 @router.post("/work")
-@open_to_all
+@public
 async def work() -> dict[str, str]:
     return {}
 

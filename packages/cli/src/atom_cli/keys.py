@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from contracts.access import CALLERS, Holder, KeyFile, Role, bus_password_of, sha256_of
+from contracts.access import CALLERS, CredentialFile, Principal, Role, bus_password_of, sha256_of
 from contracts.topics import bus_rules
 
 ROLES: Final = {
@@ -48,23 +48,23 @@ def make(
     folder: Folder = FOLDER,
 ) -> None:
     """Makes one key, or everything a deployment needs that is not there yet. Each secret is printed once."""
-    holders = _read(folder)
+    principals = _read(folder)
     if name is None:
-        _make_all(folder, holders, admin=not services)
+        _make_all(folder, principals, admin=not services)
         return
-    old = holders.get(name)
+    old = principals.get(name)
     if old is not None and old.key_sha256 is not None and not password:
         raise typer.BadParameter(f"{name} has a key; `atom keys revoke {name}` first")
     try:
-        made = old or Holder(name=name, role=role or Role.OPERATOR)
+        made = old or Principal(name=name, role=role or Role.OPERATOR)
     except ValidationError as error:
         raise typer.BadParameter(f"{name!r}: {error.errors()[0]['msg']}") from None
     key = secrets.token_urlsafe(32)
     secret = {"password": _hashed_password()} if password else {"key_sha256": sha256_of(key)}
-    holders[name] = made.model_copy(update=secret | {"role": role or made.role})
-    _write(folder, holders)
+    principals[name] = made.model_copy(update=secret | {"role": role or made.role})
+    _write(folder, principals)
     if not password:
-        _print_once(holders[name], key)
+        _print_once(principals[name], key)
 
 
 @app.command(name="list")
@@ -79,10 +79,10 @@ def show(folder: Folder = FOLDER) -> None:
 @app.command()
 def revoke(name: Annotated[str, typer.Argument(help="whose key and password end")], folder: Folder = FOLDER) -> None:
     """Ends somebody's key, password and sessions of the page. `atom keys make` makes a service's again."""
-    holders = _read(folder)
-    if holders.pop(name, None) is None:
+    principals = _read(folder)
+    if principals.pop(name, None) is None:
         raise typer.BadParameter(f"nobody is called {name!r}")
-    _write(folder, holders)
+    _write(folder, principals)
     (folder / f"{name}.key").unlink(missing_ok=True)
     if name in CALLERS:
         _write_acl(folder)
@@ -90,17 +90,17 @@ def revoke(name: Annotated[str, typer.Argument(help="whose key and password end"
     console.print(f"[bold]revoked[/]  {escape(name)}")
 
 
-def _make_all(folder: Path, holders: dict[str, Holder], *, admin: bool) -> None:
+def _make_all(folder: Path, principals: dict[str, Principal], *, admin: bool) -> None:
     for name, role in ROLES.items():
-        if name not in holders or not (folder / f"{name}.key").is_file():
+        if name not in principals or not (folder / f"{name}.key").is_file():
             key = secrets.token_urlsafe(32)
             _write_secret(folder, f"{name}.key", key + "\n")
-            holders[name] = Holder(name=name, role=role, key_sha256=sha256_of(key))
-    if admin and ADMIN not in holders:
+            principals[name] = Principal(name=name, role=role, key_sha256=sha256_of(key))
+    if admin and ADMIN not in principals:
         key = secrets.token_urlsafe(32)
-        holders[ADMIN] = Holder(name=ADMIN, role=Role.ADMIN, key_sha256=sha256_of(key))
-        _print_once(holders[ADMIN], key)
-    _write(folder, holders)
+        principals[ADMIN] = Principal(name=ADMIN, role=Role.ADMIN, key_sha256=sha256_of(key))
+        _print_once(principals[ADMIN], key)
+    _write(folder, principals)
     _write_acl(folder)
     console.print(
         f"Keys of {len(ROLES)} services, keys.json and redis.acl are in {escape(str(folder))}.", soft_wrap=True
@@ -118,17 +118,19 @@ def _write_acl(folder: Path) -> None:
     _write_secret(folder, "redis.acl", "\n".join(lines) + "\n")
 
 
-def _read(folder: Path) -> dict[str, Holder]:
+def _read(folder: Path) -> dict[str, Principal]:
     file = folder / "keys.json"
     try:
-        holders = KeyFile.model_validate_json(file.read_bytes()).holders if file.is_file() else ()
+        principals = CredentialFile.model_validate_json(file.read_bytes()).principals if file.is_file() else ()
     except ValidationError as error:
         raise typer.BadParameter(f"{file} is no file of keys: {error.errors()[0]['msg']}") from None
-    return {one.name: one for one in holders}
+    return {one.name: one for one in principals}
 
 
-def _write(folder: Path, holders: dict[str, Holder]) -> None:
-    _write_secret(folder, "keys.json", KeyFile(holders=tuple(holders.values())).model_dump_json(indent=1) + "\n")
+def _write(folder: Path, principals: dict[str, Principal]) -> None:
+    _write_secret(
+        folder, "keys.json", CredentialFile(principals=tuple(principals.values())).model_dump_json(indent=1) + "\n"
+    )
 
 
 def _write_secret(folder: Path, name: str, text: str) -> None:
@@ -150,8 +152,8 @@ def _hashed_password() -> str:
     return PasswordHash.recommended().hash(said)
 
 
-def _print_once(holder: Holder, key: str) -> None:
-    console.print(f"[bold]{escape(holder.name)}[/] ({holder.role.value}), shown this once: {key}", soft_wrap=True)
+def _print_once(principal: Principal, key: str) -> None:
+    console.print(f"[bold]{escape(principal.name)}[/] ({principal.role.value}), shown this once: {key}", soft_wrap=True)
 
 
 def _yes(value: str | None) -> str:

@@ -14,7 +14,7 @@ CALLERS = ("coordinator", "inference", "memory", "robot_bridge", "ui")
 
 
 class Role(StrEnum):
-    """What a door asks for and what a key is good for. In this order: each may also what those before it may."""
+    """What a route asks for and what a key is good for. In this order: each may also what those before it may."""
 
     VIEWER = "viewer"
     """Looks: pictures, map, memory, missions, state, metrics. Moves and changes nothing."""
@@ -35,7 +35,7 @@ Name = Annotated[
 ]
 
 
-class Holder(Message):
+class Principal(Message):
     """Somebody, or a service, with a role: by a key, by a password for the page, or by both."""
 
     name: Name
@@ -46,16 +46,16 @@ class Holder(Message):
     )
 
 
-class KeyFile(Message):
+class CredentialFile(Message):
     """`keys.json`, written by `atom keys` and read by every service."""
 
-    holders: tuple[Holder, ...] = Field(default=(), max_length=1000)
+    principals: tuple[Principal, ...] = Field(default=(), max_length=1000)
 
     @model_validator(mode="after")
     def _names_are_unique(self) -> Self:
-        names = [one.name for one in self.holders]
+        names = [one.name for one in self.principals]
         if len(set(names)) != len(names):
-            raise ValueError("two holders have the same name")
+            raise ValueError("two principals have the same name")
         return self
 
 

@@ -14,9 +14,9 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Mount
 
 from contracts.problem import Dependency, Health, Readiness
-from mesh.access import Doors, Role, needs, open_to_all
+from mesh.access import AuthorizationMiddleware, Role, public, requires_role
 from mesh.access.document import with_roles
-from mesh.access.doors import Ticket
+from mesh.access.middleware import SessionAuthenticator
 from mesh.errors import MeshError, TooManyError
 from mesh.metrics import tell_ready
 from mesh.middleware import BodyLimit, SameOrigin, Unbuffered
@@ -39,7 +39,7 @@ def make_app(
     lifespan: Callable[[FastAPI], Any],
     dependencies: Readies,
     settings: ServiceSettings | None = None,
-    ticket: Ticket | None = None,
+    authenticate_session: SessionAuthenticator | None = None,
     log_in_at: str | None = None,
     measure: Measures | None = None,
     body_bytes_max: int = 1_000_000,
@@ -52,7 +52,8 @@ def make_app(
 
     `body_bytes_max_at` names paths with a limit of their own; none = the route bounds what it reads of it itself.
     What web pages of another origin ask for is refused, but at the paths `open_to_pages`; see `SameOrigin`. Of its
-    `settings` it takes who may (no settings: anybody may); `ticket` and `log_in_at` are as `Doors` has them.
+    `settings` it takes who may (no settings: anybody may); `authenticate_session` and `log_in_at` are as
+    `AuthorizationMiddleware` has them.
     """
 
     @asynccontextmanager
@@ -72,10 +73,12 @@ def make_app(
     )
     app.openapi = with_roles(app)
     for docs in app.routes:  # what stands in docs/api anyway, and a page to try it with a key
-        open_to_all(docs.app if isinstance(docs, Mount) else cast(Any, docs).endpoint)
-    ring = settings.key_ring() if settings is not None else None
-    app.state.key_ring = ring
-    app.add_middleware(Doors, ring=ring, ticket=ticket, log_in_at=log_in_at)
+        public(docs.app if isinstance(docs, Mount) else cast(Any, docs).endpoint)
+    credentials = settings.credential_store() if settings is not None else None
+    app.state.credentials = credentials
+    app.add_middleware(
+        AuthorizationMiddleware, credentials=credentials, authenticate_session=authenticate_session, log_in_at=log_in_at
+    )
     app.add_middleware(Unbuffered)
     allowed = settings.origins_allowed if settings is not None else ()
     app.add_middleware(SameOrigin, allowed=allowed, open_paths=open_to_pages)
@@ -86,13 +89,13 @@ def make_app(
     app.add_exception_handler(Exception, _unexpected_problem)
 
     @app.get("/health", tags=["operations"])
-    @open_to_all
+    @public
     async def health() -> Health:  # pyright: ignore[reportUnusedFunction]
         """The process answers."""
         return Health(service=service)
 
     @app.get("/ready", tags=["operations"], responses={503: {"model": Readiness}})
-    @open_to_all
+    @public
     async def ready(request: Request, response: Response) -> Readiness:  # pyright: ignore[reportUnusedFunction]
         """Its data is flowing; each dependency is named."""
         found = tuple(await dependencies(request))
@@ -101,7 +104,7 @@ def make_app(
         return readiness
 
     @app.get("/metrics", tags=["operations"], include_in_schema=False)
-    @needs(Role.VIEWER)
+    @requires_role(Role.VIEWER)
     async def metrics(request: Request) -> Response:  # pyright: ignore[reportUnusedFunction]
         tell_ready(service, await dependencies(request))
         if measure is not None:

@@ -11,7 +11,7 @@ from typing import Annotated, Final, Self, Union, get_args, get_origin
 from pydantic import BaseModel, Field, SecretStr, ValidationError, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict, SettingsError
 
-from mesh.access.ring import KeyRing
+from mesh.access.credentials import CredentialStore
 
 Port = Annotated[int, Field(ge=1, le=65535, description="TCP port to listen on")]
 
@@ -59,10 +59,10 @@ class ServiceSettings(BaseSettings):
         except OSError as error:
             raise SystemExit(f"{_names(type(self))[0]}KEY_FILE: {self.key_file}: {error.strerror}") from None
 
-    def key_ring(self) -> KeyRing | None:
+    def credential_store(self) -> CredentialStore | None:
         """Raises `SystemExit` when the file of keys cannot be read."""
         try:
-            return KeyRing(self.keys_file) if self.keys_file is not None else None
+            return CredentialStore(self.keys_file) if self.keys_file is not None else None
         except ValueError as error:
             raise SystemExit(f"{_names(type(self))[0]}KEYS_FILE: {error}") from None
 

@@ -13,7 +13,7 @@ from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, Missio
 from contracts.reading import Mood
 from coordinator.commands.mission_service import MissionService
 from coordinator.questions.question_service import QuestionService
-from mesh.access import Role, needs, who
+from mesh.access import Role, principal_of, requires_role
 from mesh.errors import ForbiddenError
 from mesh.tracing import TracedRoute
 from vocabulary.orders import order_in
@@ -43,7 +43,7 @@ Key = Annotated[str | None, Header(alias="Idempotency-Key", min_length=1, max_le
 
 
 @router.post("/missions", status_code=201, tags=["missions"], responses=HEARD)
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def start(body: StartMission, missions: MissionsDep, response: Response, key: Key = None) -> Mission | Heard:
     """An order ('stop', 'wait', 'never mind the cup') is obeyed at once, before anything is parsed: 200. Else the first
     mission of the command: it begins at once, or waits while another runs; further things the command names follow as
@@ -57,7 +57,7 @@ async def start(body: StartMission, missions: MissionsDep, response: Response, k
 
 
 @router.get("/missions", tags=["missions"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def newest(
     missions: MissionsDep,
     limit: Annotated[int, Query(ge=1, le=200)] = 20,
@@ -68,13 +68,13 @@ async def newest(
 
 
 @router.get("/missions/{mission_id}", tags=["missions"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def read(mission_id: MissionId, missions: MissionsDep) -> Mission:
     return await missions.get(mission_id)
 
 
 @router.get("/missions/{mission_id}/events", tags=["missions"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def events(
     mission_id: MissionId, missions: MissionsDep, after: After = -1, limit: Annotated[int, Query(ge=1, le=2000)] = 1000
 ) -> list[MissionEvent]:
@@ -84,7 +84,7 @@ async def events(
 
 
 @router.get("/missions/{mission_id}/recording", tags=["missions"], response_class=PlainTextResponse)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def recording(mission_id: MissionId, missions: MissionsDep) -> PlainTextResponse:
     """Everything it was decided by, one JSON object a line: the settings, then each event with its time and what was
     decided on it. `make replay` decides it again.
@@ -98,7 +98,7 @@ async def recording(mission_id: MissionId, missions: MissionsDep) -> PlainTextRe
     response_class=Response,
     responses={200: {"content": {"image/jpeg": {}}}},
 )
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def picture(
     mission_id: MissionId, number: Annotated[int, Path(ge=0, le=10_000)], missions: MissionsDep
 ) -> Response:
@@ -107,36 +107,36 @@ async def picture(
 
 
 @router.post("/missions/{mission_id}/cancel", tags=["missions"])
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def cancel(mission_id: MissionId, missions: MissionsDep) -> Mission:
     """Stops and ends it, or takes it out of the queue; 409 when it has ended already."""
     return await missions.cancel(mission_id)
 
 
 @router.post("/missions/{mission_id}/pause", tags=["missions"])
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def pause(mission_id: MissionId, missions: MissionsDep) -> Mission:
     """Stops where it is; 409 unless it runs."""
     return await missions.pause(mission_id)
 
 
 @router.post("/missions/{mission_id}/resume", tags=["missions"])
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def resume(mission_id: MissionId, missions: MissionsDep) -> Mission:
     """Goes on with the state it was paused in; 409 unless it is paused."""
     return await missions.resume(mission_id)
 
 
 @router.post("/ask", tags=["asking"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def ask(body: Question, asking: Request, questions: QuestionsDep, missions: MissionsDep) -> Answer:
     """An answer from what memory, the missions and the robot know, with the records it rests on. It moves nothing; an
     order ('stop') is obeyed here too, 'go on' from an operator only.
     """
     order = order_in(body.question)
     if order is not None:
-        holder = who(asking)
-        if order.mood is Mood.RESUME and (holder is None or not holder.role.may(Role.OPERATOR)):
+        principal = principal_of(asking)
+        if order.mood is Mood.RESUME and (principal is None or not principal.role.may(Role.OPERATOR)):
             raise ForbiddenError("to let the mission go on needs an operator")
         heard = await missions.orders.obey(order.mood)
         return Answer(answer=heard.text, about=About.DOING, phrased_by="template")
@@ -144,21 +144,21 @@ async def ask(body: Question, asking: Request, questions: QuestionsDep, missions
 
 
 @router.get("/state", tags=["state"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def state(missions: MissionsDep) -> MissionStatus:
     """What `mission.state` says, now."""
     return missions.runner.status()
 
 
 @router.get("/coverage", tags=["state"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def coverage(missions: MissionsDep) -> CoveragePlan:
     """Where a search would look, for the current map, from where the robot stands."""
     return await missions.coverage()
 
 
 @router.websocket("/events")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def stream(
     socket: WebSocket, missions: MissionsDep, after: Annotated[int | None, Query(ge=-1, le=2**53)] = None
 ) -> None:

@@ -22,7 +22,7 @@ from contracts.vision import (
 from inference.perception.annotate import AnnotatedFrame
 from inference.service import Inference
 from inference.validation.validation import require_box
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import TooManyError
 from mesh.latest_value import Reading
 from mesh.tracing import TracedRoute
@@ -53,7 +53,7 @@ InferenceDep = Annotated[Inference, Depends(get_inference)]
 
 
 @router.post("/detect", tags=["vision"], openapi_extra=IMAGE_BODY, response_model=Detections)
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def detect(request: Request, inference: InferenceDep) -> Response:
     """Every object of a known class in the image sent, or in the newest frame."""
     body = await request.body()
@@ -63,7 +63,7 @@ async def detect(request: Request, inference: InferenceDep) -> Response:
 
 
 @router.post("/clip-score", tags=["vision"])
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def clip_score(body: ScoreRequest, inference: InferenceDep) -> ScoreReply:
     """How well each text goes with the newest frame, and with the box in it where one is named (cosines)."""
     clip = inference.models.clip()
@@ -81,7 +81,7 @@ async def clip_score(body: ScoreRequest, inference: InferenceDep) -> ScoreReply:
 
 
 @router.post("/embed", tags=["vision"])
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def embed(body: EmbedRequest, inference: InferenceDep) -> EmbedReply:
     """Embeddings of texts, and of the newest frame or a box in it where asked for."""
     clip = inference.models.clip()
@@ -95,7 +95,7 @@ async def embed(body: EmbedRequest, inference: InferenceDep) -> EmbedReply:
 
 
 @router.post("/validate", tags=["vision"])
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def validate(body: ValidateRequest, inference: InferenceDep) -> Validation:
     """Three votes: is this the thing? Two must agree."""
     return await inference.validator.validate(body)
@@ -107,7 +107,7 @@ async def validate(body: ValidateRequest, inference: InferenceDep) -> Validation
     response_class=Response,
     responses={200: {"content": {"image/jpeg": {}}}},
 )
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def evidence(
     validation_id: Annotated[str, Path(min_length=1, max_length=64)], inference: InferenceDep
 ) -> Response:
@@ -116,27 +116,27 @@ async def evidence(
 
 
 @router.post("/parse-task", tags=["language"])
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def parse_task(body: ParseTaskRequest, inference: InferenceDep) -> ParsedTask:
     """What each part of a command claims to mean; `parser` says who read it."""
     return await inference.reader.parse(body)
 
 
 @router.post("/reason", tags=["language"])
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def reason(body: ReasonRequest, inference: InferenceDep) -> ReasonReply:
     """The facts put into words that answer the question; 503 where no language model can."""
     return await inference.reasoner.reason(body)
 
 
 @router.get("/models", tags=["operations"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def models(inference: InferenceDep) -> list[ModelInfo]:
     return inference.model_infos()
 
 
 @router.get("/annotated", tags=["vision"], responses=JPEG_RESPONSE, response_class=Response)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def annotated(
     inference: InferenceDep,
     after: Annotated[float | None, Query(description="stamp of the frame already seen", allow_inf_nan=False)] = None,
@@ -150,7 +150,7 @@ async def annotated(
 
 
 @router.get("/annotated/stream", tags=["vision"], include_in_schema=False)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def annotated_stream(inference: InferenceDep) -> StreamingResponse:
     """MJPEG, for an <img> tag or `ffplay`; ends when the reader leaves."""
 

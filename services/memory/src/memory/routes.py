@@ -28,7 +28,7 @@ from contracts.memory import (
 )
 from memory.memory_service import MemoryService
 from memory.metrics import RECALLS
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.tracing import TracedRoute
 
 router = APIRouter(route_class=TracedRoute)
@@ -50,21 +50,21 @@ Number = Annotated[int, Path(ge=1, le=2**31 - 1)]
 
 
 @router.post("/observations", tags=["writing"])
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def observe(body: ObservationBatch, memory: MemoryDep) -> ObservationsReply:
     """Remembers; durable when answered. Excluded labels are counted as ignored and written nowhere."""
     return await memory.observe(body)
 
 
 @router.post("/looks", tags=["writing"])
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def look(body: LookBatch, memory: MemoryDep) -> LooksReply:
     """What should have been seen and was not loses belief; what was hidden or out of view keeps it."""
     return await memory.look(body)
 
 
 @router.get("/labels", tags=["reading"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def labels(
     memory: MemoryDep, limit: Annotated[int, Query(ge=1, le=1000)] = 500, in_map: InMap = None
 ) -> list[LabelCount]:
@@ -73,14 +73,14 @@ async def labels(
 
 
 @router.get("/maps", tags=["reading"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def maps(memory: MemoryDep) -> list[RememberedMap]:
     """Homes that something is remembered of, the one the robot is in first."""
     return await memory.maps()
 
 
 @router.get("/views", tags=["reading"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def views(
     memory: MemoryDep,
     label: Annotated[Label | None, Query()] = None,
@@ -92,7 +92,7 @@ async def views(
 
 
 @router.get("/objects", tags=["reading"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def objects(
     memory: MemoryDep,
     label: Annotated[Label | None, Query()] = None,
@@ -106,14 +106,14 @@ async def objects(
 
 
 @router.get("/objects/{number}", tags=["reading"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def one_object(number: Number, memory: MemoryDep) -> RememberedObject:
     """One thing; 404 when there is none."""
     return await memory.object(number)
 
 
 @router.post("/recall", tags=["reading"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def recall(body: RecallRequest, memory: MemoryDep) -> RecallReply:
     """Where to look for it, best first, each with the parts of its score and the reason in words."""
     with RECALLS.time():
@@ -121,21 +121,21 @@ async def recall(body: RecallRequest, memory: MemoryDep) -> RecallReply:
 
 
 @router.delete("/objects/{number}", tags=["writing"])
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def forget_object(number: Number, memory: MemoryDep) -> DeletedReply:
     """Forgets a thing and every view of it; 404 when there is none."""
     return await memory.forget_object(number)
 
 
 @router.delete("/labels/{label:path}", tags=["writing"])
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def forget_label(label: Annotated[Label, Path()], memory: MemoryDep) -> DeletedReply:
     """Forgets everything of a label; 404 when there is nothing."""
     return await memory.forget(ForgetRequest(label=label))
 
 
 @router.post("/forget", tags=["writing"])
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def forget(body: ForgetRequest, memory: MemoryDep) -> DeletedReply:
     """Forgets by label, area and time; 404 when nothing meets all that is asked."""
     return await memory.forget(body)
@@ -147,7 +147,7 @@ async def forget(body: ForgetRequest, memory: MemoryDep) -> DeletedReply:
     response_class=StreamingResponse,
     responses={200: {"content": {"application/x-ndjson": {}, "application/json": {}}}},
 )
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def export(memory: MemoryDep, form: Annotated[ExportForm, Query()] = ExportForm.FULL) -> StreamingResponse:
     """Everything remembered, as a file."""
     lines = memory.export(form)
@@ -166,7 +166,7 @@ async def export(memory: MemoryDep, form: Annotated[ExportForm, Query()] = Expor
         }
     },
 )
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def import_batch(
     request: Request, memory: MemoryDep, form: Annotated[ExportForm, Query()] = ExportForm.FULL
 ) -> ImportReply:
@@ -180,7 +180,7 @@ async def import_batch(
     response_class=Response,
     responses={200: {"content": {"image/svg+xml": {}}}},
 )
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def picture(
     memory: MemoryDep,
     label: Annotated[Label | None, Query()] = None,
@@ -191,7 +191,7 @@ async def picture(
 
 
 @router.get("/statistics", tags=["reading"])
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def statistics(memory: MemoryDep) -> MemoryStatistics:
     """How much is remembered, and how large it is."""
     return await memory.statistics()

@@ -81,7 +81,7 @@ def create_app(
         lifespan=lifespan,
         dependencies=dependencies,
         settings=settings,
-        ticket=sessions.ticket if sessions is not None else None,
+        authenticate_session=sessions.authenticate if sessions is not None else None,
         log_in_at=LOG_IN_PATH.removeprefix("/"),
         body_bytes_max=settings.body_bytes_max,
         body_bytes_max_at={"/memory/import": settings.import_bytes_max, "/stop": None},  # a stop reads none

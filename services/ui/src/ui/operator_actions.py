@@ -10,7 +10,7 @@ from typing import Concatenate, Final, ParamSpec
 
 import structlog
 
-from contracts.access import Holder, Role
+from contracts.access import Principal, Role
 from contracts.asking import Answer
 from contracts.geometry import Pose2D
 from contracts.mission import Heard
@@ -67,17 +67,19 @@ class OperatorActions:
     """Stateless but for the desk: every act names what it acts on. What the page asks other services, it asks with its
     own key; so each act but a stop says here who may."""
 
-    def __init__(self, desk: Desk, asks: Callable[[], Holder | None]) -> None:
+    def __init__(self, desk: Desk, asks: Callable[[], Principal | None]) -> None:
         """`asks` tells who it is now (`mesh.access.who_now`)."""
         self._desk = desk
         self._asks = asks
 
     def refused(self, role: Role) -> ActionResult | None:
-        holder = self._asks()
-        if holder is None:
+        principal = self._asks()
+        if principal is None:
             return ActionResult(False, _("You are not logged in any more."))
-        if not holder.role.may(role):
-            return ActionResult(False, _("This needs the role {role}; yours is {yours}.", role=role, yours=holder.role))
+        if not principal.role.may(role):
+            return ActionResult(
+                False, _("This needs the role {role}; yours is {yours}.", role=role, yours=principal.role)
+            )
         return None
 
     # stopping

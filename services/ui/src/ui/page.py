@@ -12,7 +12,7 @@ from nicegui import ui as nicegui_ui
 from nicegui.language import Language
 from starlette.staticfiles import StaticFiles
 
-from mesh.access import Role, needs, who_now
+from mesh.access import Role, current_principal, requires_role
 from ui import i18n, timeline_lines
 from ui import page_model as words
 from ui.desk import Desk
@@ -42,8 +42,8 @@ NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {
 
 def mount(app: FastAPI, *, language: Language) -> None:
     """Adds the page and its assets to the app. Routes already there come first."""
-    app.mount("/assets", needs(Role.VIEWER)(StaticFiles(directory=ASSETS)), name="assets")
-    needs(Role.VIEWER)(nicegui_app)  # the page itself, its scripts and its socket; what they do asks for more
+    app.mount("/assets", requires_role(Role.VIEWER)(StaticFiles(directory=ASSETS)), name="assets")
+    requires_role(Role.VIEWER)(nicegui_app)  # the page itself, its scripts and its socket; what they do asks for more
     nicegui_ui.page("/", title="ATOM")(operator_page)
     nicegui_ui.run_with(  # pyright: ignore[reportUnknownMemberType]
         app,
@@ -69,7 +69,7 @@ class OperatorPage:
         self._desk = desk
         who, root_path = operator(request), request.scope.get("root_path", "")
         self._news_shown = desk.notifications.newest
-        actions = OperatorActions(desk, lambda: who_now(request))
+        actions = OperatorActions(desk, lambda: current_principal(request))
         nicegui_ui.add_head_html(_head(root_path))
         nicegui_ui.add_body_html(stop_html(desk.settings.robot_bridge_url))
         nicegui_ui.colors(primary="#1d56cf", negative="#c81e1e", positive="#15803d", warning="#a15c07")

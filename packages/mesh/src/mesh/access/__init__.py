@@ -1,7 +1,16 @@
-"""Who may what: a declaration a route (`needs`, `open_to_all`), the doors that hold to it, and the ring of keys."""
+"""Who may what: a policy a route (`requires_role`, `public`), the middleware that holds to it, and the credentials."""
 
-from contracts.access import Holder, Role
-from mesh.access.declarations import NotDeclaredError, needs, open_to_all
-from mesh.access.doors import Doors, who, who_now
+from contracts.access import Principal, Role
+from mesh.access.middleware import AuthorizationMiddleware, current_principal, principal_of
+from mesh.access.policies import NotDeclaredError, public, requires_role
 
-__all__ = ["Doors", "Holder", "NotDeclaredError", "Role", "needs", "open_to_all", "who", "who_now"]
+__all__ = [
+    "AuthorizationMiddleware",
+    "NotDeclaredError",
+    "Principal",
+    "Role",
+    "current_principal",
+    "principal_of",
+    "public",
+    "requires_role",
+]

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from fastapi import FastAPI
 
-from mesh.access.declarations import doors_of
+from mesh.access.policies import route_policies
 
 SCHEME: Final = {
     "type": "http",
@@ -21,12 +21,12 @@ def with_roles(app: FastAPI) -> Callable[[], dict[str, Any]]:
     def openapi() -> dict[str, Any]:
         schema = plain()
         schema.setdefault("components", {})["securitySchemes"] = {"key": SCHEME}
-        for door in doors_of(app.routes):
-            operation = schema["paths"].get(door.path, {}).get(door.method.lower())
+        for policy in route_policies(app.routes):
+            operation = schema["paths"].get(policy.path, {}).get(policy.method.lower())
             if operation is not None:
-                operation["security"] = [] if door.role is None else [{"key": []}]
-            if operation is not None and door.role is not None:
-                operation["x-required-role"] = door.role.value
+                operation["security"] = [] if policy.role is None else [{"key": []}]
+            if operation is not None and policy.role is not None:
+                operation["x-required-role"] = policy.role.value
         return schema
 
     return openapi

@@ -7,7 +7,7 @@ from starlette.requests import Request
 
 from contracts.causes import Refusal
 from contracts.motion import BaseEnd, BaseReply
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import ConflictError
 from mesh.tracing import TracedRoute
 from robot_bridge.ports import Celebration, Note
@@ -29,7 +29,7 @@ RETRIGGER_S = 4.0
 
 
 @router.post("/dock")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def dock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> BaseReply:
     """In front of the dock with Nav2, then onto it by the base itself; answers when it is there or has given up.
 
@@ -39,14 +39,14 @@ async def dock(request: Request, bridge: BridgeDep, session_id: SessionId = None
 
 
 @router.post("/undock")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def undock(request: Request, bridge: BridgeDep, session_id: SessionId = None) -> BaseReply:
     """The base backs off its dock and turns round; 409 where it is not docked."""
     return await while_connected(request, bridge.docking.undock(session_id))
 
 
 @router.post("/celebrate")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def celebrate(bridge: BridgeDep) -> BaseReply:
     """Six notes and a green spin of the lights (requirement A16); 409 within 4 s of the last time."""
     now_s = bridge.clock.now_s()

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from fastapi.responses import Response, StreamingResponse
 
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import TooManyError, UnavailableError
 from mesh.tracing import TracedRoute
 from robot_bridge.routes.deps import BridgeDep
@@ -19,7 +19,7 @@ router = APIRouter(prefix="/camera", tags=["camera"], route_class=TracedRoute)
     response_class=Response,
     responses={200: {"content": {"image/jpeg": {}}}, 204: {"description": "no newer frame within wait_s"}},
 )
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def frame(
     bridge: BridgeDep,
     after: Annotated[float | None, Query(ge=0.0, allow_inf_nan=False, description="X-Stamp-S of the last one")] = None,
@@ -49,7 +49,7 @@ async def frame(
 @router.get(
     "/stream", response_class=StreamingResponse, responses={200: {"content": {"multipart/x-mixed-replace": {}}}}
 )
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def stream(bridge: BridgeDep) -> StreamingResponse:
     """MJPEG for as long as the viewer stays."""
     if bridge.camera.viewers >= bridge.settings.stream_viewers_max:

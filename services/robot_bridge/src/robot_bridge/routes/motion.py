@@ -5,7 +5,7 @@ from starlette.requests import Request as HttpRequest
 
 from contracts.causes import Refusal
 from contracts.motion import DriveReply, DriveRequest, EndedMotion, MotionEnd, MotionGains, RotateReply, RotateRequest
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import ConflictError, UnprocessableError
 from mesh.tracing import TracedRoute
 from robot_bridge.motion.motions import DriveOnHeading, Spin
@@ -16,7 +16,7 @@ router = APIRouter(tags=["motion"], route_class=TracedRoute)
 
 
 @router.post("/rotate")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -> RotateReply:
     """Turns by an angle on odometry; answers when it is done or given up. Ends with the connection."""
     refuse_while_navigating(bridge.goals, "turning")
@@ -27,7 +27,7 @@ async def rotate(request: RotateRequest, http: HttpRequest, bridge: BridgeDep) -
 
 
 @router.post("/drive")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> DriveReply:
     """Drives a distance on odometry; answers when it is done or given up (an obstacle or a lost connection ends it)."""
     refuse_while_navigating(bridge.goals, "driving")
@@ -46,7 +46,7 @@ async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> 
 
 
 @router.delete("/motion")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def end_motion(bridge: BridgeDep) -> EndedMotion:
     """Ends the `/rotate` or `/drive` under way, whoever asked for it, and nothing else.
 
@@ -57,14 +57,14 @@ async def end_motion(bridge: BridgeDep) -> EndedMotion:
 
 
 @router.get("/motion/gains")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def gains(bridge: BridgeDep) -> MotionGains:
     """What closed-loop turning and driving are tuned to."""
     return bridge.tuning.gains
 
 
 @router.put("/motion/gains")
-@needs(Role.ADMIN)
+@requires_role(Role.ADMIN)
 async def tune(request: MotionGains, bridge: BridgeDep) -> MotionGains:
     """Acts at once, on the motion under way too; forgotten when the process ends (the settings hold what lasts)."""
     bridge.tuning.gains = request

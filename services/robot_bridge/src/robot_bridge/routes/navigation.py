@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 
 from contracts.robot import Goal, GoalRequest, PathReply, PathRequest
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.tracing import TracedRoute
 from robot_bridge.routes.deps import BridgeDep
 
@@ -15,27 +15,27 @@ GoalId = Annotated[str, Path(min_length=1, max_length=64)]
 
 
 @router.post("/goals")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def send(request: GoalRequest, bridge: BridgeDep) -> Goal:
     """Answers once Nav2 has taken (EXECUTING) or refused (REJECTED) the goal; its end is told on robot.navigation."""
     return await bridge.goals.send(request)
 
 
 @router.get("/goals/{goal_id}")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def read(goal_id: GoalId, bridge: BridgeDep) -> Goal:
     return bridge.goals.goal(goal_id)
 
 
 @router.delete("/goals/{goal_id}")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def cancel(goal_id: GoalId, bridge: BridgeDep) -> Goal:
     """Cancels it; a goal that is over stays as it ended."""
     return await bridge.goals.cancel(goal_id)
 
 
 @router.post("/path")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def path(request: PathRequest, bridge: BridgeDep) -> PathReply:
     """Can the robot get there, and how far is it? Nothing moves."""
     return await bridge.goals.path(request)

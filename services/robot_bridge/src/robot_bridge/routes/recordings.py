@@ -6,7 +6,7 @@ from fastapi import APIRouter, Path
 from fastapi.responses import FileResponse
 
 from contracts.recording import Recording, RecordingRequest
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from robot_bridge.routes.deps import BridgeDep
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
@@ -15,27 +15,27 @@ RecordingId = Annotated[str, Path(min_length=1, max_length=100)]
 
 
 @router.post("")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def start(request: RecordingRequest, bridge: BridgeDep) -> Recording:
     """Begins to write the robot's ROS topics and the mesh's own into one MCAP file; 409 while another is under way."""
     return await bridge.recordings.start(request)
 
 
 @router.get("")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def read_all(bridge: BridgeDep) -> list[Recording]:
     """Newest first."""
     return await bridge.recordings.all()
 
 
 @router.get("/{recording_id}")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def read(recording_id: RecordingId, bridge: BridgeDep) -> Recording:
     return await bridge.recordings.get(recording_id)
 
 
 @router.post("/{recording_id}/stop")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def stop(recording_id: RecordingId, bridge: BridgeDep) -> Recording:
     """Closes the file; one that has ended stays as it ended."""
     return await bridge.recordings.stop(recording_id)
@@ -46,7 +46,7 @@ async def stop(recording_id: RecordingId, bridge: BridgeDep) -> Recording:
     response_class=FileResponse,
     responses={200: {"content": {"application/octet-stream": {}}}},
 )
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def fetch(recording_id: RecordingId, bridge: BridgeDep) -> FileResponse:
     """The MCAP file, for Foxglove or `ros2 bag`; 409 while it is being written, 404 where
     nothing was kept."""
@@ -55,6 +55,6 @@ async def fetch(recording_id: RecordingId, bridge: BridgeDep) -> FileResponse:
 
 
 @router.delete("/{recording_id}", status_code=204)
-@needs(Role.ADMIN)
+@requires_role(Role.ADMIN)
 async def delete(recording_id: RecordingId, bridge: BridgeDep) -> None:
     await bridge.recordings.delete(recording_id)

@@ -8,7 +8,7 @@ import structlog
 from fastapi import APIRouter, Query, WebSocket
 from starlette.websockets import WebSocketDisconnect
 
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import TooManyError
 from robot_bridge.bridge import Bridge
 from robot_bridge.routes.deps import BridgeDep
@@ -19,7 +19,7 @@ router = APIRouter(tags=["sessions"])
 
 
 @router.websocket("/session")
-@needs(Role.SERVICE)
+@requires_role(Role.SERVICE)
 async def session(
     socket: WebSocket, bridge: BridgeDep, source: Annotated[str, Query(min_length=1, max_length=40)] = "unknown"
 ) -> None:

@@ -12,7 +12,7 @@ from contracts.laser import LaserScan
 from contracts.obstacles import Obstacles
 from contracts.robot import KnownMap, Map, RobotState, SameHomeRequest
 from geometry.grids import encode
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.tracing import TracedRoute
 from robot_bridge.navigation import maps
 from robot_bridge.routes.deps import BridgeDep
@@ -21,20 +21,20 @@ router = APIRouter(tags=["state"], route_class=TracedRoute)
 
 
 @router.get("/state")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def state(bridge: BridgeDep) -> RobotState:
     return bridge.state()
 
 
 @router.get("/description")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def description(bridge: BridgeDep) -> RobotDescription:
     """Its body: footprint, top speeds, camera. 503 until the camera's camera_info and transform have come."""
     return bridge.description()
 
 
 @router.get("/scan")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000)] = 360) -> LaserScan:
     """The newest laser scan, for drawing. 503 while the laser is silent."""
     newest = bridge.scan()
@@ -48,14 +48,14 @@ async def scan(bridge: BridgeDep, points_max: Annotated[int, Query(ge=1, le=2000
 
 
 @router.get("/obstacles")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def obstacles(bridge: BridgeDep) -> Obstacles:
     """What stands round the robot by the newest scan (requirement C4). 503 while the laser is silent."""
     return bridge.obstacles()
 
 
 @router.get("/map")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def the_map(bridge: BridgeDep) -> Map:
     """The newest map, and which home it is of."""
     grid = maps.known(bridge.robot.senses)
@@ -64,21 +64,21 @@ async def the_map(bridge: BridgeDep) -> Map:
 
 
 @router.get("/maps")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def known_maps(bridge: BridgeDep) -> tuple[KnownMap, ...]:
     """Every home it ever had a map of, the last one first."""
     return bridge.maps.known()
 
 
 @router.post("/map/same-home")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def same_home(body: SameHomeRequest, bridge: BridgeDep) -> KnownMap:
     """'This is the same home': what belongs to that map belongs to the map of now. 409 where their walls do not fit."""
     return await bridge.maps.same_home(body.id)
 
 
 @router.get("/map.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def picture(bridge: BridgeDep) -> Response:
     """One pixel a cell, north up, grey as ROS map files are."""
     return Response(await asyncio.to_thread(maps.png, maps.known(bridge.robot.senses)), media_type="image/png")

@@ -9,7 +9,7 @@ from prometheus_client import Histogram
 from starlette.requests import ClientDisconnect, Request
 
 from contracts.robot import EmergencyStop, EmergencyStopEvent, EmergencyStopReply, EmergencyStopRequest
-from mesh.access import Role, needs, open_to_all
+from mesh.access import Role, public, requires_role
 from robot_bridge.routes.deps import BridgeDep
 from robot_bridge.safety.emergency_stop import HISTORY_MAX
 
@@ -33,7 +33,7 @@ _OPTIONAL_BODY = {
 
 
 @router.post(STOP_PATH, openapi_extra=_OPTIONAL_BODY)
-@open_to_all
+@public
 async def emergency_stop(request: Request, response: Response, bridge: BridgeDep) -> EmergencyStopReply:
     """Stops the robot and keeps it stopped. Zeros are sent before the body is read: it may only say who and why.
 
@@ -49,7 +49,7 @@ async def emergency_stop(request: Request, response: Response, bridge: BridgeDep
 
 
 @router.post("/emergency-stop/reset", openapi_extra=_OPTIONAL_BODY)
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def reset(request: Request, bridge: BridgeDep) -> EmergencyStopReply:
     """Permits motion again. Resumes nothing: whatever moved the robot has to ask anew, with the new epoch."""
     asked, _ = await _asked(request, "reset")
@@ -57,7 +57,7 @@ async def reset(request: Request, bridge: BridgeDep) -> EmergencyStopReply:
 
 
 @router.post("/halt")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def halt(bridge: BridgeDep) -> EmergencyStop:
     """Ends all motion, whoever asked for it: leases, turns, drives, goals, docking. Nothing latches; the epoch goes up,
     so that what was asked for before is refused from now on.
@@ -66,13 +66,13 @@ async def halt(bridge: BridgeDep) -> EmergencyStop:
 
 
 @router.get(STOP_PATH)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def read(bridge: BridgeDep) -> EmergencyStop:
     return bridge.emergency_stop.state
 
 
 @router.get("/emergency-stop/history")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def history(
     bridge: BridgeDep, limit: Annotated[int, Query(ge=1, le=HISTORY_MAX)] = 50
 ) -> list[EmergencyStopEvent]:

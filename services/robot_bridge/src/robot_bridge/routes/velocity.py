@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from contracts.causes import Refusal
 from contracts.robot import VelocityReply, VelocityRequest
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import ConflictError, UnavailableError
 from mesh.tracing import TracedRoute, current_span
 from robot_bridge.bridge import Bridge
@@ -27,7 +27,7 @@ NOT_NOW = frozenset({Refusal.STOPPED, Refusal.OLD_EPOCH, Refusal.BASE_BUSY})
 
 
 @router.post("/velocity")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def velocity(request: VelocityRequest, bridge: BridgeDep) -> VelocityReply:
     """Takes a lease on the wheels; answers after the next tick with what was really sent, and why it differs."""
     refusal = bridge.wheels.request(_lease(request))
@@ -39,7 +39,7 @@ async def velocity(request: VelocityRequest, bridge: BridgeDep) -> VelocityReply
 
 
 @router.websocket("/velocity")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def teleoperate(socket: WebSocket, bridge: BridgeDep) -> None:
     """VelocityRequest in, VelocityReply out, each as JSON, in order. What was asked for here ends with the connection.
 

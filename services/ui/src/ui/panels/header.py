@@ -2,14 +2,14 @@
 
 from nicegui import ui as nicegui_ui
 
-from contracts.access import Holder
+from contracts.access import Principal
 from ui.i18n import _
 from ui.page_model import PageModel
 from ui.panels.widgets import ChipRow, box, heading
 
 
 class Header:
-    def __init__(self, logged_in: Holder | None) -> None:
+    def __init__(self, logged_in: Principal | None) -> None:
         with nicegui_ui.element("header").classes("top"):
             with box("brand"):
                 box("mark").props("aria-hidden=true")

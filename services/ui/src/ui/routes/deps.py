@@ -5,8 +5,8 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from contracts.access import Holder
-from mesh.access import who, who_now
+from contracts.access import Principal
+from mesh.access import current_principal, principal_of
 from ui.desk import Desk
 from ui.operator_actions import OperatorActions
 from ui.sessions import PageSessions
@@ -29,19 +29,19 @@ async def get_desk(connection: HTTPConnection) -> Desk:
 
 
 async def get_actions(connection: HTTPConnection) -> OperatorActions:
-    return OperatorActions(desk_of(connection), lambda: who_now(connection))
+    return OperatorActions(desk_of(connection), lambda: current_principal(connection))
 
 
-def who_logged_in(connection: HTTPConnection) -> Holder | None:
+def who_logged_in(connection: HTTPConnection) -> Principal | None:
     """None without keys, when nobody has to."""
-    return who(connection) if sessions_of(connection) is not None else None
+    return principal_of(connection) if sessions_of(connection) is not None else None
 
 
 def operator(connection: HTTPConnection | None) -> str:
     """Who asks, for the record of a stop."""
     client = connection.client if connection is not None else None
-    holder = who_logged_in(connection) if connection is not None else None
-    name = f" {holder.name}" if holder is not None else ""
+    principal = who_logged_in(connection) if connection is not None else None
+    name = f" {principal.name}" if principal is not None else ""
     return f"ui{name} {client.host}" if client is not None else f"ui{name}"
 
 

@@ -4,7 +4,7 @@ import json
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from ui.desk import Desk
 from ui.routes.deps import desk_of
 
@@ -15,7 +15,7 @@ SCENE_WAIT_S = 2.0
 
 
 @router.websocket("/camera")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def camera(socket: WebSocket) -> None:
     """Any text in; out, one binary message: length (4 bytes, big-endian), JSON (boxes, status line), JPEG.
 
@@ -38,7 +38,7 @@ async def camera(socket: WebSocket) -> None:
 
 
 @router.websocket("/scene")
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def marks(socket: WebSocket) -> None:
     """Any text in; out, JSON of the map's parts that changed since the last message, or {} when none did in time."""
     desk = desk_of(socket)

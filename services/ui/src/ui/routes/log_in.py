@@ -6,8 +6,8 @@ from fastapi import APIRouter, Form
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from starlette.requests import Request
 
-from mesh.access import Role, needs, open_to_all
-from mesh.access.ring import KeyRing
+from mesh.access import Role, public, requires_role
+from mesh.access.credentials import CredentialStore
 from mesh.errors import TooManyError
 from ui import plain
 from ui.i18n import _
@@ -25,7 +25,7 @@ NOW: Final = {"Cache-Control": "no-store"}
 
 
 @router.get(LOG_IN_PATH, response_class=HTMLResponse)
-@open_to_all
+@public
 async def form() -> Response:
     """The form."""
     return HTMLResponse(plain.log_in(""), headers=NOW)
@@ -34,7 +34,7 @@ async def form() -> Response:
 @router.post(
     LOG_IN_PATH, status_code=SEE_OTHER, response_class=Response, responses={401: PAGE, 429: PAGE, SEE_OTHER: {}}
 )
-@open_to_all
+@public
 async def log_in(
     request: Request,
     name: Annotated[str, Form(max_length=32)] = "",
@@ -43,30 +43,30 @@ async def log_in(
     """A cookie for a name with its password, or its key. 401 when they do not fit, 429 after too many that did not, and
     while others' passwords are compared.
     """
-    ring: KeyRing | None = request.app.state.key_ring
+    credentials: CredentialStore | None = request.app.state.credentials
     sessions = sessions_of(request)
-    if ring is None or sessions is None:
+    if credentials is None or sessions is None:
         return RedirectResponse(HOME, SEE_OTHER)
-    if not sessions.attempts.wrong(request):  # until it is known to be right: many asked at once are no more
+    if not sessions.failures.hit(request):  # until it is known to be right: many asked at once are no more
         said = _("Too many attempts. Wait a minute.")
         return HTMLResponse(plain.log_in(said), 429, headers=NOW | {"Retry-After": "60"})
     try:
-        holder = await sessions.holder_of(name.strip(), secret, ring)
+        principal = await sessions.log_in(name.strip(), secret, credentials)
     except TooManyError:
-        sessions.attempts.not_wrong(request)
+        sessions.failures.take_back(request)
         said = _("Others are logging in. Try again.")
         return HTMLResponse(plain.log_in(said), 429, headers=NOW | {"Retry-After": "1"})
-    if holder is None:
+    if principal is None:
         return HTMLResponse(plain.log_in(_("The name and the password do not fit.")), 401, headers=NOW)
-    sessions.attempts.not_wrong(request)
+    sessions.failures.take_back(request)
     answer = RedirectResponse(HOME, SEE_OTHER)
     scheme = request.headers.get("x-forwarded-proto", request.url.scheme)  # whoever makes it up harms his own cookie
-    sessions.begin(answer, holder, path=_path(request), secure=scheme == "https")
+    sessions.begin(answer, principal, path=_path(request), secure=scheme == "https")
     return answer
 
 
 @router.post("/logout", status_code=SEE_OTHER, response_class=Response, responses={SEE_OTHER: {}})
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def log_out(request: Request) -> Response:
     """Takes the cookie back."""
     answer = RedirectResponse(LOG_IN_PATH.removeprefix("/"), SEE_OTHER)

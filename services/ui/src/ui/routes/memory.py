@@ -6,7 +6,7 @@ from fastapi import APIRouter
 from fastapi.responses import Response
 from starlette.requests import Request
 
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from ui.operator_actions import ActionResult
 from ui.routes.deps import ActionsDep, DeskDep
 
@@ -23,7 +23,7 @@ BODY: Final[dict[str, Any]] = {
 
 
 @router.get("/memory/export", responses=FILE, response_class=Response)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def export(desk: DeskDep) -> Response:
     """What memory exports, as a download."""
     headers = {"Content-Disposition": 'attachment; filename="atom-memory.jsonl"', "Cache-Control": "no-store"}
@@ -31,7 +31,7 @@ async def export(desk: DeskDep) -> Response:
 
 
 @router.post("/memory/import", openapi_extra=BODY)
-@needs(Role.ADMIN)
+@requires_role(Role.ADMIN)
 async def import_memory(request: Request, actions: ActionsDep) -> ActionResult:
     """Takes an exported file back. A refusal is an answer: `ok` is false and `text` says why."""
     return await actions.import_memory(await request.body())

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final
 from fastapi import APIRouter, Path, Query
 from fastapi.responses import Response
 
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import NotFoundError
 from ui import thumbnails
 from ui.annotated_picture import annotated
@@ -23,7 +23,7 @@ Number = Annotated[int, Path(ge=0, le=2**53)]
 
 
 @router.get("/live/map.png", responses=PNG, response_class=Response)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def map_png(desk: DeskDep, v: Annotated[str, Query(max_length=40)] = "") -> Response:
     """The known part of the map, one pixel a cell; the page asks for it once a version (`?v=`)."""
     picture = await desk.map_picture()
@@ -33,7 +33,7 @@ async def map_png(desk: DeskDep, v: Annotated[str, Query(max_length=40)] = "") -
 
 
 @router.get("/album/{mission_id}/{event_id}", responses=JPEG, response_class=Response)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def moment(mission_id: MissionId, event_id: Number, desk: DeskDep) -> Response:
     """What the camera saw when this happened, with its boxes. 404 when it is no longer kept."""
     shown = desk.event_pictures.get(mission_id, event_id)
@@ -43,14 +43,14 @@ async def moment(mission_id: MissionId, event_id: Number, desk: DeskDep) -> Resp
 
 
 @router.get("/crops/{mission_id}/{number}", responses=JPEG, response_class=Response)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def crop(mission_id: MissionId, number: Number, desk: DeskDep) -> Response:
     """The crop that was voted on, from the coordinator's records."""
     return Response(await desk.missions.picture(mission_id, number), media_type="image/jpeg", headers=LASTING)
 
 
 @router.get("/things/{object_id}", responses=JPEG, response_class=Response)
-@needs(Role.VIEWER)
+@requires_role(Role.VIEWER)
 async def thing(object_id: Annotated[int, Path(ge=0, le=2**53)], desk: DeskDep) -> Response:
     """A remembered thing as it was last seen; the page asks for it once a sighting (`?v=`). 404 where it was not."""
     found = desk.thumbnails.get(object_id)

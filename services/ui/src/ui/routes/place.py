@@ -4,7 +4,7 @@ from fastapi import APIRouter
 from pydantic import Field
 
 from contracts.base import Message
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import UnprocessableError
 from ui.operator_actions import ActionResult
 from ui.routes.deps import ActionsDep, DeskDep
@@ -21,21 +21,21 @@ class Click(Message):
 
 
 @router.post("/go")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def go(click: Click, desk: DeskDep, actions: ActionsDep) -> ActionResult:
     """Drives there. A refusal is an answer: `ok` is false and `text` says why."""
     return await actions.go(*await _metres(click, desk))
 
 
 @router.post("/look")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def look(click: Click, desk: DeskDep, actions: ActionsDep) -> ActionResult:
     """Turns to look there; answers when it does."""
     return await actions.look(*await _metres(click, desk))
 
 
 @router.post("/halt")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def halt(actions: ActionsDep) -> ActionResult:
     """Gives up the drive or turn asked for here."""
     return await actions.halt()

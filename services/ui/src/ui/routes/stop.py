@@ -9,7 +9,7 @@ from starlette.requests import Request
 
 from contracts.base import Message
 from contracts.robot import EmergencyStopReply
-from mesh.access import open_to_all
+from mesh.access import public
 from mesh.errors import MeshError
 from ui import plain
 from ui.operator_actions import in_words
@@ -29,7 +29,7 @@ class WouldStop(Message):
 
 
 @router.get("/stop")
-@open_to_all
+@public
 async def would_stop(desk: DeskDep, response: Response) -> WouldStop:
     """Whether the robot is stopped, asked over the way a stop takes. 503 while a stop would not reach it."""
     response.headers.update(NOW)
@@ -37,7 +37,7 @@ async def would_stop(desk: DeskDep, response: Response) -> WouldStop:
 
 
 @router.post("/stop", response_model=EmergencyStopReply, responses=PAGE)
-@open_to_all
+@public
 async def stop(request: Request, desk: DeskDep, actions: ActionsDep) -> EmergencyStopReply | Response:
     """Stops the robot at once; nothing in the request can make it fail. 503 when robot_bridge cannot be reached.
 

@@ -7,7 +7,7 @@ from pydantic import Field, ValidationError
 from contracts.base import Message
 from contracts.geometry import Twist2D
 from contracts.robot import Priority, VelocityRequest
-from mesh.access import Role, needs
+from mesh.access import Role, requires_role
 from mesh.errors import MeshError
 from ui.desk import Desk
 from ui.i18n import _
@@ -32,7 +32,7 @@ class Driven(Message):
 
 
 @router.websocket("/teleop")
-@needs(Role.OPERATOR)
+@requires_role(Role.OPERATOR)
 async def teleop(socket: WebSocket) -> None:
     """Stick in, Driven out, each as JSON. Closed with 1013 while another page drives; the lease ends with it."""
     desk = desk_of(socket)

@@ -13,35 +13,35 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
-from contracts.access import Holder, Role
-from mesh.access.attempts import Attempts
-from mesh.access.declarations import ANY, SOCKET, Door, NotDeclaredError, doors_of
-from mesh.access.ring import LOOK_S, KeyRing
+from contracts.access import Principal, Role
+from mesh.access.credentials import LOOK_S, CredentialStore
+from mesh.access.policies import ANY, SOCKET, NotDeclaredError, RoutePolicy, route_policies
+from mesh.access.rate_limit import FailureRateLimit
 from mesh.problems import problem
 
 log = structlog.get_logger()
 
-Ticket = Callable[[HTTPConnection, KeyRing], Holder | None]
-"""A second way to say who asks, beside a key: the page's cookie."""
+SessionAuthenticator = Callable[[HTTPConnection, CredentialStore], Principal | None]
+"""Says who asks by something else than a key: the page's cookie."""
 
-ANYBODY: Final = Holder(name="anybody", role=Role.ADMIN)
+ANYBODY: Final = Principal(name="anybody", role=Role.ADMIN)
 """Who asks a service without keys; it listens on this machine alone."""
-_WHO: Final = "atom.who"
-_AGAIN: Final = "atom.who.again"
+_PRINCIPAL: Final = "atom.principal"
+_CURRENT: Final = "atom.principal.current"
 
 
-def who(connection: HTTPConnection) -> Holder | None:
+def principal_of(connection: HTTPConnection) -> Principal | None:
     """Who asks; None at an open route, which asks nobody."""
-    return connection.scope.get(_WHO)
+    return connection.scope.get(_PRINCIPAL)
 
 
-def who_now(connection: HTTPConnection) -> Holder | None:
+def current_principal(connection: HTTPConnection) -> Principal | None:
     """Who asks, looked up again: None once the key is revoked or the cookie has expired. For what stays open long."""
-    again: Callable[[], Holder | None] | None = connection.scope.get(_AGAIN)
-    return again() if again is not None else who(connection)
+    current: Callable[[], Principal | None] | None = connection.scope.get(_CURRENT)
+    return current() if current is not None else principal_of(connection)
 
 
-class Doors:
+class AuthorizationMiddleware:
     """401 without a key that is known, 403 with one whose role is too low, 429 after too many wrong ones.
 
     What no route matches asks for a viewer: a stranger learns from no answer what there is. What is open is passed on
@@ -49,79 +49,84 @@ class Doors:
     """
 
     def __init__(
-        self, app: ASGIApp, *, ring: KeyRing | None, ticket: Ticket | None = None, log_in_at: str | None = None
+        self,
+        app: ASGIApp,
+        *,
+        credentials: CredentialStore | None,
+        authenticate_session: SessionAuthenticator | None = None,
+        log_in_at: str | None = None,
     ) -> None:
-        """No ring: everybody may everything. `log_in_at`, from the root, is where browsers without a ticket go."""
+        """No credentials: everybody may everything. Browsers without a session go to `log_in_at`, from the root."""
         self.app = app
-        self._ring = ring
-        self._ticket = ticket
+        self._credentials = credentials
+        self._authenticate_session = authenticate_session
         self._log_in_at = log_in_at
-        self._attempts = Attempts()
-        self._doors: tuple[Door, ...] | None = None
+        self._failures = FailureRateLimit()
+        self._policies: tuple[RoutePolicy, ...] | None = None
         self._open: frozenset[tuple[str, str]] = frozenset()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if self._doors is None:
-            self._doors = await self._declared(scope, receive, send)
-            opened = {(one.method, one.path) for one in self._doors if one.role is None}
-            self._open = frozenset(one for one in opened if self._needed(*one) is None)
-            if self._ring is None:
+        if self._policies is None:
+            self._policies = await self._declared(scope, receive, send)
+            opened = {(one.method, one.path) for one in self._policies if one.role is None}
+            self._open = frozenset(one for one in opened if self._required_role(*one) is None)
+            if self._credentials is None:
                 log.info("no keys: whoever is on this machine may everything; `atom keys make` makes some")
-        if self._ring is None or scope["type"] == "lifespan":
-            scope[_WHO] = ANYBODY
+        if self._credentials is None or scope["type"] == "lifespan":
+            scope[_PRINCIPAL] = ANYBODY
             await self.app(scope, receive, send)
             return
         method, path = scope.get("method", SOCKET), get_route_path(scope)
-        if (method, path) in self._open or (needed := self._needed(method, path)) is None:
+        if (method, path) in self._open or (required := self._required_role(method, path)) is None:
             await self.app(scope, receive, send)
             return
-        asking, ring = HTTPConnection(scope), self._ring
-        known = self._holder(asking, ring) or self._unknown(asking)
+        asking, credentials = HTTPConnection(scope), self._credentials
+        known = self._principal(asking, credentials) or self._unknown(asking)
         if isinstance(known, Response):
             await self._refuse(known, scope, receive, send)
-        elif not known.role.may(needed):
-            detail = f"{known.name} is {known.role}; this needs {needed}"
+        elif not known.role.may(required):
+            detail = f"{known.name} is {known.role}; this needs {required}"
             await self._refuse(problem(403, "Not permitted", detail, path), scope, receive, send)
         else:
-            scope[_WHO], scope[_AGAIN] = known, lambda: self._holder(asking, ring)
+            scope[_PRINCIPAL], scope[_CURRENT] = known, lambda: self._principal(asking, credentials)
             with contextlib.suppress(_RevokedError, ClientDisconnect):
-                await self.app(scope, *_while_known(asking, needed, receive, send))
+                await self.app(scope, *_while_known(asking, required, receive, send))
 
-    async def _declared(self, scope: Scope, receive: Receive, send: Send) -> tuple[Door, ...]:
+    async def _declared(self, scope: Scope, receive: Receive, send: Send) -> tuple[RoutePolicy, ...]:
         app: FastAPI = scope["app"]
         try:
-            return doors_of(app.routes)
+            return route_policies(app.routes)
         except NotDeclaredError as error:
             if scope["type"] == "lifespan":
                 await receive()
                 await send({"type": "lifespan.startup.failed", "message": str(error)})
             raise
 
-    def _needed(self, method: str, path: str) -> Role | None:
+    def _required_role(self, method: str, path: str) -> Role | None:
         """Of the first route that matches, as the router takes it; one that matches but for its method counts last."""
-        assert self._doors is not None
-        partly: Door | None = None
-        for door in self._doors:
-            if (method == SOCKET) != (door.method == SOCKET) and door.method != ANY:
+        assert self._policies is not None
+        partly: RoutePolicy | None = None
+        for policy in self._policies:
+            if (method == SOCKET) != (policy.method == SOCKET) and policy.method != ANY:
                 continue
-            if door.pattern.match(path):
-                if door.method in (method, ANY):
-                    return door.role
-                partly = partly or door
+            if policy.pattern.match(path):
+                if policy.method in (method, ANY):
+                    return policy.role
+                partly = partly or policy
         return partly.role if partly is not None else Role.VIEWER
 
-    def _holder(self, asking: HTTPConnection, ring: KeyRing) -> Holder | None:
+    def _principal(self, asking: HTTPConnection, credentials: CredentialStore) -> Principal | None:
         key = _key_of(asking)
         if key is not None:
-            return ring.holder_of(key)
-        return self._ticket(asking, ring) if self._ticket is not None else None
+            return credentials.by_key(key)
+        return self._authenticate_session(asking, credentials) if self._authenticate_session is not None else None
 
     def _unknown(self, asking: HTTPConnection) -> Response:
         url, key = asking.url, _key_of(asking)
         page = asking.scope["type"] == "http" and "text/html" in asking.headers.get("accept", "")
         if key is None and page and self._log_in_at is not None and asking.scope["method"] == "GET":
             return RedirectResponse("../" * (get_route_path(asking.scope).count("/") - 1) + self._log_in_at, 303)
-        if key is not None and not self._attempts.wrong(asking):
+        if key is not None and not self._failures.hit(asking):
             refusal = problem(429, "Too many wrong keys", "wait a minute", url.path)
             refusal.headers["Retry-After"] = "60"
             return refusal
@@ -150,13 +155,13 @@ class _RevokedError(OSError):
     """To who still sends it is as if the client had gone."""
 
 
-def _while_known(asking: HTTPConnection, needed: Role, receive: Receive, send: Send) -> tuple[Receive, Send]:
+def _while_known(asking: HTTPConnection, required: Role, receive: Receive, send: Send) -> tuple[Receive, Send]:
     """A socket or a stream ends with the key or the cookie it was opened with: at its next word, or within `LOOK_S`."""
     looked_s = time.monotonic()
 
     def known() -> bool:
-        holder = who_now(asking)
-        return holder is not None and holder.role.may(needed)
+        principal = current_principal(asking)
+        return principal is not None and principal.role.may(required)
 
     async def received() -> Message:
         message = await receive()

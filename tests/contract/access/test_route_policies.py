@@ -1,4 +1,4 @@
-"""Knocks at every route, socket and mount of every service, with every role and with none."""
+"""Asks every route, socket and mount of every service, with every role and with none."""
 
 import re
 from collections.abc import Iterator
@@ -10,9 +10,9 @@ import pytest
 from fastapi import FastAPI
 from starlette.types import Receive, Scope, Send
 
-from contracts.access import CALLERS, Holder, KeyFile, Role, sha256_of
+from contracts.access import CALLERS, CredentialFile, Principal, Role, sha256_of
 from contracts.topics import ALL_TOPICS, RECORDER
-from mesh.access.declarations import ANY, SOCKET, Door, doors_of
+from mesh.access.policies import ANY, SOCKET, RoutePolicy, route_policies
 from support.source import ROOT
 
 WHO = (None, *Role)
@@ -23,8 +23,8 @@ ROW = re.compile(r"\| (\S+) \| `(/\S*)` \| (\*\*open\*\*|\w+) \|")
 def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A key of each role; the key is the role's name."""
     file = tmp_path_factory.mktemp("keys") / "keys.json"
-    holders = tuple(Holder(name=role.value, role=role, key_sha256=sha256_of(role.value)) for role in Role)
-    file.write_text(KeyFile(holders=holders).model_dump_json())
+    principals = tuple(Principal(name=role.value, role=role, key_sha256=sha256_of(role.value)) for role in Role)
+    file.write_text(CredentialFile(principals=principals).model_dump_json())
     return file
 
 
@@ -35,7 +35,7 @@ def service(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def app(service: str, keys: Path) -> FastAPI:
-    """The real app behind its real middleware; what stands behind the doors only says that it was reached."""
+    """The real app behind its real middleware; what stands behind it only says that it was reached."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv(f"{service.upper()}_KEYS_FILE", str(keys))
         patched.setenv(f"{service.upper()}_KEY", "its own")
@@ -52,7 +52,7 @@ async def reached(scope: Scope, receive: Receive, send: Send) -> None:
         await send({"type": "http.response.body"})
 
 
-async def knock(app: FastAPI, method: str, path: str, role: Role | None) -> str:
+async def answer_to(app: FastAPI, method: str, path: str, role: Role | None) -> str:
     """What is answered: 'in', or the status of the refusal."""
     answers: list[Any] = []
     headers = [(b"host", b"robot.local")] + ([(b"authorization", f"Bearer {role}".encode())] if role else [])
@@ -81,13 +81,13 @@ async def knock(app: FastAPI, method: str, path: str, role: Role | None) -> str:
     return "in" if begun["type"] == "websocket.accept" or begun["status"] == 204 else str(begun["status"])
 
 
-def asked_by(door: Door) -> tuple[str, ...]:
+def asked_by(policy: RoutePolicy) -> tuple[str, ...]:
     """A mount takes sockets too: NiceGUI's is one."""
-    return ("GET", "POST", SOCKET) if door.method == ANY else (door.method,)
+    return ("GET", "POST", SOCKET) if policy.method == ANY else (policy.method,)
 
 
-def expected(door: Door, role: Role | None) -> str:
-    if door.role is None or (role is not None and role.may(door.role)):
+def expected(policy: RoutePolicy, role: Role | None) -> str:
+    if policy.role is None or (role is not None and role.may(policy.role)):
         return "in"
     return "401" if role is None else "403"
 
@@ -97,17 +97,17 @@ def told(service: str) -> list[tuple[str, str, str]]:
     return ROW.findall(section)
 
 
-async def test_every_door_opens_to_whom_the_table_names_and_to_nobody_else(app: FastAPI, service: str) -> None:
-    doors = doors_of(app.routes)
-    assert [(one.method, one.path, str(one.role or "**open**")) for one in doors] == told(service)
-    knocks = [(door, method, role) for door in doors for method in asked_by(door) for role in WHO]
-    found = [(*one, await knock(app, one[1], re.sub(r"\{\w+\}", "1", one[0].path), one[2])) for one in knocks]
-    assert found == [(*one, expected(one[0], one[2])) for one in knocks]
+async def test_every_route_answers_whom_the_table_names_and_nobody_else(app: FastAPI, service: str) -> None:
+    policies = route_policies(app.routes)
+    assert [(one.method, one.path, str(one.role or "**open**")) for one in policies] == told(service)
+    requests = [(policy, method, role) for policy in policies for method in asked_by(policy) for role in WHO]
+    found = [(*one, await answer_to(app, one[1], re.sub(r"\{\w+\}", "1", one[0].path), one[2])) for one in requests]
+    assert found == [(*one, expected(one[0], one[2])) for one in requests]
 
 
 async def test_what_is_not_there_tells_a_stranger_nothing(app: FastAPI) -> None:
-    assert await knock(app, "GET", "/nowhere/at/all", None) == "401"
-    assert await knock(app, "GET", "/nowhere/at/all", Role.VIEWER) == "in"
+    assert await answer_to(app, "GET", "/nowhere/at/all", None) == "401"
+    assert await answer_to(app, "GET", "/nowhere/at/all", Role.VIEWER) == "in"
 
 
 def test_the_page_is_as_the_routes_declare() -> None:
@@ -115,7 +115,9 @@ def test_the_page_is_as_the_routes_declare() -> None:
 
 
 def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
-    opened = {(name, one.method, one.path) for name in CALLERS for one in access_page.doors(name) if one.role is None}
+    opened = {
+        (name, one.method, one.path) for name in CALLERS for one in access_page.policies(name) if one.role is None
+    }
     common = {"/health", "/ready", "/openapi.json", "/docs", "/docs/oauth2-redirect", "/static-offline-docs/{path}"}
     assert {one for one in opened if one[2] not in common} == {
         ("robot_bridge", "POST", "/emergency-stop"),
@@ -129,8 +131,8 @@ def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
 def test_a_viewer_changes_nothing() -> None:
     """What a viewer may post asks, or takes its own leave; `/ask` obeys a stop, and 'go on' only of an operator."""
     asks = {"/ask", "/recall", "/depth", "/localize", "/navigation/path", "/logout"}
-    doors = [one for name in CALLERS for one in access_page.doors(name) if one.role is Role.VIEWER]
-    assert {one.path for one in doors if one.method not in {"GET", "HEAD", SOCKET, ANY}} == asks
+    policies = [one for name in CALLERS for one in access_page.policies(name) if one.role is Role.VIEWER]
+    assert {one.path for one in policies if one.method not in {"GET", "HEAD", SOCKET, ANY}} == asks
 
 
 @pytest.mark.parametrize("topic", ALL_TOPICS, ids=lambda one: one.name)

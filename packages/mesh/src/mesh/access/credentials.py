@@ -8,7 +8,7 @@ from typing import Final
 import structlog
 from pydantic import ValidationError
 
-from contracts.access import Holder, KeyFile, sha256_of
+from contracts.access import CredentialFile, Principal, sha256_of
 
 log = structlog.get_logger()
 
@@ -17,25 +17,25 @@ LOOK_S: Final = 1.0
 _NOBODY: Final = "0" * 64
 
 
-class KeyRing:
+class CredentialStore:
     """Raises `ValueError` when the file cannot be read at the start. Later a broken one leaves the keys as they are."""
 
     def __init__(self, file: Path) -> None:
         self._file = file
         self._looked_s = time.monotonic()
         self._seen: tuple[int, int, int] = self._stamp()
-        self._holders = self._read()
+        self._principals = self._read()
 
-    def holder_of(self, key: str) -> Holder | None:
+    def by_key(self, key: str) -> Principal | None:
         """Compared with every key in constant time, so that an answer's time tells nothing of how close it was."""
         self._look()
         asked = sha256_of(key)
-        found = [one for one in self._holders if hmac.compare_digest(asked, one.key_sha256 or _NOBODY)]
+        found = [one for one in self._principals if hmac.compare_digest(asked, one.key_sha256 or _NOBODY)]
         return found[0] if found else None
 
-    def holder(self, name: str) -> Holder | None:
+    def by_name(self, name: str) -> Principal | None:
         self._look()
-        return next((one for one in self._holders if one.name == name), None)
+        return next((one for one in self._principals if one.name == name), None)
 
     def _look(self) -> None:
         if time.monotonic() - self._looked_s < LOOK_S:
@@ -44,8 +44,8 @@ class KeyRing:
         try:
             stamp = self._stamp()
             if stamp != self._seen:
-                self._holders, self._seen = self._read(), stamp
-                log.info("the keys were read again", holders=len(self._holders))
+                self._principals, self._seen = self._read(), stamp
+                log.info("the keys were read again", principals=len(self._principals))
         except ValueError as error:
             log.error("the keys stay as they were", reason=str(error))  # noqa: TRY400 - a sentence, not a trace
 
@@ -56,9 +56,9 @@ class KeyRing:
             raise ValueError(f"{self._file}: {error.strerror}") from error
         return found.st_mtime_ns, found.st_ino, found.st_size
 
-    def _read(self) -> tuple[Holder, ...]:
+    def _read(self) -> tuple[Principal, ...]:
         try:
-            return KeyFile.model_validate_json(self._file.read_bytes()).holders
+            return CredentialFile.model_validate_json(self._file.read_bytes()).principals
         except OSError as error:
             raise ValueError(f"{self._file}: {error.strerror}") from error
         except ValidationError as error:
