@@ -91,6 +91,12 @@ def test_a_service_waits_for_redis_and_for_nothing_that_waits_for_a_robot(name: 
     assert set(waits.values()) <= {"service_completed_successfully"}
 
 
+@pytest.mark.parametrize("name", [*SERVICES, "sim"])
+def test_sums_take_one_thread_as_in_the_demo(name: str) -> None:
+    told = of(name)["environment"]
+    assert (told["OMP_NUM_THREADS"], told["OPENBLAS_NUM_THREADS"]) == ("1", "1")
+
+
 def test_nothing_begins_before_its_keys_are_there() -> None:
     waiting = [name for name, one in composed()["services"].items() if "keys" in one.get("depends_on", {})]
     assert waiting == sorted([*SERVICES, "redis", "prometheus"])
