@@ -121,10 +121,12 @@ def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
     common = {"/health", "/ready", "/openapi.json", "/docs", "/docs/oauth2-redirect", "/static-offline-docs/{path}"}
     assert {one for one in opened if one[2] not in common} == {
         ("robot_bridge", "POST", "/emergency-stop"),
+        ("robot_bridge", "POST", "/emergency-stop/"),
         ("ui", "GET", "/login"),
         ("ui", "POST", "/login"),
         ("ui", "GET", "/stop"),
         ("ui", "POST", "/stop"),
+        ("ui", "POST", "/stop/"),
     }
 
 

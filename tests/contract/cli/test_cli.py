@@ -30,6 +30,7 @@ class Played:
         self.refusal = ""
         self.heard: Heard | None = None
         self.polls = 0
+        self.may = 200
 
     def __call__(self, request: httpx.Request) -> httpx.Response:
         port, path = request.url.port, request.url.path
@@ -42,6 +43,10 @@ class Played:
         return self.answer(request.method, path)
 
     def answer(self, method: str, path: str) -> httpx.Response:
+        if self.may != 200 and path != "/ready":
+            return httpx.Response(
+                self.may, json={"title": "Not permitted", "status": self.may, "detail": "not for you"}
+            )
         if self.refusal and (method, path) == ("POST", "/missions"):
             return httpx.Response(422, json={"title": "Cannot be done", "status": 422, "detail": self.refusal})
         self.polls += path == "/missions/m-1"
@@ -179,6 +184,25 @@ def test_status_names_who_is_away(played: Played) -> None:
     assert done.exit_code == 4
     assert "not reachable" in done.output
     assert "find the red bottle" in done.output
+
+
+@pytest.mark.parametrize("order", [("status",), ("memory",), ("find", "cup"), ("resume", "--yes")])
+@pytest.mark.parametrize(
+    ("status", "key", "told"), [(401, "", "ATOM_KEY"), (401, "a-key", "ATOM_KEY"), (403, "a-key", "not for you")]
+)
+def test_who_may_not_is_told_where_a_key_comes_from_and_that_it_was_refused(
+    played: Played, monkeypatch: pytest.MonkeyPatch, order: tuple[str, ...], status: int, key: str, told: str
+) -> None:
+    monkeypatch.setenv("ATOM_KEY", key)
+    played.may = status
+    done = atom(*order)
+    assert done.exit_code == 3
+    assert told in done.output
+
+
+def test_of_a_service_that_is_away_and_one_that_refuses_the_first_is_told(played: Played) -> None:
+    played.may, played.away = 401, {8003}
+    assert atom("status").exit_code == 4
 
 
 def test_memory_lists_things_with_belief(played: Played) -> None:

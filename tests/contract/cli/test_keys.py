@@ -1,6 +1,8 @@
 """`atom keys`: what lies in the folder afterwards, and what is said."""
 
+import fcntl
 import re
+import threading
 from pathlib import Path
 
 import httpx
@@ -8,6 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from atom_cli import __main__ as cli
+from atom_cli import keys
 from contracts.access import CALLERS, CredentialFile, Principal, Role, bus_password_of, sha256_of
 from contracts.robot import EmergencyStop, EmergencyStopReply
 
@@ -53,8 +56,8 @@ def test_only_the_owner_can_read_what_was_made(made: Path) -> None:
 def test_no_key_lies_in_the_file_of_keys_nor_is_printed_but_to_whom_it_belongs(folder: Path) -> None:
     said = atom(folder, "make").output
     kept = (folder / "keys.json").read_text() + (folder / "redis.acl").read_text()
-    keys = [(folder / f"{name}.key").read_text().strip() for name in CALLERS]
-    assert not [key for key in keys if key in said or key in kept]
+    theirs = [(folder / f"{name}.key").read_text().strip() for name in CALLERS]
+    assert not [key for key in theirs if key in said or key in kept]
     (admin,) = re.findall(r"shown this once: (\S{43})\n", said)
     assert principals(folder)["admin"].key_sha256 == sha256_of(admin)
     assert admin not in kept
@@ -93,16 +96,20 @@ def test_a_password_is_kept_as_argon2_and_leaves_role_and_key_as_they_were(made:
 @pytest.mark.parametrize(
     ("words", "typed", "why"),
     [
-        (("make", "ui"), "", "has a key"),
+        (("make", "anna"), "", "has a key"),
+        (("make", "coordinator"), "", "a service's name"),
+        (("make", "prometheus", "--password"), "", "a service's name"),
         (("make", "A b"), "", "pattern"),
-        (("make", "anna", "--password"), "short\nshort\n", "10 characters"),
+        (("make", "bert", "--password"), "short\nshort\n", "10 to 200 characters"),
+        (("make", "bert", "--password"), f"{'x' * 201}\n{'x' * 201}\n", "10 to 200 characters"),
         (("revoke", "nobody"), "", "nobody is called"),
-        (("make", "anna", "--role", "king"), "", "king"),
+        (("make", "bert", "--role", "king"), "", "king"),
     ],
 )
 def test_what_makes_no_sense_is_refused_and_changes_nothing(
     made: Path, words: tuple[str, ...], typed: str, why: str
 ) -> None:
+    atom(made, "make", "anna")
     before = principals(made)
     result = atom(made, *words, typed=typed)
     assert result.exit_code == 2
@@ -115,6 +122,28 @@ def test_a_revoked_key_is_gone_with_its_file_and_its_user_at_redis(made: Path) -
     assert "ui" not in principals(made)
     assert not (made / "ui.key").exists()
     assert "user ui" not in (made / "redis.acl").read_text()
+
+
+def test_of_two_who_make_keys_at_once_neither_is_lost(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lock, read, waits = fcntl.flock, keys._read, threading.Event()
+    other = threading.Thread(target=keys.make, args=("bert",), kwargs={"folder": made})
+    at_lock = iter((bool, waits.set))
+    after_reading = iter((lambda: (other.start(), waits.wait(10.0)), tuple))
+
+    def lock_and_tell(file: int, how: int) -> None:
+        next(at_lock)()
+        lock(file, how)
+
+    def read_while_the_other_begins(folder: Path) -> dict[str, Principal]:
+        found = read(folder)
+        next(after_reading)()
+        return found
+
+    monkeypatch.setattr(fcntl, "flock", lock_and_tell)
+    monkeypatch.setattr(keys, "_read", read_while_the_other_begins)
+    atom(made, "make", "anna")
+    other.join(10.0)
+    assert {"anna", "bert"} < set(principals(made))
 
 
 def test_the_list_tells_names_and_roles(made: Path) -> None:

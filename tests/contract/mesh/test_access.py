@@ -2,7 +2,7 @@
 
 import contextlib
 import logging
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from pydantic_settings import SettingsConfigDict
 from starlette.responses import StreamingResponse
 from starlette.testclient import WebSocketDenialResponse
 from starlette.websockets import WebSocketDisconnect
+from structlog.testing import capture_logs
 
 from contracts.access import CredentialFile, Principal, Role, sha256_of
 from contracts.problem import Dependency, Problem
@@ -198,6 +199,21 @@ def test_a_service_does_not_start_with_a_file_of_keys_that_cannot_be_read(
         file.write_text(content)
     with pytest.raises(SystemExit, match=f"SAMPLE_KEYS_FILE: .*{why}"):
         make(file)
+
+
+@pytest.mark.parametrize("harm", [damage, remove])
+async def test_a_broken_file_of_keys_is_told_once_and_read_when_it_is_whole_again(
+    client: httpx.AsyncClient, keys_file: Path, monkeypatch: pytest.MonkeyPatch, harm: Callable[[Path], None]
+) -> None:
+    monkeypatch.setattr(credentials, "LOOK_S", 0.0)
+    harm(keys_file)
+    with capture_logs() as told:
+        for _ in range(3):
+            assert (await client.get("/looks", headers=key_of("vera"))).status_code == 200
+        assert [one["event"] for one in told] == ["the keys stay as they were"]
+        write(keys_file, vera=Role.VIEWER)
+        await client.get("/looks", headers=key_of("vera"))
+    assert [one["log_level"] for one in told] == ["error", "info"]
 
 
 async def test_a_service_says_who_it_is_with_its_own_key(keys_file: Path, tmp_path: Path) -> None:

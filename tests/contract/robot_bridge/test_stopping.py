@@ -42,6 +42,13 @@ async def test_it_stops_whatever_the_body_is(rig: Rig, content: Any) -> None:
     assert (await rig.client.get("/emergency-stop")).json()["latched"]
 
 
+@pytest.mark.parametrize("headers", [{}, {"Origin": "http://another.example"}, {"Authorization": "Bearer wrong"}])
+async def test_a_slash_too_many_stops_too(rig: Rig, headers: dict[str, str]) -> None:
+    answer = await rig.client.post("/emergency-stop/", content=b" " * 20_000_000, headers=headers)
+    assert answer.status_code == 200
+    assert (await rig.client.get("/emergency-stop")).json()["latched"]
+
+
 async def test_a_stop_whose_body_is_on_its_way_claims_no_reason(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robot_bridge.routes.stop.BODY_WAIT_S", 60.0)
     meanwhile: list[EmergencyStop] = []

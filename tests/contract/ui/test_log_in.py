@@ -192,7 +192,8 @@ async def test_a_viewer_looks_and_stops_and_does_nothing_else(client: httpx.Asyn
 async def test_a_stop_needs_no_cookie_and_a_forged_one_does_no_harm(client: httpx.AsyncClient, world: UiWorld) -> None:
     assert (await client.post("/stop", headers={"cookie": f"{COOKIE}=forged"})).status_code == 200
     assert (await client.get("/stop")).status_code == 200
-    assert len(world.robot.stops) == 1
+    assert (await client.post("/stop/", headers={"origin": "http://another.example"})).status_code == 200
+    assert len(world.robot.stops) == 2
 
 
 def test_a_page_with_keys_and_no_key_of_its_own_does_not_start(keys_file: Path) -> None:

@@ -42,7 +42,8 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     help="The robot from a terminal. Exit codes: 0 done (found) · 10 not found · 11 unsure · 12 cancelled · "
-    "13 aborted · 2 wrong usage · 3 refused · 4 a service is away · 130 interrupted (the mission goes on).",
+    "13 aborted · 1 not confirmed · 2 wrong usage · 3 refused (no key, a wrong one, or not now) · "
+    "4 a service is away or not ready · 130 interrupted (the mission goes on).",
 )
 app.add_typer(keys.app, name="keys")
 console = Console(highlight=False)
@@ -137,8 +138,8 @@ def resume(
 
 @app.command()
 def status(host: Host = "127.0.0.1", port_base: PortBase = 8000) -> None:
-    """What the robot is at, and who is missing. Exit code 4 when a service is."""
-    away = False
+    """What the robot is at, and who is missing. Exit code 4 when a service is, else 3 when one refuses to tell."""
+    codes = {0}
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
     with _services(host, port_base) as services:
         try:
@@ -149,21 +150,21 @@ def status(host: Host = "127.0.0.1", port_base: PortBase = 8000) -> None:
             table.add_row("mission", escape(f"“{mission.command}” {said}" if mission and running else said))
             table.add_row("queue", str(len(now.queue)))
         except ServiceError as error:
-            away = True
+            codes.add(_code(error))
             table.add_row("mission", f"[red]{escape(str(error))}[/]")
         try:
             for name, value in _robot(services.robot()):
                 table.add_row(name, escape(value))
         except ServiceError as error:
-            away = True
+            codes.add(_code(error))
             table.add_row("robot", f"[red]{escape(str(error))}[/]")
         for service in ("coordinator", "inference", "memory", "robot_bridge"):
             lack = services.ready(service)
-            away = away or bool(lack)
+            codes.add(EXIT_AWAY if lack else 0)
             table.add_row(service, f"[red]{escape(lack)}[/]" if lack else "[green]ready[/]")
     console.print(table)
-    if away:
-        raise typer.Exit(EXIT_AWAY)
+    if code := max(codes):
+        raise typer.Exit(code)
 
 
 @app.command()
@@ -292,7 +293,11 @@ def _or_exit(ask: Callable[[], T]) -> T:
 
 def _fail(error: ServiceError) -> NoReturn:
     console.print(f"[bold red]failed[/]   {escape(str(error))}", soft_wrap=True)
-    raise typer.Exit(EXIT_AWAY if isinstance(error, AwayError) else EXIT_REFUSED)
+    raise typer.Exit(_code(error))
+
+
+def _code(error: ServiceError) -> int:
+    return EXIT_AWAY if isinstance(error, AwayError) else EXIT_REFUSED
 
 
 def main() -> None:

@@ -4,8 +4,11 @@ The folder holds `keys.json` (names, roles, hashes), `redis.acl`, and one `<name
 gets is printed once and kept nowhere.
 """
 
+import contextlib
+import fcntl
 import os
 import secrets
+from collections.abc import Generator
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -15,7 +18,15 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from contracts.access import CALLERS, CredentialFile, Principal, Role, bus_password_of, sha256_of
+from contracts.access import (
+    CALLERS,
+    PASSWORD_LENGTH_MAX,
+    CredentialFile,
+    Principal,
+    Role,
+    bus_password_of,
+    sha256_of,
+)
 from contracts.topics import bus_rules
 
 ROLES: Final = {
@@ -48,21 +59,25 @@ def make(
     folder: Folder = FOLDER,
 ) -> None:
     """Makes one key, or everything a deployment needs that is not there yet. Each secret is printed once."""
-    principals = _read(folder)
+    if name in ROLES:
+        raise typer.BadParameter(f"{name} is a service's name; `atom keys make` without a name makes its key")
     if name is None:
-        _make_all(folder, principals, admin=not services)
+        with _locked(folder):
+            _make_all(folder, _read(folder), admin=not services)
         return
-    old = principals.get(name)
-    if old is not None and old.key_sha256 is not None and not password:
-        raise typer.BadParameter(f"{name} has a key; `atom keys revoke {name}` first")
     try:
-        made = old or Principal(name=name, role=role or Role.OPERATOR)
+        new = Principal(name=name, role=role or Role.OPERATOR)
     except ValidationError as error:
         raise typer.BadParameter(f"{name!r}: {error.errors()[0]['msg']}") from None
     key = secrets.token_urlsafe(32)
     secret = {"password": _hashed_password()} if password else {"key_sha256": sha256_of(key)}
-    principals[name] = made.model_copy(update=secret | {"role": role or made.role})
-    _write(folder, principals)
+    with _locked(folder):
+        principals = _read(folder)
+        old = principals.get(name, new)
+        if old.key_sha256 is not None and not password:
+            raise typer.BadParameter(f"{name} has a key; `atom keys revoke {name}` first")
+        principals[name] = old.model_copy(update=secret | {"role": role or old.role})
+        _write(folder, principals)
     if not password:
         _print_once(principals[name], key)
 
@@ -79,15 +94,28 @@ def show(folder: Folder = FOLDER) -> None:
 @app.command()
 def revoke(name: Annotated[str, typer.Argument(help="whose key and password end")], folder: Folder = FOLDER) -> None:
     """Ends somebody's key, password and sessions of the page. `atom keys make` makes a service's again."""
-    principals = _read(folder)
-    if principals.pop(name, None) is None:
-        raise typer.BadParameter(f"nobody is called {name!r}")
-    _write(folder, principals)
-    (folder / f"{name}.key").unlink(missing_ok=True)
-    if name in CALLERS:
-        _write_acl(folder)
-        console.print(f"{name} needs a new key: `atom keys make`, then restart it and Redis.")
+    with _locked(folder):
+        principals = _read(folder)
+        if principals.pop(name, None) is None:
+            raise typer.BadParameter(f"nobody is called {name!r}")
+        _write(folder, principals)
+        (folder / f"{name}.key").unlink(missing_ok=True)
+        if name in CALLERS:
+            _write_acl(folder)
+            console.print(f"{name} needs a new key: `atom keys make`, then restart it and Redis.")
     console.print(f"[bold]revoked[/]  {escape(name)}")
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Generator[None]:
+    """From the reading to the writing: of two commands at once, the second would else take back what the first did."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(lock)
 
 
 def _make_all(folder: Path, principals: dict[str, Principal], *, admin: bool) -> None:
@@ -135,7 +163,6 @@ def _write(folder: Path, principals: dict[str, Principal]) -> None:
 
 def _write_secret(folder: Path, name: str, text: str) -> None:
     """For its owner's eyes, and whole or not at all: a service may read it at any time."""
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     new = folder / f".{name}.new"
     new.unlink(missing_ok=True)
     with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
@@ -147,8 +174,8 @@ def _hashed_password() -> str:
     from pwdlib import PasswordHash  # here, so that no other command waits for it, `atom stop` least of all
 
     said: str = typer.prompt("Password for the page", hide_input=True, confirmation_prompt=True)
-    if len(said) < PASSWORD_LENGTH_MIN:
-        raise typer.BadParameter(f"a password has {PASSWORD_LENGTH_MIN} characters or more")
+    if not PASSWORD_LENGTH_MIN <= len(said) <= PASSWORD_LENGTH_MAX:
+        raise typer.BadParameter(f"a password has {PASSWORD_LENGTH_MIN} to {PASSWORD_LENGTH_MAX} characters")
     return PasswordHash.recommended().hash(said)
 
 

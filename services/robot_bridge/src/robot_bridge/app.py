@@ -15,7 +15,7 @@ from robot_bridge.bridge import Bridge, open_bridge
 from robot_bridge.metrics import measure
 from robot_bridge.ports import Robot
 from robot_bridge.routes import routers
-from robot_bridge.routes.stop import STOP_PATH
+from robot_bridge.routes.stop import STOP_PATHS
 from robot_bridge.settings import Settings
 
 
@@ -54,8 +54,8 @@ def create_app(
         settings=settings,
         measure=_measure,
         body_bytes_max=settings.body_bytes_max,
-        body_bytes_max_at={STOP_PATH: None},
-        open_to_pages={STOP_PATH},
+        body_bytes_max_at=dict.fromkeys(STOP_PATHS),
+        open_to_pages=STOP_PATHS,
         description="The one hand on the robot: what moves it, and what it senses.",
     )
     for router in routers():

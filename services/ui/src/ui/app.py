@@ -23,6 +23,7 @@ from ui.prefix import BelowPrefix
 from ui.routes import routers
 from ui.routes.deps import desk_of
 from ui.routes.log_in import LOG_IN_PATH
+from ui.routes.stop import STOP_PATHS
 from ui.sessions import PageSessions
 from ui.settings import Settings
 
@@ -84,8 +85,11 @@ def create_app(
         authenticate_session=sessions.authenticate if sessions is not None else None,
         log_in_at=LOG_IN_PATH.removeprefix("/"),
         body_bytes_max=settings.body_bytes_max,
-        body_bytes_max_at={"/memory/import": settings.import_bytes_max, "/stop": None},  # a stop reads none
-        open_to_pages={"/stop"},
+        body_bytes_max_at={
+            "/memory/import": settings.import_bytes_max,
+            **dict.fromkeys(STOP_PATHS),
+        },  # a stop reads none
+        open_to_pages=STOP_PATHS,
         description="Shows: the operator's web page.",
     )
     for router in routers():

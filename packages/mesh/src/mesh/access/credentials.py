@@ -23,7 +23,7 @@ class CredentialStore:
     def __init__(self, file: Path) -> None:
         self._file = file
         self._looked_s = time.monotonic()
-        self._seen: tuple[int, int, int] = self._stamp()
+        self._seen = self._stamp()
         self._principals = self._read()
 
     def by_key(self, key: str) -> Principal | None:
@@ -41,20 +41,23 @@ class CredentialStore:
         if time.monotonic() - self._looked_s < LOOK_S:
             return
         self._looked_s = time.monotonic()
+        stamp = self._stamp()
+        if stamp == self._seen:
+            return
+        self._seen = stamp
         try:
-            stamp = self._stamp()
-            if stamp != self._seen:
-                self._principals, self._seen = self._read(), stamp
-                log.info("the keys were read again", principals=len(self._principals))
+            self._principals = self._read()
+            log.info("the keys were read again", principals=len(self._principals))
         except ValueError as error:
             log.error("the keys stay as they were", reason=str(error))  # noqa: TRY400 - a sentence, not a trace
 
-    def _stamp(self) -> tuple[int, int, int]:
+    def _stamp(self) -> tuple[int, int, int] | None:
+        """Another one after each change, of its permissions too; None while it cannot be looked at."""
         try:
             found = self._file.stat()
-        except OSError as error:
-            raise ValueError(f"{self._file}: {error.strerror}") from error
-        return found.st_mtime_ns, found.st_ino, found.st_size
+        except OSError:
+            return None
+        return found.st_ctime_ns, found.st_ino, found.st_size
 
     def _read(self) -> tuple[Principal, ...]:
         try:

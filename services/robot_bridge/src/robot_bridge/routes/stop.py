@@ -16,6 +16,8 @@ from robot_bridge.safety.emergency_stop import HISTORY_MAX
 router = APIRouter(tags=["emergency stop"])
 
 STOP_PATH = "/emergency-stop"
+STOP_PATHS = (STOP_PATH, f"{STOP_PATH}/")
+"""Who types a slash too many means the same."""
 FIRST_ZERO = Histogram(
     "robot_bridge_first_zero_seconds",
     "from a stop request's handler to its first zero velocity published",
@@ -32,6 +34,7 @@ _OPTIONAL_BODY = {
 }
 
 
+@router.post(STOP_PATHS[1], include_in_schema=False)
 @router.post(STOP_PATH, openapi_extra=_OPTIONAL_BODY)
 @public
 async def emergency_stop(request: Request, response: Response, bridge: BridgeDep) -> EmergencyStopReply:

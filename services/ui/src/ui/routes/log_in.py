@@ -6,6 +6,7 @@ from fastapi import APIRouter, Form
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from starlette.requests import Request
 
+from contracts.access import PASSWORD_LENGTH_MAX
 from mesh.access import Role, public, requires_role
 from mesh.access.credentials import CredentialStore
 from mesh.errors import TooManyError
@@ -38,7 +39,7 @@ async def form() -> Response:
 async def log_in(
     request: Request,
     name: Annotated[str, Form(max_length=32)] = "",
-    secret: Annotated[str, Form(max_length=200)] = "",
+    secret: Annotated[str, Form(max_length=PASSWORD_LENGTH_MAX)] = "",
 ) -> Response:
     """A cookie for a name with its password, or its key. 401 when they do not fit, 429 after too many that did not, and
     while others' passwords are compared.

@@ -17,6 +17,8 @@ from ui.routes.deps import ActionsDep, DeskDep, operator
 
 router = APIRouter(tags=["emergency stop"])
 
+STOP_PATHS: Final = ("/stop", "/stop/")
+"""Who types a slash too many means the same."""
 HOW: Final = {"escape": "Esc pressed on the page", "form": "STOP pressed on the page, without its script"}
 PAGE: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"text/html": {}}}}
 NOW: Final = {"Cache-Control": "no-store"}
@@ -36,7 +38,8 @@ async def would_stop(desk: DeskDep, response: Response) -> WouldStop:
     return WouldStop(latched=await desk.stop_probe.ask())
 
 
-@router.post("/stop", response_model=EmergencyStopReply, responses=PAGE)
+@router.post(STOP_PATHS[1], response_model=EmergencyStopReply, include_in_schema=False)
+@router.post(STOP_PATHS[0], response_model=EmergencyStopReply, responses=PAGE)
 @public
 async def stop(request: Request, desk: DeskDep, actions: ActionsDep) -> EmergencyStopReply | Response:
     """Stops the robot at once; nothing in the request can make it fail. 503 when robot_bridge cannot be reached.
