@@ -68,9 +68,17 @@ class Mesh:
     def container(self, name: str) -> str:
         return self.docker("compose", "--profile", "sim", "ps", "-aq", name)
 
-    def kill(self, name: str) -> None:
-        """SIGKILL from outside, so that Docker takes it for a crash: `docker kill` would be taken for a wish."""
-        os.kill(int(self.docker("inspect", "-f", "{{.State.Pid}}", self.container(name))), signal.SIGKILL)
+    def pid(self, name: str) -> int:
+        return int(self.docker("inspect", "-f", "{{.State.Pid}}", self.container(name)))
+
+    def kill(self, pid: int) -> float:
+        """SIGKILL from outside, so that Docker takes it for a crash: `docker kill` would be taken for a wish.
+
+        Returns the simulated moment at which it was sent.
+        """
+        killed_s = self.truth()["now_s"]
+        os.kill(pid, signal.SIGKILL)
+        return killed_s
 
     def ready(self, name: str) -> bool:
         with suppress(httpx.HTTPError):
@@ -174,7 +182,7 @@ class Mesh:
     def on_a_mission(self) -> Generator[str]:
         """Yields its id once the robot drives."""
         mission = self.post("coordinator", "/missions", command="find the red bottle").raise_for_status().json()
-        self.seconds_until(self.moves, "a mission that drives")
+        self.seconds_until(lambda: self.truth()["twist"]["linear_x"] > 0.1, "a mission that drives")
         yield mission["id"]
 
 
@@ -194,7 +202,7 @@ def nothing(mesh: Mesh) -> Seen:
 
 def redis_killed(mesh: Mesh) -> Seen:
     with mesh.circling():
-        mesh.kill("redis")
+        mesh.kill(mesh.pid("redis"))
         return {"drove_m": mesh.metres_in(2.0), "stop_ms": mesh.stop(), **back(mesh)}
 
 
@@ -203,24 +211,24 @@ def redis_paused(mesh: Mesh) -> Seen:
     with mesh.circling():
         mesh.docker("pause", redis)
         try:
-            drove_m = mesh.metres_in(5.0)
-            named_s = mesh.seconds_until(lambda: not mesh.ready("coordinator"), "redis missed")
+            missed_s = mesh.seconds_until(lambda: not mesh.ready("coordinator"), "redis missed")
+            drove_m = mesh.metres_in(3.0)
             stop_ms = mesh.stop()
         finally:
             mesh.docker("unpause", redis)
-    return {"drove_m": drove_m, "missed_after_s": round(5.0 + named_s, 1), "stop_ms": stop_ms, **back(mesh)}
+    return {"drove_m": drove_m, "missed_after_s": missed_s, "stop_ms": stop_ms, **back(mesh)}
 
 
 def bridge_killed(mesh: Mesh) -> Seen:
+    bridge = mesh.pid("robot_bridge")
     with mesh.circling():
-        killed_s = mesh.truth()["now_s"]
-        mesh.kill("robot_bridge")
-        rest_s = mesh.seconds_to_rest(killed_s)
+        killed_s = mesh.kill(bridge)
+    rest_s = mesh.seconds_to_rest(killed_s)
     return {"rest_s": rest_s, **back(mesh), "moves_by_itself": mesh.moves()}
 
 
 def sim_killed(mesh: Mesh) -> Seen:
-    mesh.kill("sim")
+    mesh.kill(mesh.pid("sim"))
     missed_s = mesh.seconds_until(lambda: not mesh.ready("robot_bridge"), "the robot missed")
     return {"missed_after_s": missed_s, **back(mesh)}
 
@@ -228,17 +236,16 @@ def sim_killed(mesh: Mesh) -> Seen:
 def killed_in_a_mission(name: str) -> Callable[[Mesh], Seen]:
     def happen(mesh: Mesh) -> Seen:
         with mesh.on_a_mission() as mission:
-            mesh.kill(name)
+            mesh.kill(mesh.pid(name))
             return {"back_s": mesh.seconds_until(lambda: mesh.ready(name), name), **end(mesh, mission), **back(mesh)}
 
     return happen
 
 
 def coordinator_killed(mesh: Mesh) -> Seen:
+    coordinator = mesh.pid("coordinator")
     with mesh.on_a_mission() as mission:
-        killed_s = mesh.truth()["now_s"]
-        mesh.kill("coordinator")
-        rest_s = mesh.seconds_to_rest(killed_s)
+        rest_s = mesh.seconds_to_rest(mesh.kill(coordinator))
     return {"rest_s": rest_s, **back(mesh), **end(mesh, mission), "moves_by_itself": mesh.moves()}
 
 
@@ -277,7 +284,11 @@ def end(mesh: Mesh, mission: str) -> Seen:
             mesh.seconds_until(lambda: outcome(mesh, mission) is not None, "an end of the mission")
             break
     correct = bool(mesh.get("sim", "/score", **TARGET).raise_for_status().json()["correct"])
-    return {"mission": outcome(mesh, mission), "correct": correct, "mission_s": round(time.monotonic() - began_s, 1)}
+    return {
+        "mission": outcome(mesh, mission),
+        "correct": correct,
+        "ended_after_s": round(time.monotonic() - began_s, 1),
+    }
 
 
 def outcome(mesh: Mesh, mission: str) -> str | None:

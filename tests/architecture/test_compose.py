@@ -153,6 +153,13 @@ def test_the_simulated_robot_and_the_bridge_compile_their_interfaces_once() -> N
     assert begun[0][2].splitlines()[0] == begun[1][2].splitlines()[0]
 
 
+@pytest.mark.parametrize("profile", ["services/robot_bridge/fastdds.xml", "packages/mesh/src/mesh/fastdds.xml"])
+def test_pictures_that_come_in_one_burst_fit_what_udp_receives_into(profile: str) -> None:
+    """The system's own 208 KiB hold not one: best effort asks for none of the lost again."""
+    sizes = re.findall(r"<receiveBufferSize>(\d+)<", (ROOT / profile).read_text(encoding="utf-8"))
+    assert [int(size) >= 4 * 640 * 400 * 3 for size in sizes] == [True]
+
+
 def test_with_a_gpu_the_language_model_has_it() -> None:
     added = yaml.safe_load((ROOT / "compose.cuda.yaml").read_text(encoding="utf-8"))["services"]
     both = composed("compose.yaml", "compose.cuda.yaml")["services"]
