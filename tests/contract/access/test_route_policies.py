@@ -52,10 +52,11 @@ async def reached(scope: Scope, receive: Receive, send: Send) -> None:
         await send({"type": "http.response.body"})
 
 
-async def answer_to(app: FastAPI, method: str, path: str, role: Role | None) -> str:
-    """What is answered: 'in', or the status of the refusal."""
+async def answer_to(app: FastAPI, method: str, path: str, role: Role | None, *, origin: str = "") -> str:
+    """What is answered: 'in', the status of the refusal, or the code a socket is closed with."""
     answers: list[Any] = []
-    headers = [(b"host", b"robot.local")] + ([(b"authorization", f"Bearer {role}".encode())] if role else [])
+    said = {"host": "robot.local", "authorization": role and f"Bearer {role}", "origin": origin}
+    headers = [(name.encode(), value.encode()) for name, value in said.items() if value]
     scope: Scope = {
         "type": "websocket" if method == SOCKET else "http",
         "path": path,
@@ -78,7 +79,8 @@ async def answer_to(app: FastAPI, method: str, path: str, role: Role | None) -> 
 
     await app(scope, receive, send)
     begun = answers[0]
-    return "in" if begun["type"] == "websocket.accept" or begun["status"] == 204 else str(begun["status"])
+    told = begun.get("status", begun.get("code", 204))
+    return "in" if told == 204 else str(told)
 
 
 def asked_by(policy: RoutePolicy) -> tuple[str, ...]:
@@ -103,6 +105,21 @@ async def test_every_route_answers_whom_the_table_names_and_nobody_else(app: Fas
     requests = [(policy, method, role) for policy in policies for method in asked_by(policy) for role in WHO]
     found = [(*one, await answer_to(app, one[1], re.sub(r"\{\w+\}", "1", one[0].path), one[2])) for one in requests]
     assert found == [(*one, expected(one[0], one[2])) for one in requests]
+
+
+async def test_another_page_changes_nothing_through_the_browser_of_somebody_who_may_everything(app: FastAPI) -> None:
+    """The cookie comes along with a link from anywhere (SameSite=Lax); more than reading needs our Origin, too."""
+    requests = [
+        (method, policy.path) for policy in route_policies(app.routes) for method in asked_by(policy) if policy.role
+    ]
+    found = {
+        (
+            *one,
+            await answer_to(app, one[0], re.sub(r"\{\w+\}", "1", one[1]), Role.ADMIN, origin="http://another.example"),
+        )
+        for one in requests
+    }
+    assert found == {(*one, {"GET": "in", "HEAD": "in", SOCKET: "1008"}.get(one[0], "403")) for one in requests}
 
 
 async def test_what_is_not_there_tells_a_stranger_nothing(app: FastAPI) -> None:

@@ -4,6 +4,7 @@ import httpx
 import pytest
 
 from contracts.problem import Dependency, DependencyState, Health, Readiness
+from mesh import http
 from mesh.errors import MeshError, ServiceTimeoutError, UnavailableError, UpstreamError
 from mesh.http import ServiceClient
 
@@ -54,6 +55,22 @@ async def test_reads_are_tried_again_and_writes_never() -> None:
     with pytest.raises(UnavailableError):
         await client.post("/health", None, Health)
     assert len(seen) == 1
+
+
+@pytest.mark.parametrize("status", [401, 429])
+async def test_who_is_refused_reads_no_more_for_a_while_and_writes_all_the_same(
+    status: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client, seen = answering(httpx.Response(status, json={"detail": "this key is not known"}), HEALTHY)
+    for _ in range(3):
+        with pytest.raises(UpstreamError, match="this key is not known") as refused:
+            await client.get("/health", Health)
+        assert refused.value.upstream_status == status
+    assert len(seen) == 1
+    await client.post("/health", None, Health)
+    assert len(seen) == 2
+    monkeypatch.setattr(http, "REFUSED_WAIT_S", 0.0)
+    assert (await client.get("/health", Health)).service == "memory"
 
 
 @pytest.mark.parametrize(

@@ -172,8 +172,8 @@ class Services:
             problem = Problem.model_validate_json(answer.content)
         except ValidationError:
             raise RefusedError(f"{service}: HTTP {answer.status_code}") from None
-        key = "; a key goes into ATOM_KEY or ATOM_KEY_FILE (`atom keys make NAME`)" if answer.status_code == 401 else ""
-        raise RefusedError(f"{service}: {problem.detail or problem.title}{key}")
+        remedy = "; a key goes into ATOM_KEY or ATOM_KEY_FILE (`atom keys make NAME`)" * (answer.status_code == 401)
+        raise RefusedError(f"{service}: {problem.detail or problem.title}{remedy}")
 
     def _parsed(self, service: str, answer: httpx.Response, reply: TypeAdapter[T]) -> T:
         try:

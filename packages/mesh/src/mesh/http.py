@@ -17,6 +17,8 @@ from mesh.tracing import Tracer, failed, traceparent
 M = TypeVar("M", bound=Message)
 
 TRACER = Tracer(__name__)
+REFUSED_WAIT_S = 10.0
+"""So long a service whose key is refused reads nothing more: it would not be told more, and fill the other's log."""
 
 
 def bearer(key: SecretStr | None) -> dict[str, str]:
@@ -25,7 +27,7 @@ def bearer(key: SecretStr | None) -> dict[str, str]:
 
 
 class ServiceClient:
-    """A typed HTTP client of one service. Reads are retried twice; writes never.
+    """A typed HTTP client of one service. Reads are retried twice, and wait after a refused key; writes never.
 
     Raises `UnavailableError` when it is away, `ServiceTimeoutError` past the deadline, `UpstreamError` when it says no
     or answers with something that is not the contract.
@@ -50,6 +52,8 @@ class ServiceClient:
             limits=httpx.Limits(max_connections=20, max_keepalive_connections=10),
             trust_env=False,
         )
+        self._refused: tuple[int, str] | None = None
+        self._refused_s = 0.0
 
     async def aclose(self) -> None:
         await self.http.aclose()
@@ -93,6 +97,8 @@ class ServiceClient:
         headers: dict[str, str] | None = None,
     ) -> httpx.Response:
         """The response when it is 2xx; otherwise raises as the class says."""
+        if method == "GET" and self._refused is not None and time.monotonic() - self._refused_s < REFUSED_WAIT_S:
+            raise UpstreamError(self.service, *self._refused)
         content = body.model_dump_json().encode() if isinstance(body, Message) else body
         kind = "application/json" if isinstance(body, Message) else "application/octet-stream"
         headers = (headers or {}) | ({"content-type": kind} if content is not None else {})
@@ -117,6 +123,8 @@ class ServiceClient:
         detail, code = _problem(response)
         if response.status_code in {503, 504}:
             raise UnavailableError(self.service, detail, code=code)
+        if method == "GET" and response.status_code in {401, 429}:
+            self._refused, self._refused_s = (response.status_code, detail), time.monotonic()
         raise UpstreamError(self.service, response.status_code, detail, code=code)
 
     async def _sent(self, method: str, path: str, *, headers: dict[str, str], **request: Any) -> httpx.Response:

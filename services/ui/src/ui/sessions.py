@@ -65,12 +65,12 @@ class PageSessions:
     def begin(self, response: Response, principal: Principal, *, path: str, secure: bool) -> None:
         said = self._signed.dumps((principal.name, _mark(principal)))
         response.set_cookie(
-            COOKIE, said, max_age=self._lasts_s, path=path, secure=secure, httponly=True, samesite="strict"
+            COOKIE, said, max_age=self._lasts_s, path=path, secure=secure, httponly=True, samesite="lax"
         )
 
 
 def end(response: Response, *, path: str) -> None:
-    response.delete_cookie(COOKIE, path=path, httponly=True, samesite="strict")
+    response.delete_cookie(COOKIE, path=path, httponly=True, samesite="lax")
 
 
 def _mark(principal: Principal) -> str:

@@ -19,9 +19,11 @@ window.atom = (() => {
     return address;
   }
 
-  // Every question has an end.
-  function ask(path, limit_ms, options = {}) {
-    return fetch(url(path), { cache: "no-store", ...options, signal: AbortSignal.timeout(limit_ms) });
+  // Every question has an end. A log-in that has ended leads to the form, which has a STOP too.
+  async function ask(path, limit_ms, options = {}) {
+    const answer = await fetch(url(path), { cache: "no-store", ...options, signal: AbortSignal.timeout(limit_ms) });
+    if (answer.status === 401) window.location.assign(url("login"));
+    return answer;
   }
 
   const box = () => document.querySelector("[data-atom-say] input, input[data-atom-say]");
@@ -63,6 +65,7 @@ window.atom = (() => {
       };
       socket.onclose = () => {
         trouble(t("the server does not answer"));
+        ask("assets/icon.svg", RETRY_MS).catch(() => {});  // a refused socket does not tell a script why; this does
         again = window.setTimeout(open, RETRY_MS);
       };
     }
