@@ -10,6 +10,8 @@ from support.source import Module, all_modules
 PURE = {
     "coordinator": (
         "belief",
+        "commands.abilities",
+        "commands.readings",
         "core",
         "coverage.coverage_tracker",
         "coverage.lawnmower",
@@ -65,7 +67,21 @@ PURE = {
         "sensing.transforms",
     ),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
-    "vocabulary": ("folding", "groups", "labels", "languages", "looks", "moods", "orders", "restrictions", "spelling"),
+    "vocabulary": (
+        "actions",
+        "folding",
+        "groups",
+        "hot_words",
+        "labels",
+        "languages",
+        "looks",
+        "moods",
+        "orders",
+        "restrictions",
+        "rooms",
+        "sounding",
+        "spelling",
+    ),
     "ui": ("latest_facts", "notifications", "overlay", "page_model", "suggestions", "teleoperation", "timeline_lines"),
 }
 """The one table. A name stands for the module or for everything in the package."""
@@ -73,6 +89,7 @@ PURE = {
 LIBRARIES = frozenset({
     "numpy", "scipy",
     "pydantic",  # the contracts are made of it
+    "jellyfish",  # how words sound
     "rapidfuzz",  # distances between words
     "pytransform3d", "simple_pid", "skimage",  # arithmetic on arrays, and a PID that is told how much time has passed
 })  # fmt: skip

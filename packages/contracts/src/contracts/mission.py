@@ -7,6 +7,7 @@ from pydantic import Field
 from contracts.base import Confidence, Label, Message, StampS
 from contracts.colours import Colour
 from contracts.geometry import Pose2D
+from contracts.intent import WantedAction
 from contracts.motion import MotionEnd
 from contracts.reading import Mood
 from contracts.vision import Target, Vote
@@ -99,6 +100,8 @@ class CommandRefusal(StrEnum):
     """No class of the detector is named."""
     WHICH_THING = "which_thing"
     """'anything red': the thing itself is not named."""
+    NO_ARM = "no_arm"  # 'pour the medicine': a robot without an arm cannot begin it
+    NO_ROOMS = "no_rooms"  # 'go to the kitchen': no map names its rooms
     STOPPED_MEANWHILE = "stopped_meanwhile"
     """A person said stop while it was being read."""
 
@@ -161,12 +164,10 @@ class EndCause(StrEnum):
     """Every place worth it was looked at."""
     NO_PLACE_LEFT = "no_place_left"
     """Of the places left none could be reached."""
-    TIME_UP = "time_up"
-    """Its own time was up."""
+    TIME_UP = "time_up"  # its own
     STOPPED = "stopped"
     """An emergency stop."""
-    PERSON = "person"
-    """A person asked for it."""
+    PERSON = "person"  # who asked for it
     STAYED_PAUSED = "stayed_paused"
     """Nobody resumed it."""
     CANNOT_MOVE = "cannot_move"
@@ -215,6 +216,7 @@ class Mission(Message):
     command: str
     target: Target | None = None
     parser: str = ""
+    action: WantedAction = Field(default=WantedAction.FIND, description="what was asked for; the robot has no arm")
     state: MissionState
     paused: bool = False
     queue_position: int | None = Field(default=None, ge=0, description="0 = next; none when it runs or is over")

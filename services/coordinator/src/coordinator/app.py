@@ -12,6 +12,7 @@ from coordinator.adapters.inference import InferenceClient
 from coordinator.adapters.memory import MemoryClient
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.adapters.sqlite_log import SqliteLog
+from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.mission_service import MissionService
 from coordinator.execution.look_reporter import LookReporter
@@ -75,6 +76,7 @@ def create_app(
             dispatcher = Dispatcher(settings=settings, runner=runner, queue=queue, memory=the_memory, clock=the_clock)
             runner.start()
             tasks.start("dispatch", dispatcher.run())
+            reader = CommandReader(settings=settings, inference=the_inference, memory=the_memory)
             missions = MissionService(
                 settings=settings,
                 bus=the_bus,
@@ -86,6 +88,7 @@ def create_app(
                 runner=runner,
                 queue=queue,
                 dispatcher=dispatcher,
+                reader=reader,
             )
             questions = QuestionService(
                 settings=settings,

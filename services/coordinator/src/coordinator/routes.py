@@ -9,6 +9,7 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
 
 from contracts.asking import About, Answer, Question
+from contracts.intent import Understand, Understood
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.reading import Mood
 from coordinator.commands.mission_service import MissionService
@@ -54,6 +55,16 @@ async def start(body: StartMission, missions: MissionsDep, response: Response, k
     if isinstance(told, Heard):
         response.status_code = 200
     return told
+
+
+@router.post("/understand", tags=["missions"])
+@requires_role(Role.VIEWER)
+async def understand(body: Understand, missions: MissionsDep) -> Understood:
+    """What a saying means, as typed data, or the question back where its readings differ. It starts and stops nothing:
+    what is to be done is sent on, an intent's `command` to `POST /missions` or, where its action is a question, to
+    `POST /ask`. 503 where nobody reads.
+    """
+    return await missions.reader.understand(body.readings)
 
 
 @router.get("/missions", tags=["missions"])

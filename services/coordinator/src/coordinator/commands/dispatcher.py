@@ -144,6 +144,7 @@ class Dispatcher:
                 command=waiting.command,
                 target=task.target,
                 parser=task.parser,
+                action=task.action,
                 views=tuple(_place(one) for one in recalled),
                 notes="; ".join(part for part in (task.notes, note) if part),
                 order=waiting.order,

@@ -2,17 +2,15 @@
 
 import asyncio
 import hashlib
-import re
 import uuid
 from collections.abc import Sequence
-from dataclasses import replace
 
 import structlog
 
 from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
 from contracts.problem import Dependency
-from contracts.reading import Mood, Restriction, RestrictionKind
-from contracts.vision import ParseTaskRequest
+from contracts.reading import Mood
+from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.orders import Orders
 from coordinator.core import events as ev
@@ -21,26 +19,20 @@ from coordinator.execution.mission_runner import MissionRunner
 from coordinator.metrics import QUEUE, ROBOT_STATE_AGE, STATE
 from coordinator.ports import Inference, KnownRequest, Memory, MissionLog, Robot
 from coordinator.queue.mission_queue import MissionQueue, QueuedMission
-from coordinator.queue.parse_validation import CheckedTask, check_parse
 from coordinator.settings import Settings
 from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
-from mesh.errors import ConflictError, MeshError, NotFoundError, UnavailableError, UnprocessableError
+from mesh.errors import ConflictError, NotFoundError, UnavailableError, UnprocessableError
 from mesh.tracing import Tracer, traceparent
+from vocabulary.actions import is_docking
 from vocabulary.languages import is_foreign
 from vocabulary.moods import Reading, read
 from vocabulary.orders import order_in
-from vocabulary.restrictions import restrictions_in
 
 log = structlog.get_logger()
 
 TRACER = Tracer(__name__)
-
-OBJECTS_ASKED = 200
-DOCK_COMMAND = re.compile(
-    r"(please )?(go|drive|return|get)?( back)?( to)?( your| the)? ?(dock|charger|home|charge)( now)?[.!]?"
-)
 
 
 class MissionService:
@@ -59,9 +51,11 @@ class MissionService:
         runner: MissionRunner,
         queue: MissionQueue,
         dispatcher: Dispatcher,
+        reader: CommandReader,
     ) -> None:
         self.log = log_
         self.runner = runner
+        self.reader = reader
         self._settings = settings
         self._bus = bus
         self._robot = robot
@@ -91,7 +85,7 @@ class MissionService:
             heard = await self.orders.obey(order.mood)
             if reading.mood is not Mood.FIND or not reading.sure:
                 return heard
-        to_dock = DOCK_COMMAND.fullmatch(asked.strip().lower()) is not None
+        to_dock = is_docking(asked)
         if is_foreign(asked) and not to_dock:
             return self.orders.take_back(Reading(Mood.UNKNOWN, ""))
         if reading.mood is not Mood.FIND and not to_dock:
@@ -120,7 +114,7 @@ class MissionService:
         if not self.log.opened:
             raise UnavailableError("database", "the history of missions is not open yet")
         self._refuse_now(ended_before, searches=reading is not None)
-        tasks = [None] if reading is None else await self._read(reading)
+        tasks = [None] if reading is None else await self.reader.tasks(reading)
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
             QueuedMission(uuid.uuid4().hex, command, task, Order(request_id, part, len(tasks), asked_s), traceparent())
@@ -158,53 +152,6 @@ class MissionService:
         low = self._dispatcher.why_no_power()
         if low:
             raise ConflictError(f"{low}: it has to charge first")
-
-    async def _read(self, reading: Reading) -> Sequence[CheckedTask]:
-        """One for each thing the command asks for, in the order said; what concerns all of it is told of the first."""
-        labels, note = await self._labels()
-        asked, restrictions = reading.asked, restrictions_in(reading.asked)
-        parsed = await self._inference.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
-        found: list[CheckedTask] = []
-        unknown: list[str] = []
-        for claim in parsed.targets:
-            task = check_parse(claim, labels) if claim.said in asked else None
-            if task is None:
-                unknown.append(claim.said)
-            else:
-                found.append(task)
-        if not found:
-            notes = "; ".join(filter(None, (*(one.notes for one in parsed.targets), parsed.notes)))
-            raise await self._not_understood(asked, restrictions, notes)
-        left_out = f"left out, not known: {', '.join(unknown)}" if unknown else ""
-        told = [found[0].notes, note, parsed.notes, not_held_to(restrictions), left_out]
-        return [replace(found[0], notes="; ".join(filter(None, told))), *found[1:]]
-
-    async def _not_understood(self, asked: str, restrictions: Sequence[Restriction], notes: str) -> UnprocessableError:
-        """The refusal: a question back where only the colour of a thing was said."""
-        colour = next((one.value for one in restrictions if one.kind is RestrictionKind.ANY), "")
-        if not colour:
-            text = f"'{asked[:100]}' names nothing I know: {notes or 'no such class'}"
-            return UnprocessableError(text, code=CommandRefusal.NAMES_NOTHING.value)
-        known = await self._things_of(colour)
-        hint = f"I remember: {', '.join(known)}" if known else f"say what it is, for example: the {colour} bottle"
-        return UnprocessableError(f"Which {colour} thing? {hint}", code=CommandRefusal.WHICH_THING.value)
-
-    async def _things_of(self, colour: str) -> list[str]:
-        try:
-            async with asyncio.timeout(self._settings.recall_timeout_s):
-                things = await self._memory.objects(None, OBJECTS_ASKED)
-        except (MeshError, TimeoutError):
-            return []
-        return list(dict.fromkeys(f"{colour} {one.label}" for one in things if one.colour == colour))[:6]
-
-    async def _labels(self) -> tuple[tuple[str, ...], str]:
-        try:
-            async with asyncio.timeout(self._settings.recall_timeout_s):
-                found = await self._memory.labels()
-        except (MeshError, TimeoutError) as error:
-            log.warning("memory is away", error=str(error))
-            return (), "memory is away"
-        return tuple(count.label for count in found)[:500], ""
 
     async def _save(self) -> None:
         try:
@@ -294,9 +241,3 @@ class MissionService:
             Dependency.of("robot.description", ok=self.runner.description is not None, detail="its body"),
             Dependency.of("robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
         )
-
-
-def not_held_to(restrictions: Sequence[Restriction]) -> str:
-    """What was said of the thing and is no condition of the search, for a person; '' where there is nothing."""
-    loose = [one.said for one in restrictions if one.kind not in {RestrictionKind.NOT_COLOUR, RestrictionKind.ANY}]
-    return f"understood, but not held to: {', '.join(loose)}" if loose else ""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
+from contracts.intent import WantedAction
 from contracts.mission import LastSeen, MapTrouble
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus
@@ -24,6 +25,7 @@ class MissionStarted:
     last_seen: LastSeen | None = None
     clues: tuple[Clue, ...] = ()
     """Where it may be; told where the search goes by belief."""
+    action: WantedAction = WantedAction.FIND
 
 
 @dataclass(frozen=True, slots=True)

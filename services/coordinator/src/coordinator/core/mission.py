@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from contracts.colours import Colour
 from contracts.geometry import Pose2D
+from contracts.intent import WantedAction
 from contracts.measuring import Measurement
 from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import LastSeen, MapTrouble, MissionKind, MissionState, Outcome, Report, SeenInstead
@@ -235,6 +236,7 @@ class Mission:
     command: str = ""
     target: Target | None = None
     parser: str = ""
+    action: WantedAction = WantedAction.FIND
     epoch: int = 0
     started_s: float = 0.0
     deadline_s: float = float("inf")

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import assert_never
 
+from contracts.intent import WantedAction
 from contracts.mission import EndCause, EventKind, MissionKind, MissionState, Outcome
 from coordinator.core import events as ev
 from coordinator.core.activities import Paused, Starting
@@ -49,6 +50,7 @@ def _start(context: StepContext, event: ev.MissionStarted) -> None:
         command=event.command,
         target=event.target,
         parser=event.parser,
+        action=event.action,
         last_seen=event.last_seen,
         search=Search(views=() if by_belief else event.views[: mission.rules.memory_views_max]),
     )
@@ -69,7 +71,7 @@ def _start_docking(context: StepContext, event: ev.DockingStarted) -> None:
     if context.mission.state is not MissionState.IDLE:
         return
     fresh = _fresh(context, event.mission_id, event.order)
-    context.mission = replace(fresh, kind=MissionKind.DOCK, command="dock")
+    context.mission = replace(fresh, kind=MissionKind.DOCK, action=WantedAction.DOCK, command="dock")
     context.log_event(EventKind.START, f"to the dock: {event.why}")
     context.transition_to(MissionState.MEMORY_NAV, "the dock is a remembered place: driving there")
 

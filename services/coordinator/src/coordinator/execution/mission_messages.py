@@ -22,6 +22,7 @@ def mission_record(mission: Mission, trace_id: str) -> wire.Mission | None:
         command=mission.command,
         target=mission.target,
         parser=mission.parser,
+        action=mission.action,
         state=mission.state,
         paused=mission.paused,
         request_id=mission.order.request_id,

@@ -10,16 +10,7 @@ from vocabulary.folding import joined, plain_words_of
 from vocabulary.groups import Group, group_in
 from vocabulary.labels import label_in
 from vocabulary.moods import read
-
-ROOMS: dict[str, tuple[str, ...]] = {
-    "kitchen": ("oven", "refrigerator", "sink", "microwave", "toaster"),
-    "bathroom": ("toilet", "toothbrush", "hair drier"),
-    "bedroom": ("bed",),
-    "living room": ("couch", "tv"),
-    "dining room": ("dining table",),
-    "office": ("laptop", "keyboard", "mouse"),
-}
-"""No map names its rooms: a room is what lies near the things that make it one."""
+from vocabulary.rooms import room_in
 
 SPOKEN: tuple[tuple[About, str], ...] = (
     (About.BATTERY, r"\bbatter(y|ies)\b|\bcharg(e|ed|ing)\b|\bpower\b"),
@@ -47,7 +38,7 @@ class ParsedQuestion:
 
 def parse_question(question: str) -> ParsedQuestion:
     text = joined(plain_words_of(question))
-    label, room = label_in(text), next((room for room in ROOMS if room in text), None)
+    label, room = label_in(text), room_in(text)
     colour = colour_asked(label or "", text)
     group = group_in(text) if label is None else None
     about = _about(text, label, room)

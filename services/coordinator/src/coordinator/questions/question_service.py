@@ -16,13 +16,14 @@ from coordinator.commands.orders import ASKS_FOR_NOTHING
 from coordinator.core.report import ago
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Inference, Memory, MissionLog
-from coordinator.questions.parsed_question import ROOMS, ParsedQuestion, parse_question
+from coordinator.questions.parsed_question import ParsedQuestion, parse_question
 from coordinator.questions.tallies import THERE, apart_m, changes, tally
 from coordinator.settings import Settings
 from mesh.clock import Clock
 from mesh.errors import MeshError
 from vocabulary.groups import Group
 from vocabulary.moods import read
+from vocabulary.rooms import ROOMS
 
 log = structlog.get_logger()
 

@@ -4,6 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from contracts import mission as wire
+from contracts.intent import WantedAction
 from contracts.mission import MissionKind, MissionState
 from coordinator.core.mission import Order
 from coordinator.queue.parse_validation import CheckedTask
@@ -30,6 +31,7 @@ class QueuedMission:
             command=self.command,
             target=self.task.target if self.task is not None else None,
             parser=self.task.parser if self.task is not None else "",
+            action=self.task.action if self.task is not None else WantedAction.DOCK,
             state=MissionState.IDLE,
             queue_position=position,
             request_id=self.order.request_id,

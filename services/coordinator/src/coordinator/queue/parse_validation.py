@@ -5,7 +5,9 @@ from itertools import pairwise
 
 from contracts.coco import COCO_LABELS
 from contracts.colours import COLOUR_WORDS, colour_asked
+from contracts.intent import WantedAction
 from contracts.vision import ParsedTarget, Target
+from vocabulary.actions import action_in
 from vocabulary.folding import joined, plain_words_of
 from vocabulary.looks import MATERIALS_AND_COLOURS, colour_meant, normalise
 from vocabulary.restrictions import not_colours, restrictions_in
@@ -21,6 +23,8 @@ class CheckedTask:
     memory_object: str | None
     parser: str
     notes: str
+    action: WantedAction
+    """What is to be done with it, by the words that ask for it."""
 
 
 def check_parse(parsed: ParsedTarget, labels_in_memory: tuple[str, ...]) -> CheckedTask | None:
@@ -40,7 +44,7 @@ def check_parse(parsed: ParsedTarget, labels_in_memory: tuple[str, ...]) -> Chec
     colour = colour_asked(label, description)
     excluded = tuple(one for one in not_colours(restrictions_in(parsed.said)) if one is not colour)
     target = Target(label=label, description=description, colour=colour, not_colours=excluded)
-    return CheckedTask(target, memory_object, parsed.parser, "; ".join(notes))
+    return CheckedTask(target, memory_object, parsed.parser, "; ".join(notes), action_in(parsed.said))
 
 
 def match_class(claimed: str) -> str:

@@ -1,0 +1,184 @@
+"""From a person's words to what is wanted: the parser asked, each of its claims checked, the action read."""
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import structlog
+
+from contracts.intent import Intent, Understood, WantedAction
+from contracts.memory import RememberedObject
+from contracts.mission import CommandRefusal
+from contracts.reading import Mood, Restriction, RestrictionKind
+from contracts.vision import ParsedTask, ParseTaskRequest, Target
+from coordinator.commands.abilities import what_it_cannot
+from coordinator.commands.readings import NOT_UNDERSTOOD, HeardIntent, understood, uses_all_colours
+from coordinator.ports import Inference, Memory
+from coordinator.questions.parsed_question import parse_question
+from coordinator.queue.parse_validation import CheckedTask, check_parse
+from coordinator.settings import Settings
+from mesh.errors import MeshError, UnprocessableError
+from vocabulary.actions import action_in, is_docking
+from vocabulary.folding import words_of
+from vocabulary.languages import is_foreign
+from vocabulary.moods import Reading, read
+from vocabulary.orders import order_in
+from vocabulary.restrictions import restrictions_in
+from vocabulary.rooms import ROOMS, room_in
+from vocabulary.sounding import HeardText, by_ear, said_once
+
+log = structlog.get_logger()
+
+OBJECTS_ASKED = 200
+QUESTIONS = {Mood.QUESTION: WantedAction.ASK, Mood.COUNT: WantedAction.COUNT}
+
+
+@dataclass(frozen=True, slots=True)
+class _Claims:
+    """What the parser said, checked."""
+
+    found: tuple[CheckedTask, ...]
+    unknown: tuple[str, ...]
+    parsed: ParsedTask
+    note: str
+    """What memory could not say."""
+
+
+class CommandReader:
+    def __init__(self, *, settings: Settings, inference: Inference, memory: Memory) -> None:
+        self._settings = settings
+        self._inference = inference
+        self._memory = memory
+
+    async def tasks(self, reading: Reading) -> Sequence[CheckedTask]:
+        """One for each thing the command asks for, in the order said; what concerns all of it is told of the first.
+
+        Raises `UnprocessableError` where no known thing is asked for, or something that the robot cannot begin: to pour
+        without an arm, to go to a room.
+        """
+        asked = reading.asked
+        restrictions = restrictions_in(asked)
+        claims = await self._claims(asked)
+        self._refuse_pouring(asked, claims)
+        if not claims.found:
+            raise await self._not_understood(asked, restrictions, claims)
+        left_out = f"left out, not known: {', '.join(claims.unknown)}" if claims.unknown else ""
+        first, *others = claims.found
+        told = [first.notes, claims.note, claims.parsed.notes, not_held_to(restrictions), left_out]
+        told += [what_it_cannot(first.action)]
+        return [replace(first, notes="; ".join(filter(None, told))), *others]
+
+    async def understand(self, readings: Sequence[str]) -> Understood:
+        """What several readings of one saying mean together; the first is the likeliest, the last the plainest."""
+        some = [one for one in readings if one.strip()]
+        if not some:
+            return Understood(question=NOT_UNDERSTOOD)
+        if len(some) == 1:
+            return Understood(intent=await self.intent(some[0]))
+        words = len(words_of(some[-1]))
+        heard = dict.fromkeys(by_ear(said_once(one, words)) for one in some)
+        return understood([await self._heard(one) for one in heard])
+
+    async def _heard(self, one: HeardText) -> HeardIntent:
+        intent = await self.intent(one.text)
+        said = intent.action is not WantedAction.FIND or read(one.text).sure
+        return HeardIntent(intent, one.sure and said and uses_all_colours(intent))
+
+    async def intent(self, text: str) -> Intent:
+        """What the words mean, as data; nothing is begun. An order in them ('stop') is the intent, unless more is
+        asked for behind it.
+        """
+        order = order_in(text)
+        asked = text if order is None else order.rest
+        reading = read(asked)
+        if order is not None and (reading.mood is not Mood.FIND or not reading.sure):
+            return Intent(action=WantedAction(order.mood.value), command=text, mood=order.mood)
+        if is_docking(asked):
+            return Intent(action=WantedAction.DOCK, command=text, mood=Mood.FIND)
+        if is_foreign(asked):
+            return Intent(action=WantedAction.NOTHING, command=text, mood=Mood.UNKNOWN)
+        if reading.mood in QUESTIONS:
+            return _question(text, QUESTIONS[reading.mood], reading.mood)
+        if reading.mood is not Mood.FIND:
+            return Intent(action=WantedAction.NOTHING, command=text, mood=reading.mood)
+        return self._wish(text, reading.asked, await self._claims(reading.asked))
+
+    def _wish(self, text: str, asked: str, claims: _Claims) -> Intent:
+        action = claims.found[0].action if claims.found else action_in(asked)
+        room = room_in(asked) if action is WantedAction.GO and not claims.found else None
+        known = claims.found or room is not None or claims.parsed.mood is Mood.FIND
+        return Intent(
+            action=action if known else WantedAction.NOTHING,
+            command=text,
+            targets=tuple(one.target for one in claims.found)[:8],
+            unknown=claims.unknown[:8],
+            room=room,
+            mood=Mood.FIND if known else Mood.UNKNOWN,
+            able=what_it_cannot(action, to_room=room),
+        )
+
+    async def _claims(self, asked: str) -> _Claims:
+        labels, note = await self._labels()
+        parsed = await self._inference.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
+        checked = [(one, check_parse(one, labels) if one.said in asked else None) for one in parsed.targets]
+        found = tuple(task for _, task in checked if task is not None)
+        unknown = tuple(one.said for one, task in checked if task is None)
+        return _Claims(found, unknown, parsed, note)
+
+    def _refuse_pouring(self, asked: str, claims: _Claims) -> None:
+        """A person is asked: to find the bottle is no part of what he said, as it is of 'bring'."""
+        actions = {one.action for one in claims.found} or {action_in(asked)}
+        if WantedAction.POUR not in actions:
+            return
+        known = [f"say 'find the {one.target.description}'" for one in claims.found]
+        text = f"{what_it_cannot(WantedAction.POUR)}: {' or '.join(known) or 'it is nothing I know by sight'}"
+        raise UnprocessableError(text[:400], code=CommandRefusal.NO_ARM.value)
+
+    async def _not_understood(
+        self, asked: str, restrictions: Sequence[Restriction], claims: _Claims
+    ) -> UnprocessableError:
+        """The refusal: a question back where only a room, or the colour of a thing, was said."""
+        colour = next((one.value for one in restrictions if one.kind is RestrictionKind.ANY), "")
+        room = room_in(asked) if action_in(asked) is WantedAction.GO else None
+        if room is not None:
+            marks = [one.label for one in await self._things() if one.label in ROOMS[room]]
+            hint = " or ".join(f"'go to the {one}'" for one in dict.fromkeys(marks)) or f"'go to the {ROOMS[room][0]}'"
+            text = f"{what_it_cannot(WantedAction.GO, to_room=room)}. Say {hint}"
+            return UnprocessableError(text, code=CommandRefusal.NO_ROOMS.value)
+        if not colour:
+            notes = "; ".join(filter(None, (*(one.notes for one in claims.parsed.targets), claims.parsed.notes)))
+            text = f"'{asked[:100]}' names nothing I know: {notes or 'no such class'}"
+            return UnprocessableError(text, code=CommandRefusal.NAMES_NOTHING.value)
+        named = dict.fromkeys(f"{colour} {one.label}" for one in await self._things() if one.colour == colour)
+        known = list(named)[:6]
+        hint = f"I remember: {', '.join(known)}" if known else f"say what it is, for example: the {colour} bottle"
+        return UnprocessableError(f"Which {colour} thing? {hint}", code=CommandRefusal.WHICH_THING.value)
+
+    async def _things(self) -> Sequence[RememberedObject]:
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                return await self._memory.objects(None, OBJECTS_ASKED)
+        except (MeshError, TimeoutError):
+            return ()
+
+    async def _labels(self) -> tuple[tuple[str, ...], str]:
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                found = await self._memory.labels()
+        except (MeshError, TimeoutError) as error:
+            log.warning("memory is away", error=str(error))
+            return (), "memory is away"
+        return tuple(count.label for count in found)[:500], ""
+
+
+def not_held_to(restrictions: Sequence[Restriction]) -> str:
+    """What was said of the thing and is no condition of the search, for a person; '' where there is nothing."""
+    loose = [one.said for one in restrictions if one.kind not in {RestrictionKind.NOT_COLOUR, RestrictionKind.ANY}]
+    return f"understood, but not held to: {', '.join(loose)}" if loose else ""
+
+
+def _question(text: str, action: WantedAction, mood: Mood) -> Intent:
+    asked = parse_question(text)
+    thing = " ".join(filter(None, (asked.colour, asked.label)))
+    targets = (Target(label=asked.label, description=thing),) if asked.label is not None else ()
+    return Intent(action=action, command=text, targets=targets, room=asked.room, about=asked.about, mood=mood)
