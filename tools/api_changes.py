@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
 
+from contracts.access import Role
+
 Schema = Mapping[str, Any]
 
 METHODS: Final = ("get", "put", "post", "delete", "patch", "head", "options")
@@ -78,7 +80,7 @@ def operations(document: Schema) -> Iterator[tuple[str, Schema]]:
 
 def _operation(before: Schema, after: Schema, old: Schema, new: Schema) -> Iterator[tuple[str] | tuple[str, bool]]:
     role, role_before = after.get("x-required-role"), before.get("x-required-role")
-    if role != role_before and role not in {None, "open"}:
+    if role is not None and (role_before is None or not Role(role_before).may(Role(role))):
         yield (f"asks for the role {role} now",)
     elif after.get("security") and not before.get("security") and role == role_before:
         yield ("asks for a key now",)
@@ -150,11 +152,6 @@ def accepts(
             tries, key=lambda gaps: (any(gap.path == path and gap.kind is Kind.OTHER for gap in gaps), len(gaps))
         )
     return found
-
-
-def _another(gaps: list[Gap], path: str) -> bool:
-    """Is it another kind of value altogether?"""
-    return any(gap.path == path and gap.kind is Kind.OTHER for gap in gaps)
 
 
 def _kinds(schema: Schema, root: Schema) -> Iterator[Schema]:

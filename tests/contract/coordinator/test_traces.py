@@ -3,9 +3,13 @@
 from collections.abc import Iterator
 
 import pytest
+from opentelemetry.trace import StatusCode
 
-from contracts.mission import Mission, MissionState
+from contracts.mission import Mission, MissionState, Outcome
 from contracts.topics import MISSION_EVENTS, MISSION_TARGET
+from coordinator.core.mission import Mission as CoreMission
+from coordinator.core.rules import Rules
+from coordinator.execution.mission_trace import MissionTrace
 from support.coordinator_mesh import OpenMesh
 from support.coordinator_world import Thing
 from support.spans import Spans, id_of, parent_of, recorded_spans, trace_of
@@ -33,6 +37,20 @@ async def test_a_mission_is_one_span_with_its_states_inside_and_names_its_trace(
     assert {"SCANNING", "DEPTH_CHECK", "APPROACHING"} <= {one.name for one in states}
     assert whole.attributes is not None
     assert (whole.attributes["mission.id"], whole.attributes["mission.outcome"]) == (mission.id, "found")
+
+
+@pytest.mark.parametrize(
+    ("outcome", "fault"),
+    [(one, one in {Outcome.ABORTED, Outcome.INTERRUPTED}) for one in Outcome],
+)
+def test_a_mission_that_could_not_go_on_failed_and_one_that_found_nothing_or_was_cancelled_did_not(
+    spans: Spans, outcome: Outcome, fault: bool
+) -> None:
+    trace = MissionTrace()
+    mission = CoreMission(Rules(), id="m-1", outcome=outcome)
+    trace.begin("m-1", "find the cup")
+    trace.leave(mission, now_s=2.0)
+    assert (spans.one("mission").status.status_code is StatusCode.ERROR) is fault
 
 
 async def test_a_mission_that_waited_is_of_its_own_commands_trace(open_mesh: OpenMesh, spans: Spans) -> None:

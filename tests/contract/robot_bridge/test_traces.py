@@ -5,9 +5,11 @@ from typing import Any
 
 import pytest
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
+from opentelemetry.trace import StatusCode
 
 from contracts.robot import GoalStatus, Priority
 from contracts.topics import ROBOT_NAVIGATION
+from robot_bridge.navigation import goal_executor
 from robot_bridge.safety.emergency_stop import LatchFile
 from support.bridge_behaviour import INSIDE, Rig
 from support.spans import Spans, recorded_spans, trace_of
@@ -41,6 +43,20 @@ async def test_a_goal_tells_the_first_velocity_that_was_sent_for_it(rig: Rig, sp
     told = spans.one("goal").attributes or {}
     assert (told["goal.id"], told["goal.status"]) == (goal, "CANCELED")
     assert all(TRACE_ID in parent for parent in rig.bus.said_in(ROBOT_NAVIGATION))
+
+
+@pytest.mark.parametrize(
+    ("status", "fault"),
+    [
+        (GoalStatus.SUCCEEDED, False), (GoalStatus.CANCELED, False), (GoalStatus.ABORTED, True),
+        (GoalStatus.REJECTED, True), (GoalStatus.TIMED_OUT, True),
+    ],
+)  # fmt: skip
+def test_a_goal_that_could_not_be_reached_failed_and_one_that_was_cancelled_did_not(
+    spans: Spans, status: GoalStatus, fault: bool
+) -> None:
+    goal_executor._record(goal_executor.TRACER.begin("goal"), {"goal.status": status, "goal.cause": "nav2"}, 1.0)
+    assert (spans.one("goal").status.status_code is StatusCode.ERROR) is fault
 
 
 async def test_a_turn_tells_the_first_velocity_that_was_sent_for_it(rig: Rig, spans: Spans) -> None:

@@ -60,6 +60,23 @@ def test_what_breaks_nobody_is_not_told(new: dict[str, Any]) -> None:
     assert changes(document(), new) == []
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        ("operator", "viewer", []),
+        ("admin", "operator", []),
+        ("viewer", None, []),
+        ("viewer", "operator", ["asks for the role operator now"]),
+        (None, "viewer", ["asks for the role viewer now"]),
+    ],
+)
+def test_a_higher_role_breaks_its_callers_and_a_lower_one_nobody(
+    before: str | None, after: str | None, told: list[str]
+) -> None:
+    changed = changes(document(**{"x-required-role": before}), document(**{"x-required-role": after}))
+    assert [one.text for one in changed] == told
+
+
 ANSWER = "answers something else:"
 
 

@@ -4,12 +4,14 @@ from contextlib import AbstractContextManager
 
 from opentelemetry.trace import Span
 
-from contracts.mission import MissionState
+from contracts.mission import MissionState, Outcome
 from coordinator.core.mission import Mission
 from coordinator.metrics import MISSIONS
-from mesh.tracing import NO_SPAN, Tracer, inside, trace_id
+from mesh.tracing import NO_SPAN, Tracer, failed, inside, trace_id
 
 TRACER = Tracer(__name__)
+FAULTS = frozenset({Outcome.ABORTED, Outcome.INTERRUPTED})
+"""A mission that found nothing, was unsure or was cancelled did what it should."""
 
 
 class MissionTrace:
@@ -48,6 +50,8 @@ class MissionTrace:
         outcome = mission.outcome.value if mission.outcome is not None else ""
         MISSIONS.labels(mission.kind.value, outcome).observe(now_s - mission.started_s)
         self._mission.set_attributes({"mission.outcome": outcome, "mission.reason": mission.reason})
+        if mission.outcome in FAULTS:
+            failed(self._mission, mission.reason)
         self._mission.end()
         self._mission = self._here = NO_SPAN
 

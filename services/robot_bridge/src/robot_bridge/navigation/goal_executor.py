@@ -17,7 +17,7 @@ from contracts.robot import CandidatePose, Goal, GoalRequest, GoalStatus, Naviga
 from mesh.clock import Clock
 from mesh.errors import ConflictError, UnavailableError
 from mesh.tasks import Tasks
-from mesh.tracing import NO_SPAN, Tracer, inside
+from mesh.tracing import NO_SPAN, Tracer, failed, inside
 from robot_bridge.motion.first_twist import tell_first_twist
 from robot_bridge.motion.velocity_mux import NAVIGATION_SOURCE, VelocityMux
 from robot_bridge.navigation import maps
@@ -43,6 +43,8 @@ GOALS = Histogram(
     buckets=(1.0, 3.0, 10.0, 20.0, 30.0, 60.0, 120.0),
 )
 TRACER = Tracer(__name__)
+FAULTS = frozenset({GoalStatus.ABORTED, GoalStatus.REJECTED, GoalStatus.TIMED_OUT})
+"""A goal that somebody cancelled, a stop too, did what it should."""
 
 
 class GoalLimits(PathLimits):
@@ -326,6 +328,8 @@ class GoalExecutor:
 def _record(span: Span, about: dict[str, str], took_s: float) -> None:
     GOALS.labels(about["goal.status"]).observe(took_s)
     span.set_attributes(about)
+    if about["goal.status"] in FAULTS:
+        failed(span, about["goal.cause"])
     span.end()
 
 
