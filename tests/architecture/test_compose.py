@@ -112,6 +112,12 @@ def test_each_holds_its_own_key_and_nobody_elses(name: str) -> None:
     assert laid[held[0]] == f"/keys/{name}"
 
 
+def test_every_folder_that_keys_are_laid_into_belongs_to_who_lays_them() -> None:
+    """One that its image lacks would be root's, and no key could be laid."""
+    (made,) = re.findall(r"for one in ([^;]+);", (ROOT / "packages/cli/Dockerfile").read_text(encoding="utf-8"))
+    assert {f"/keys/{name}" for name in made.split()} == {one["target"] for one in of("keys")["volumes"]}
+
+
 def test_only_the_bridge_is_on_the_machines_own_network_and_listens_nowhere_else() -> None:
     assert {name: of(name)["network_mode"] for name in containers() if "network_mode" in of(name)} == {
         "keys": "none",
