@@ -16,7 +16,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
 .PHONY: bench-calibration test-ui screens bench-ui
 
 help: ## list the targets
@@ -115,6 +115,9 @@ bench-calibration: setup ## what each vote is worth, on held-out pictures: DATA=
 
 bench-parser: setup ## how well commands are read, by the rules and by the language model INFERENCE_* names
 	$(PY) -m bench.parser
+
+bench-speech: setup ## spoken commands, spoiled, heard by Whisper: understood, asked back, wrong; SECONDS= (0 = report alone); goes on where it was ended
+	nice -n 10 $(PY) -m bench.speech $(if $(SECONDS),--seconds $(SECONDS))
 
 models: setup ## fetch the models of a real robot: COCO detector, CLIP ViT-B/32, Ollama's (MIRROR=http://nas.lan/models)
 	@$(PY) tools/models.py $(if $(MIRROR),--mirror $(MIRROR))
