@@ -17,6 +17,7 @@ export YOLO_OFFLINE ?= 1
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
+.PHONY: docs sbom audit
 .PHONY: bench-calibration test-ui screens bench-ui
 
 help: ## list the targets
@@ -34,7 +35,10 @@ up: setup ## start everything without a mission (same settings as demo)
 down: ## end what `make up` started
 	@$(PY) -m demo down --port-base $(PORT_BASE)
 
-check: setup ## format, lint, types, images, dead wood: no network, ROS, Docker or display
+docs: setup ## the site, into out/site: a broken link, anchor or picture is an error (no network)
+	@NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
+
+check: setup docs ## format, lint, types, images, dead wood, the site: no network, ROS, Docker or display
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/pyright
