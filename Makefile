@@ -38,6 +38,13 @@ down: ## end what `make up` started
 docs: setup ## the site, into out/site: a broken link, anchor or picture is an error (no network)
 	@NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
 
+sbom: setup ## what is installed, as CycloneDX: out/sbom/atom.cdx.json (its tool in a place of its own: it would break rclpy's parser)
+	@test -x out/sbom/tool/bin/cyclonedx-py || { $(PYTHON3) -m venv out/sbom/tool && out/sbom/tool/bin/pip install -q cyclonedx-bom==7.5.0; }
+	out/sbom/tool/bin/cyclonedx-py environment --output-reproducible --of JSON -o out/sbom/atom.cdx.json $(PY)
+
+audit: setup ## known weaknesses of what is installed (asks the internet; without it that is said, and it fails)
+	@$(PY) tools/audit.py
+
 check: setup docs ## format, lint, types, images, dead wood, the site: no network, ROS, Docker or display
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/ruff check .
