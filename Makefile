@@ -18,7 +18,7 @@ export YOLO_OFFLINE ?= 1
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
 .PHONY: docs sbom audit
-.PHONY: bench-calibration test-ui screens bench-ui
+.PHONY: bench-hostile bench-calibration test-ui screens bench-ui
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -117,6 +117,9 @@ bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 ti
 bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
 	$(PY) -m bench.faults
 	$(PY) -m bench.faults --quick clock_stepped --out out/bench/faults_clock.json
+
+bench-hostile: setup ## hostile requests to every service of the running mesh, stops asked meanwhile: REQUESTS=100000 MINUTES=240; out/bench/hostile.json
+	$(PY) -m bench.hostile --requests $(or $(REQUESTS),100000) --minutes $(or $(MINUTES),240)
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 import uvicorn
 from fastapi import FastAPI
 
+from mesh.server import BoundedHeads
 from support.redis_server import free_port
 from support.waiting import until
 
@@ -15,7 +16,9 @@ from support.waiting import until
 async def served(app: FastAPI) -> AsyncIterator[str]:
     """Yields its base URL once it answers."""
     port = free_port()
-    config = uvicorn.Config(app, host="127.0.0.1", port=port, log_level="warning", timeout_graceful_shutdown=1)
+    config = uvicorn.Config(
+        app, host="127.0.0.1", port=port, http=BoundedHeads, log_level="warning", timeout_graceful_shutdown=1
+    )
     server = uvicorn.Server(config)
     server.capture_signals = contextlib.nullcontext  # type: ignore[method-assign]  # the test runner keeps its own
     running = asyncio.create_task(server.serve())

@@ -89,12 +89,16 @@ def redis_server() -> str:
 
 @dataclass(frozen=True)
 class Stack:
-    """One mesh with its simulated robot in the home file at `home`; state and logs under `folder`."""
+    """One mesh with its simulated robot in the home file at `home`; state and logs under `folder`.
+
+    `keys` is a folder that `atom keys make` has filled: then nobody is answered without one.
+    """
 
     ports: Ports
     folder: Path
     home: Path
     seed: int
+    keys: Path | None = None
 
     @property
     def _config(self) -> Path:
@@ -190,7 +194,7 @@ class Stack:
         redis = (
             f"{shutil.which('env')} -u LD_LIBRARY_PATH {redis_server()} --port {self.ports.redis} --bind 127.0.0.1"
             ' --save "" --appendonly no'
-        )
+        ) + (f" --aclfile {self.keys / 'redis.acl'}" if self.keys is not None else "")
         simulator = f"{python} -m sim --home {self.home} --seed {self.seed} --port {self.ports.truth}"
         return {"redis": redis, "sim": simulator} | {service: f"{python} -m {service}" for service in SERVICES}
 
@@ -212,6 +216,12 @@ class Stack:
                 f"{prefix}_PORT": str(getattr(self.ports, name)),
                 f"{prefix}_REDIS_URL": f"redis://127.0.0.1:{self.ports.redis}/0",
             }
+            if self.keys is not None:
+                variables |= {
+                    f"{prefix}_KEYS_FILE": str(self.keys / "keys.json"),
+                    f"{prefix}_KEY_FILE": str(self.keys / f"{name}.key"),
+                    f"{prefix}_REDIS_URL": f"redis://{name}@127.0.0.1:{self.ports.redis}/0",
+                }
             variables |= {f"{prefix}_{other.upper()}_URL": self.ports.url(other) for other in CALLS[name]}
         if name == "memory":
             variables["MEMORY_DATABASE_URL"] = f"sqlite:///{self.folder}/memory.db"

@@ -1,5 +1,6 @@
 """A served app, as a process: the addresses it listens at."""
 
+import asyncio
 import signal
 import subprocess
 import sys
@@ -15,8 +16,9 @@ HOSTS = ("127.0.0.1", "127.0.0.2")
 PROGRAM = """
 import sys
 from fastapi import FastAPI
-from mesh.server import serve
-serve(FastAPI(), host=sys.argv[1], port=int(sys.argv[2]))
+from mesh import server
+server.HEAD_S_MAX = 0.5
+server.serve(FastAPI(), host=sys.argv[1], port=int(sys.argv[2]))
 """
 
 
@@ -41,3 +43,43 @@ async def test_a_service_listens_at_every_address_named_and_at_no_other(port: in
         for host in HOSTS:
             await until_true(lambda host=host: answers(host))
         assert not await answers("127.0.0.3")
+
+
+async def served_at(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """A connection, as soon as the server takes one."""
+    opened: list[tuple[asyncio.StreamReader, asyncio.StreamWriter]] = []
+
+    async def connects() -> bool:
+        try:
+            opened.append(await asyncio.open_connection(HOSTS[0], port))
+        except OSError:
+            return False
+        return True
+
+    await until_true(connects)
+    return opened[0]
+
+
+async def test_who_says_nothing_is_not_waited_for(port: int) -> None:
+    reader, writer = await served_at(port)
+    async with asyncio.timeout(20.0):
+        assert await reader.read() == b""
+    writer.close()
+
+
+async def test_whose_headers_do_not_end_in_time_is_not_waited_for(port: int) -> None:
+    reader, writer = await served_at(port)
+    writer.write(b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    async with asyncio.timeout(20.0):
+        assert (await reader.readline()).startswith(b"HTTP/1.1 200")
+        writer.write(b"GET / HTTP/1.1\r\nX-Slow: ")
+        await reader.read()
+    writer.close()
+
+
+async def test_headers_without_an_end_are_answered_431_and_not_kept(port: int) -> None:
+    reader, writer = await served_at(port)
+    writer.write(b"GET / HTTP/1.1\r\nX-Giant: " + b"a" * 2_000_000)
+    async with asyncio.timeout(20.0):
+        assert (await reader.readline()).startswith(b"HTTP/1.1 431")
+    writer.close()

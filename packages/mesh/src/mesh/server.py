@@ -1,12 +1,71 @@
 """Runs a service's app under uvicorn, ending cleanly on SIGINT and SIGTERM."""
 
-from typing import Any
+import asyncio
+from typing import Any, Final
 
 import uvicorn
 from fastapi import FastAPI
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+
+HEAD_BYTES_MAX: Final = 64 * 1024
+HEAD_S_MAX = 10.0
+TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+
+
+class BoundedHeads(HttpToolsProtocol):
+    """uvicorn's own waits for the end of a request's headers for ever, and keeps all that comes of them.
+
+    Here a connection is closed that has not ended them `HEAD_S_MAX` after it was made, or after its last answer; 431
+    answers what has sent `HEAD_BYTES_MAX` without an end (and what one read brings beyond that).
+    """
+
+    _bytes = 0
+    _deadline: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        super().connection_made(transport)
+        self._expect_head()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._unset_deadline()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        self._bytes += len(data)
+        if self._deadline is not None and self._bytes > HEAD_BYTES_MAX and not self.transport.is_closing():
+            self.transport.write(TOO_LARGE)
+            self.transport.close()
+
+    def on_headers_complete(self) -> None:
+        self._unset_deadline()
+        super().on_headers_complete()
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        if self.timeout_keep_alive_task is not None:  # nothing more to answer
+            self._expect_head()
+
+    def _expect_head(self) -> None:
+        self._unset_deadline()
+        self._bytes = 0
+        self._deadline = self.loop.call_later(HEAD_S_MAX, self.transport.close)
+
+    def _unset_deadline(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
 
 
 def serve(app: FastAPI, *, host: str, port: int) -> None:
     """Blocks until the process is told to stop; open streams get two seconds to end. `host`: several, with commas."""
     hosts: Any = host.split(",")  # uvicorn's type says one; asyncio's create_server, which it hands it to, takes more
-    uvicorn.run(app, host=hosts, port=port, log_level="warning", access_log=False, timeout_graceful_shutdown=2)
+    uvicorn.run(
+        app,
+        host=hosts,
+        port=port,
+        http=BoundedHeads,
+        log_level="warning",
+        access_log=False,
+        timeout_graceful_shutdown=2,
+    )

@@ -7,7 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
-from mesh.errors import UpstreamError
+from mesh.errors import NotFoundError, UpstreamError
 from mesh.http import ServiceClient
 from ui.settings import Settings
 
@@ -62,4 +62,9 @@ class CoordinatorClient(ServiceClient):
         return await self.get_list(f"/missions/{mission_id}/events", MissionEvent, limit=2000)
 
     async def picture(self, mission_id: str, number: int) -> bytes:
-        return (await self.call("GET", f"/missions/{mission_id}/pictures/{number}")).content
+        try:
+            return (await self.call("GET", f"/missions/{mission_id}/pictures/{number}")).content
+        except UpstreamError as error:
+            if error.upstream_status in {404, 422}:  # no such number: a failure of who asked, not of the coordinator
+                raise NotFoundError(error.said) from error
+            raise

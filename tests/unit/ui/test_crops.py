@@ -1,0 +1,23 @@
+"""What the page's client of the coordinator makes of a crop that is not there."""
+
+import httpx
+import pytest
+
+from mesh.errors import NotFoundError, UpstreamError
+from ui.adapters.coordinator import CoordinatorClient
+from ui.settings import Settings
+
+
+def client(status: int) -> CoordinatorClient:
+    return CoordinatorClient(Settings(), transport=httpx.MockTransport(lambda _: httpx.Response(status)))
+
+
+@pytest.mark.parametrize("status", [404, 422])
+async def test_a_crop_that_was_never_kept_is_not_found(status: int) -> None:
+    with pytest.raises(NotFoundError):
+        await client(status).picture("m-1", 4893)
+
+
+async def test_what_else_the_coordinator_refuses_is_its_own() -> None:
+    with pytest.raises(UpstreamError):
+        await client(403).picture("m-1", 4893)
