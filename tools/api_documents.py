@@ -16,7 +16,7 @@ from api_consumers import callers
 
 PLACE: Final = Path(__file__).parents[1] / "docs/api"
 NOBODY: Final = "no service of ours, perhaps somebody's script"
-SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "ui")
+SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui")
 
 
 def openapi(service: str) -> dict[str, Any]:

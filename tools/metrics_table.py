@@ -11,7 +11,7 @@ PAGE: Final = ROOT / "docs/observing.md"
 BEGIN, END = "<!-- metrics -->\n", "<!-- /metrics -->\n"
 KINDS: Final = {"Counter": "counter", "Gauge": "gauge", "Histogram": "histogram", "Enum": "gauge"}
 FOLDERS: Final = ("packages/mesh", "services/coordinator", "services/inference", "services/memory",
-                  "services/robot_bridge", "services/ui")  # fmt: skip
+                  "services/robot_bridge", "services/speech", "services/ui")  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ PROJECTS = (
     "services/inference[openvino,onnx]",
     "services/memory",
     "services/coordinator",
+    "services/speech",
     "services/ui",
     "sim[ros-wheels]",
     "demo",

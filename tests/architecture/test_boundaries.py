@@ -19,12 +19,16 @@ ROS = frozenset({
 """Beside every package whose name ends in `_msgs`."""
 ROS_LIVES_IN = ("robot_bridge.adapters", "robot_bridge.doctor.examination", "sim.ros")
 
-MODELS = frozenset({"torch", "torchvision", "ultralytics", "open_clip", "openvino", "onnxruntime", "transformers"})
+MODELS = frozenset({
+    "torch", "torchvision", "ultralytics", "open_clip", "openvino", "onnxruntime", "transformers",
+    "faster_whisper", "hibari",
+})  # fmt: skip
 MODELS_LIVE_IN = (
     "inference.adapters",
     "inference.perception.small_clip",
     "inference.perception.torchvision_cpu",
     "sim.training",
+    "speech.adapters",
 )
 
 PHYSICS = frozenset({"mujoco"})
@@ -136,8 +140,8 @@ def test_composing_a_service_loads_no_ros_and_no_model(service: str) -> None:
 
 @pytest.mark.parametrize("service", SERVICES)
 def test_a_service_declares_every_library_it_imports(service: str) -> None:
-    """Its image holds what is named there and nothing else. ROS comes from outside; starlette is FastAPI's."""
-    providers = packages_distributions()
+    """Its image holds what is named there and nothing else (hibari comes as hibari-tts). ROS comes from outside; starlette is FastAPI's."""
+    providers = {"hibari": ["hibari-tts"], **packages_distributions()}
     folders = (f"services/{service}", *(f"packages/{name}" for name in sorted(SHARED)))
     declared = {"starlette"}.union(*(_declared(ROOT / folder) for folder in folders))
     imported = {root for one in modules(service) for root in one.third_party if not is_ros(root)}

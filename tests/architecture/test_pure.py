@@ -66,6 +66,7 @@ PURE = {
         "sensing.stamps",
         "sensing.transforms",
     ),
+    "speech": ("end_of_speech", "readings", "sound"),
     "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
     "vocabulary": (
         "actions",

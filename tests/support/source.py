@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-SERVICES = ("coordinator", "inference", "memory", "robot_bridge", "ui")
+SERVICES = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui")
 SOURCES = {
     "contracts": ROOT / "packages/contracts/src/contracts",
     "geometry": ROOT / "packages/geometry/src/geometry",

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from contracts.base import Message
 
-CALLERS = ("coordinator", "inference", "memory", "robot_bridge", "ui")
+CALLERS = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui")
 """Who has a key for other services and a user on the bus."""
 PASSWORD_LENGTH_MAX = 200
 """Argon2 reads all of it: a longer one would cost whoever compares it, and protect nobody better."""

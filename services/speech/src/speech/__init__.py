@@ -1,0 +1,1 @@
+"""ATOM's ear and voice."""

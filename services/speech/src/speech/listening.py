@@ -1,0 +1,87 @@
+"""One open microphone: samples in, readings out, until the speaker is done or gone."""
+
+import asyncio
+import contextlib
+from typing import Final
+
+from fastapi import WebSocket, WebSocketDisconnect
+
+from contracts.speech import Heard, SpeechRefusal
+from mesh.errors import MeshError, TooManyError
+from speech.end_of_speech import ALLOWED, Listening, Turn
+from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm
+from speech.speech_service import SpeechService
+
+CHUNK_BYTES_MAX: Final = 64_000
+"""Two seconds: a microphone sends less, a file should be POSTed."""
+LOOK_BYTES: Final = 2 * 512 * 10
+"""Voice activity looks at a third of a second at a time."""
+BYTES_MAX: Final = int(DURATION_S_MAX * RATE_HZ) * 2
+BYTES_MIN: Final = int(DURATION_S_MIN * RATE_HZ) * 2
+SILENT_CLIENT_S: Final = 5.0
+
+
+async def listen(socket: WebSocket, speech: SpeechService) -> None:
+    await socket.accept()
+    try:
+        with speech.listener():
+            await _listen(socket, speech)
+    except WebSocketDisconnect:
+        return
+    except TooManyError:
+        await socket.close(1013, SpeechRefusal.BUSY)
+    except SoundError as error:
+        await socket.close(1003, error.refusal)
+    except MeshError as error:
+        await socket.close(1011, error.detail[:100])
+
+
+async def _listen(socket: WebSocket, speech: SpeechService) -> None:
+    heard, looked, told = bytearray(), 0, 0
+    listening = Listening()
+    reading: asyncio.Task[None] | None = None
+    try:
+        while ALLOWED[listening.turn] and len(heard) < BYTES_MAX:
+            chunk = await _chunk(socket)
+            if not chunk:
+                break
+            heard += chunk
+            if len(heard) - looked >= LOOK_BYTES:
+                end = looked + (len(heard) - looked) // LOOK_BYTES * LOOK_BYTES
+                listening = await speech.turn_of(listening, from_pcm(bytes(heard[looked:end])))
+                looked = end
+            due = len(heard) - told >= speech.settings.partial_period_s * 2 * RATE_HZ
+            if listening.turn is Turn.SPEAKING and due and speech.idle and (reading is None or reading.done()):
+                told = len(heard)
+                reading = asyncio.ensure_future(_tell_partially(socket, speech, bytes(heard)))
+    finally:
+        if reading is not None:
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError, MeshError):
+                await reading
+    whole = bytes(heard[:BYTES_MAX]).ljust(BYTES_MIN, b"\0")
+    final = await speech.transcribe(from_pcm(whole))
+    await socket.send_text(Heard(final=True, transcript=final).model_dump_json())
+    await socket.close()
+
+
+async def _tell_partially(socket: WebSocket, speech: SpeechService, heard: bytes) -> None:
+    partial = await speech.read_partially(from_pcm(heard))
+    await socket.send_text(Heard(final=False, transcript=partial).model_dump_json())
+
+
+async def _chunk(socket: WebSocket) -> bytes:
+    """Empty where the client says, or shows by its silence, that nothing more comes."""
+    try:
+        message = await asyncio.wait_for(socket.receive(), SILENT_CLIENT_S)
+    except TimeoutError:
+        return b""
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect
+    chunk: bytes = message.get("bytes") or b""
+    if message.get("text"):
+        raise SoundError(SpeechRefusal.NOT_WAV, "raw samples are sent as binary messages")
+    if len(chunk) > CHUNK_BYTES_MAX:
+        raise SoundError(SpeechRefusal.TOO_LONG, "a message of more than two seconds")
+    if len(chunk) % 2:
+        raise SoundError(SpeechRefusal.TRUNCATED, "it ends in the middle of a sample")
+    return chunk

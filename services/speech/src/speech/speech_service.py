@@ -1,0 +1,187 @@
+"""Listens and speaks, one call at a time; keeps neither sound nor words."""
+
+import asyncio
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Final, ParamSpec, TypeVar
+
+import structlog
+
+from contracts.coco import COCO_LABELS
+from contracts.problem import Dependency
+from contracts.speech import HEARD_CHARACTERS_MAX, SpeakRequest, SpeechRefusal, Transcript, Voice
+from mesh.clock import Clock
+from mesh.errors import NotFoundError, TooManyError, UnavailableError
+from speech.end_of_speech import PROBABILITY_MIN, Listening, step
+from speech.metrics import HEARD, READ, REFUSED, SPOKEN, WAITING
+from speech.ports import Reading, Recognizer, Synthesizer, VoiceActivity
+from speech.readings import agree, fitting
+from speech.settings import Settings
+from speech.sound import Samples, duration_s, to_wav
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+EXPECTED: Final = ("find the", "bring me the", "where did I leave my", *COCO_LABELS)
+"""What the second reading leans towards: how commands begin, and the names of what can be found."""
+WINDOW_S: Final = 512 / 16_000
+"""What voice activity looks at a time."""
+SPEECH_WINDOWS_MIN: Final = 4
+"""A word of an eighth of a second; less is a click."""
+
+log = structlog.get_logger()
+
+
+class BusyError(TooManyError):
+    """All turns are taken: 503 with Retry-After, because the request itself is well."""
+
+    status = 503
+    title = "Busy"
+
+
+@dataclass
+class SpeechService:
+    settings: Settings
+    clock: Clock
+    recognizer: Recognizer
+    activity: VoiceActivity
+    synthesizers: Sequence[Synthesizer]
+    _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1, "speech"))
+    _waiting: int = 0
+    _listeners: int = 0
+    _away: dict[str, str] = field(init=False)
+    """By part: why it does not work now."""
+
+    def __post_init__(self) -> None:
+        self._away = dict.fromkeys(self._parts(), "is being loaded")
+
+    async def load(self) -> None:
+        """Whoever cannot be loaded is named in `/ready`; the rest works."""
+        for name, part in self._parts().items():
+            try:
+                await self._in_turn(part.load)
+            except UnavailableError as error:
+                self._away[name] = error.said
+                log.warning("cannot be loaded", part=name, why=error.said)
+            else:
+                del self._away[name]
+
+    def _parts(self) -> dict[str, Recognizer | VoiceActivity | Synthesizer]:
+        voices = {f"voice_{number}": one for number, one in enumerate(self.synthesizers)}
+        return {"recognizer": self.recognizer, "voice_activity": self.activity, **voices}
+
+    async def transcribe(self, samples: Samples) -> Transcript:
+        """Both readings. Raises `BusyError`, and `UnavailableError` where the recogniser is away."""
+        self._require("recognizer")
+        self._require("voice_activity")
+        began_s = self.clock.now_s()
+        with self._turn(), READ.time():
+            spoken, plain, hot = await self._in_turn(self._read_both, samples)
+        same = agree(plain.text, hot.text)
+        HEARD.labels("no_speech" if not spoken else "agree" if same else "differ").inc()
+        if self.settings.log_text:
+            log.info("heard", text=plain.text, hot_text=hot.text)
+        return self._transcript(samples, began_s, plain, hot)
+
+    async def read_partially(self, samples: Samples) -> Transcript:
+        """The plain reading alone, told as both: for what is still being said."""
+        began_s = self.clock.now_s()
+        with self._turn():
+            plain = await self._in_turn(self.recognizer.read, samples, "")
+        return self._transcript(samples, began_s, plain, plain)
+
+    async def turn_of(self, was: Listening, samples: Samples) -> Listening:
+        """How far the speaker is after these samples. Costs 0.4 ms a window of 32 ms, and waits for no turn."""
+        self._require("voice_activity")
+        likely = await asyncio.to_thread(self.activity.probabilities, samples)
+        for probability in likely:
+            was = step(was, probability, WINDOW_S)
+        return was
+
+    async def speak(self, request: SpeakRequest) -> bytes:
+        """A WAV. Raises `NotFoundError` where no voice has that name, and `BusyError`."""
+        for number, one in enumerate(self.synthesizers):
+            names = [] if f"voice_{number}" in self._away else [voice.name for voice in one.voices]
+            if names and request.voice in {None, *names}:
+                if self.settings.log_text:
+                    log.info("speaks", text=request.text)
+                with self._turn(), SPOKEN.time():
+                    said = await self._in_turn(one.speak, request.text, request.voice or names[0], request.speed)
+                return to_wav(said.samples, said.rate_hz)
+        if request.voice is None:
+            raise UnavailableError("voice", "no voice is installed here")
+        raise NotFoundError(f"no voice {request.voice}")
+
+    def voices(self) -> list[Voice]:
+        there = (one for number, one in enumerate(self.synthesizers) if f"voice_{number}" not in self._away)
+        return [voice for one in there for voice in one.voices]
+
+    def dependencies(self) -> list[Dependency]:
+        return [
+            Dependency.of(name, ok=name not in self._away, detail=self._away.get(name, ""))
+            for name in ("recognizer", "voice_activity")
+        ] + [Dependency.of("voice", ok=bool(self.voices()), detail="" if self.voices() else "none is installed")]
+
+    @contextmanager
+    def listener(self) -> Iterator[None]:
+        """Raises `BusyError` where too many listen already."""
+        if self._listeners >= self.settings.listeners_max:
+            REFUSED.labels(SpeechRefusal.BUSY).inc()
+            raise BusyError(f"{self._listeners} are being listened to", code=SpeechRefusal.BUSY)
+        self._listeners += 1
+        try:
+            yield
+        finally:
+            self._listeners -= 1
+
+    @property
+    def idle(self) -> bool:
+        return self._waiting == 0
+
+    def measure(self) -> None:
+        WAITING.set(self._waiting)
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _read_both(self, samples: Samples) -> tuple[bool, Reading, Reading]:
+        """Blocks. Nobody speaks: Whisper is known to make up words there, and is not asked."""
+        likely = [one >= PROBABILITY_MIN for one in self.activity.probabilities(samples)]
+        if sum(likely) < SPEECH_WINDOWS_MIN:
+            nothing = Reading("", self.settings.language)
+            return False, nothing, nothing
+        plain = self.recognizer.read(samples, "")
+        hot = self.recognizer.read(samples, fitting(EXPECTED, self.recognizer.tokens_of))
+        return bool(plain.text or hot.text), plain, hot
+
+    def _require(self, part: str) -> None:
+        if part in self._away:
+            raise UnavailableError(part, self._away[part])
+
+    def _transcript(self, samples: Samples, began_s: float, plain: Reading, hot: Reading) -> Transcript:
+        return Transcript(
+            text=plain.text[:HEARD_CHARACTERS_MAX],
+            hot_text=hot.text[:HEARD_CHARACTERS_MAX],
+            agree=agree(plain.text, hot.text),
+            no_speech=not (plain.text or hot.text),
+            language=plain.language,
+            duration_s=duration_s(samples),
+            took_ms=max(0.0, (self.clock.now_s() - began_s) * 1000),
+            engine=self.recognizer.name,
+        )
+
+    @contextmanager
+    def _turn(self) -> Iterator[None]:
+        if self._waiting >= self.settings.waiting_max:
+            REFUSED.labels(SpeechRefusal.BUSY).inc()
+            raise BusyError(f"{self._waiting} calls wait already", code=SpeechRefusal.BUSY)
+        self._waiting += 1
+        try:
+            yield
+        finally:
+            self._waiting -= 1
+
+    async def _in_turn(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._pool, lambda: function(*args, **kwargs))

@@ -1,0 +1,116 @@
+"""What the speech service answers, over ports without models."""
+
+import asyncio
+import io
+import wave
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+
+import httpx
+import numpy as np
+import pytest
+from asgi_lifespan import LifespanManager
+from starlette.testclient import TestClient
+
+from contracts.speech import Heard, SpeechRefusal, Transcript
+from speech.app import create_app
+from speech.settings import Settings
+from speech.sound import RATE_HZ, to_wav
+from support.speech_fakes import FakeRecognizer, FakeSynthesizer, LoudActivity
+from support.waiting import until
+
+LOUD = np.full(RATE_HZ, 0.3, np.float32)
+QUIET = np.zeros(RATE_HZ, np.float32)
+
+
+def made(**parts: FakeRecognizer) -> object:
+    return create_app(
+        Settings(),
+        activity=LoudActivity(),
+        synthesizers=[FakeSynthesizer()],
+        **({"recognizer": FakeRecognizer()} | parts),
+    )
+
+
+@pytest.fixture
+async def speech() -> AsyncIterator[httpx.AsyncClient]:
+    async with (
+        LifespanManager(made()) as manager,
+        httpx.AsyncClient(transport=httpx.ASGITransport(manager.app), base_url="http://127.0.0.1") as client,
+    ):
+        await until(lambda: all(one.ok for one in manager._state["speech"].dependencies()))
+        yield client
+
+
+async def test_speech_is_read_in_two_ways_that_may_differ(speech: httpx.AsyncClient) -> None:
+    heard = Transcript.model_validate_json((await speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ))).content)
+    assert (heard.text, heard.hot_text, heard.agree, heard.no_speech) == ("Find the cap.", "find the cup", False, False)
+
+
+async def test_where_nobody_speaks_nothing_is_read(speech: httpx.AsyncClient) -> None:
+    heard = Transcript.model_validate_json((await speech.post("/transcribe", content=to_wav(QUIET, RATE_HZ))).content)
+    assert (heard.text, heard.no_speech, heard.agree) == ("", True, True)
+
+
+async def test_sixteen_minutes_and_a_hundred_megabytes_are_too_long(speech: httpx.AsyncClient) -> None:
+    raw = {"content-type": "audio/L16"}
+    for body in (bytes(2 * RATE_HZ * 20), bytes(2 * RATE_HZ * 960), bytes(100_000_000)):
+        assert (await speech.post("/transcribe", content=body, headers=raw)).status_code == 413
+
+
+async def test_what_is_no_sound_is_refused_by_name(speech: httpx.AsyncClient) -> None:
+    refused = await speech.post("/transcribe", content=b"ID3 some song")
+    assert (refused.status_code, refused.json()["code"]) == (422, SpeechRefusal.NOT_WAV)
+
+
+async def test_of_twenty_at_once_four_are_heard_and_the_rest_told_when_to_come_back(speech: httpx.AsyncClient) -> None:
+    asked = [speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ)) for _ in range(20)]
+    answers = await asyncio.gather(*asked)
+    assert sorted(one.status_code for one in answers) == [200] * 4 + [503] * 16
+    assert {one.headers.get("retry-after") for one in answers if one.status_code == 503} == {"1"}
+
+
+async def test_what_is_said_is_a_wav_of_a_named_voice(speech: httpx.AsyncClient) -> None:
+    (voice,) = (await speech.get("/voices")).json()
+    said = await speech.post("/speak", json={"text": "I found it.", "voice": voice["name"]})
+    with wave.open(io.BytesIO(said.content)) as file:
+        assert (file.getframerate(), file.getnframes()) == (24_000, 24_000)
+    assert (await speech.post("/speak", json={"text": "I found it.", "voice": "nobody"})).status_code == 404
+
+
+@contextmanager
+def ready() -> Iterator[TestClient]:
+    with TestClient(made(), base_url="http://127.0.0.1") as client:
+        while client.get("/ready").status_code != 200:
+            pass
+        yield client
+
+
+def chunks(samples: np.ndarray) -> list[bytes]:
+    whole = (samples * 32767).astype("<i2").tobytes()
+    return [whole[at : at + 6400] for at in range(0, len(whole), 6400)]
+
+
+def test_a_socket_tells_a_final_reading_when_the_speaker_is_done() -> None:
+    with ready() as client, client.websocket_connect("/listen") as socket:
+        for chunk in chunks(np.concatenate([QUIET, LOUD, QUIET])):
+            socket.send_bytes(chunk)
+        told = [Heard.model_validate_json(socket.receive_text())]
+        while not told[-1].final:
+            told.append(Heard.model_validate_json(socket.receive_text()))
+    assert told[-1].transcript.hot_text == "find the cup"
+
+
+def test_a_socket_ends_when_the_client_says_so() -> None:
+    with ready() as client, client.websocket_connect("/listen") as socket:
+        socket.send_bytes(chunks(QUIET)[0])
+        socket.send_text("")
+        last = Heard.model_validate_json(socket.receive_text())
+    assert (last.final, last.transcript.no_speech) == (True, True)
+
+
+def test_a_socket_takes_no_half_samples() -> None:
+    with ready() as client, client.websocket_connect("/listen") as socket:
+        socket.send_bytes(b"123")
+        closed = socket.receive()
+    assert (closed["code"], closed["reason"]) == (1003, SpeechRefusal.TRUNCATED)
