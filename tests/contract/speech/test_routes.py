@@ -12,7 +12,7 @@ import pytest
 from asgi_lifespan import LifespanManager
 from starlette.testclient import TestClient
 
-from contracts.speech import Heard, SpeechRefusal, Transcript
+from contracts.speech import Hearing, SpeechRefusal, Transcript
 from speech.app import create_app
 from speech.settings import Settings
 from speech.sound import RATE_HZ, to_wav
@@ -95,9 +95,9 @@ def test_a_socket_tells_a_final_reading_when_the_speaker_is_done() -> None:
     with ready() as client, client.websocket_connect("/listen") as socket:
         for chunk in chunks(np.concatenate([QUIET, LOUD, QUIET])):
             socket.send_bytes(chunk)
-        told = [Heard.model_validate_json(socket.receive_text())]
+        told = [Hearing.model_validate_json(socket.receive_text())]
         while not told[-1].final:
-            told.append(Heard.model_validate_json(socket.receive_text()))
+            told.append(Hearing.model_validate_json(socket.receive_text()))
     assert told[-1].transcript.hot_text == "find the cup"
 
 
@@ -105,7 +105,7 @@ def test_a_socket_ends_when_the_client_says_so() -> None:
     with ready() as client, client.websocket_connect("/listen") as socket:
         socket.send_bytes(chunks(QUIET)[0])
         socket.send_text("")
-        last = Heard.model_validate_json(socket.receive_text())
+        last = Hearing.model_validate_json(socket.receive_text())
     assert (last.final, last.transcript.no_speech) == (True, True)
 
 

@@ -44,7 +44,7 @@ class Transcript(Message):
     engine: str = Field(max_length=100, description="who read it, and with which model")
 
 
-class Heard(Message):
+class Hearing(Message):
     """One message of `WS /listen`: the newest reading. The final one is the last message."""
 
     final: bool

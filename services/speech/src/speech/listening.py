@@ -6,7 +6,7 @@ from typing import Final
 
 from fastapi import WebSocket, WebSocketDisconnect
 
-from contracts.speech import Heard, SpeechRefusal
+from contracts.speech import Hearing, SpeechRefusal
 from mesh.errors import MeshError, TooManyError
 from speech.end_of_speech import ALLOWED, Listening, Turn
 from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm
@@ -60,13 +60,13 @@ async def _listen(socket: WebSocket, speech: SpeechService) -> None:
                 await reading
     whole = bytes(heard[:BYTES_MAX]).ljust(BYTES_MIN, b"\0")
     final = await speech.transcribe(from_pcm(whole))
-    await socket.send_text(Heard(final=True, transcript=final).model_dump_json())
+    await socket.send_text(Hearing(final=True, transcript=final).model_dump_json())
     await socket.close()
 
 
 async def _tell_partially(socket: WebSocket, speech: SpeechService, heard: bytes) -> None:
     partial = await speech.read_partially(from_pcm(heard))
-    await socket.send_text(Heard(final=False, transcript=partial).model_dump_json())
+    await socket.send_text(Hearing(final=False, transcript=partial).model_dump_json())
 
 
 async def _chunk(socket: WebSocket) -> bytes:

@@ -47,7 +47,7 @@ async def transcribe(request: Request, speech: SpeechDep) -> Transcript:
 @router.websocket("/listen")
 @requires_role(Role.OPERATOR)
 async def listening(socket: WebSocket) -> None:
-    """Raw 16 kHz samples in, `Heard` out: partial readings, and a final one when the speaker is done. An empty text
+    """Raw 16 kHz samples in, `Hearing` out: partial readings, and a final one when the speaker is done. An empty text
     message ends it at once. Closed with 1013 while too many are listened to, with 1003 for what is no sound."""
     await listen(socket, socket.state.speech)
 
