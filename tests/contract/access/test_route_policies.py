@@ -149,7 +149,7 @@ def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
 
 def test_a_viewer_changes_nothing() -> None:
     """What a viewer may post asks, or takes its own leave; `/ask` obeys a stop, and 'go on' only of an operator."""
-    asks = {"/ask", "/recall", "/depth", "/localize", "/navigation/path", "/logout"}
+    asks = {"/ask", "/understand", "/recall", "/depth", "/localize", "/navigation/path", "/logout"}
     policies = [one for name in CALLERS for one in access_page.policies(name) if one.role is Role.VIEWER]
     assert {one.path for one in policies if one.method not in {"GET", "HEAD", SOCKET, ANY}} == asks
 
