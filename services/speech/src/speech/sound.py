@@ -70,7 +70,7 @@ def from_pcm(body: bytes) -> Samples:
     if len(body) % 2:
         raise SoundError(SpeechRefusal.TRUNCATED, "it ends in the middle of a sample")
     _require_length(len(body) / (2 * RATE_HZ))
-    return np.frombuffer(body, "<i2").astype(np.float32) / 32768
+    return np.frombuffer(body, "<i2").astype(np.float32) / np.float32(32768)
 
 
 def to_wav(samples: Samples, rate_hz: int) -> bytes:

@@ -1,7 +1,7 @@
 """Listens and speaks, one call at a time; keeps neither sound nor words."""
 
 import asyncio
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -125,7 +125,7 @@ class SpeechService:
         ] + [Dependency.of("voice", ok=bool(self.voices()), detail="" if self.voices() else "none is installed")]
 
     @contextmanager
-    def listener(self) -> Iterator[None]:
+    def listener(self) -> Generator[None]:
         """Raises `BusyError` where too many listen already."""
         if self._listeners >= self.settings.listeners_max:
             REFUSED.labels(SpeechRefusal.BUSY).inc()
@@ -173,7 +173,7 @@ class SpeechService:
         )
 
     @contextmanager
-    def _turn(self) -> Iterator[None]:
+    def _turn(self) -> Generator[None]:
         if self._waiting >= self.settings.waiting_max:
             REFUSED.labels(SpeechRefusal.BUSY).inc()
             raise BusyError(f"{self._waiting} calls wait already", code=SpeechRefusal.BUSY)

@@ -36,4 +36,4 @@ class EspeakSynthesizer:
             raise UnavailableError("voice", f"espeak-ng: {error}") from error
         with wave.open(io.BytesIO(done.stdout)) as file:
             heard = np.frombuffer(file.readframes(len(done.stdout)), "<i2")
-            return Spoken(heard.astype(np.float32) / 32768, file.getframerate())
+            return Spoken(heard.astype(np.float32) / np.float32(32768), file.getframerate())
