@@ -140,10 +140,10 @@ class Sender:
                         status, again = await answer(reader, request.method)
                     self._tally.take(service, what, status)
                     again = again and self._chance.random() < 0.9
+        except TimeoutError:  # before OSError, which it is one of
+            self._tally.take(service, what, "silent")
         except (OSError, asyncio.IncompleteReadError):
             self._tally.take(service, what, "closed")
-        except TimeoutError:
-            self._tally.take(service, what, "silent")
 
 
 def flat(before: dict[str, Holding], after: dict[str, Holding]) -> list[str]:

@@ -24,7 +24,7 @@ async def answer(reader: asyncio.StreamReader, method: str) -> tuple[str, bool]:
     head = (await reader.readuntil(b"\r\n\r\n")).lower()
     lines = head.split(b"\r\n")
     status = lines[0].split()[1].decode()
-    headers = dict(line.partition(b":")[::2] for line in lines[1:] if line)
+    headers = {name: value for name, _, value in (line.partition(b":") for line in lines[1:] if line)}
     if method == "HEAD" or status in {"204", "304"}:
         return status, b"close" not in headers.get(b"connection", b"")
     length = headers.get(b"content-length")
