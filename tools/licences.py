@@ -22,6 +22,7 @@ IMAGES: Final = {
     "memory": "atom-memory",
     "coordinator": "atom-coordinator",
     "ui": "atom-ui",
+    "speech": "atom-speech",
     "keys": "atom-cli",
     "sim": "atom-sim[ros-wheels]",
     "demo": "atom-demo",

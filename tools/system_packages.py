@@ -123,4 +123,10 @@ NEEDS = (
         lambda: chromium() is not None,
         for_tests_only=True,
     ),
+    Need(
+        "no espeak-ng (the tests of speech let it speak to Whisper)",
+        ("espeak-ng",),
+        lambda: _command("espeak-ng"),
+        for_tests_only=True,
+    ),
 )

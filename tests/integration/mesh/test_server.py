@@ -17,7 +17,7 @@ PROGRAM = """
 import sys
 from fastapi import FastAPI
 from mesh import server
-server.HEAD_S_MAX = 0.5
+server.HEADER_S_MAX = 0.5
 server.serve(FastAPI(), host=sys.argv[1], port=int(sys.argv[2]))
 """
 

@@ -7,16 +7,16 @@ import uvicorn
 from fastapi import FastAPI
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
-HEAD_BYTES_MAX: Final = 64 * 1024
-HEAD_S_MAX = 10.0
+HEADER_BYTES_MAX: Final = 64 * 1024
+HEADER_S_MAX = 10.0
 TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 
-class BoundedHeads(HttpToolsProtocol):
+class HeaderLimitsProtocol(HttpToolsProtocol):
     """uvicorn's own waits for the end of a request's headers for ever, and keeps all that comes of them.
 
-    Here a connection is closed that has not ended them `HEAD_S_MAX` after it was made, or after its last answer; 431
-    answers what has sent `HEAD_BYTES_MAX` without an end (and what one read brings beyond that).
+    Here a connection is closed that has not ended them `HEADER_S_MAX` after it was made, or after its last answer; 431
+    answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that).
     """
 
     _bytes = 0
@@ -24,7 +24,7 @@ class BoundedHeads(HttpToolsProtocol):
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         super().connection_made(transport)
-        self._expect_head()
+        self._expect_headers()
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._unset_deadline()
@@ -33,7 +33,7 @@ class BoundedHeads(HttpToolsProtocol):
     def data_received(self, data: bytes) -> None:
         super().data_received(data)
         self._bytes += len(data)
-        if self._deadline is not None and self._bytes > HEAD_BYTES_MAX and not self.transport.is_closing():
+        if self._deadline is not None and self._bytes > HEADER_BYTES_MAX and not self.transport.is_closing():
             self.transport.write(TOO_LARGE)
             self.transport.close()
 
@@ -44,12 +44,12 @@ class BoundedHeads(HttpToolsProtocol):
     def on_response_complete(self) -> None:
         super().on_response_complete()
         if self.timeout_keep_alive_task is not None:  # nothing more to answer
-            self._expect_head()
+            self._expect_headers()
 
-    def _expect_head(self) -> None:
+    def _expect_headers(self) -> None:
         self._unset_deadline()
         self._bytes = 0
-        self._deadline = self.loop.call_later(HEAD_S_MAX, self.transport.close)
+        self._deadline = self.loop.call_later(HEADER_S_MAX, self.transport.close)
 
     def _unset_deadline(self) -> None:
         if self._deadline is not None:
@@ -64,7 +64,7 @@ def serve(app: FastAPI, *, host: str, port: int) -> None:
         app,
         host=hosts,
         port=port,
-        http=BoundedHeads,
+        http=HeaderLimitsProtocol,
         log_level="warning",
         access_log=False,
         timeout_graceful_shutdown=2,
