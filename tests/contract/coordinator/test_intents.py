@@ -133,3 +133,14 @@ async def test_a_choice_is_what_missions_and_questions_take(open_mesh: OpenMesh)
         told = await understand(mesh, "find the red bottle", "find the red apple")
         begun = await mesh.post_mission(told.choices[0].intent.command)
         assert begun.target == told.choices[0].intent.targets[0]
+
+
+@pytest.mark.parametrize(
+    "readings",
+    [("find the cup, stop", "find the cup"), ("find the cup", "find the cup, stop"), ("find the cup.", "Stop.")],
+)
+async def test_a_stop_in_one_reading_is_enough(open_mesh: OpenMesh, readings: tuple[str, ...]) -> None:
+    async with open_mesh(BOTTLE) as mesh:
+        told = await understand(mesh, *readings)
+        assert told.intent is not None
+        assert told.intent.action is WantedAction.STOP

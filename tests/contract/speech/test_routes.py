@@ -2,6 +2,7 @@
 
 import asyncio
 import io
+import time
 import wave
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
@@ -81,8 +82,9 @@ async def test_what_is_said_is_a_wav_of_a_named_voice(speech: httpx.AsyncClient)
 @contextmanager
 def ready() -> Iterator[TestClient]:
     with TestClient(made(), base_url="http://127.0.0.1") as client:
+        ready_by_s = time.monotonic() + 20.0
         while client.get("/ready").status_code != 200:
-            pass
+            assert time.monotonic() < ready_by_s, "speech is not ready"
         yield client
 
 

@@ -42,6 +42,7 @@ def changed(at: int, form: str, value: int) -> bytes:
         (b"OggS" + bytes(100), SpeechRefusal.NOT_WAV),
         (WAV[:30], SpeechRefusal.TRUNCATED),
         (WAV[:-1000], SpeechRefusal.TRUNCATED),
+        (changed(16, "<I", 0x7FFF_FFFF), SpeechRefusal.TRUNCATED),
         (changed(20, "<H", 3), SpeechRefusal.UNSUPPORTED_CODING),
         (changed(34, "<H", 8), SpeechRefusal.UNSUPPORTED_CODING),
         (changed(24, "<I", 4_000), SpeechRefusal.UNSUPPORTED_RATE),

@@ -21,6 +21,7 @@ from vocabulary.actions import action_in, is_docking
         ("pour the medicine", WantedAction.POUR),
         ("pour me a glass of water", WantedAction.POUR),
         ("bring the thing one pours espresso into", WantedAction.BRING),
+        ("find something to pour water into", WantedAction.FIND),
         ("it's pouring outside", WantedAction.FIND),
         ("go to the kitchen", WantedAction.GO),
         ("drive back to the couch", WantedAction.GO),

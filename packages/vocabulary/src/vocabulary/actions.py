@@ -29,7 +29,7 @@ def is_docking(text: str) -> bool:
 def action_in(text: str) -> WantedAction:
     """Of words that ask for a thing; the one that asks most of the robot. FIND where none is said."""
     said = joined(words_of(text))
-    if POURING.search(said):
+    if POURING.search(said) and not (FINDING.search(said) and "to pour" in said):  # "find something to pour from"
         return WantedAction.POUR
     if BRINGING.search(said):
         return WantedAction.BRING

@@ -28,7 +28,9 @@ ARTICLES, ENDS, LIKES, PLACES = (frozenset(_TABLE[name].split()) for name in ("a
 SOUND_MIN: Final = 2
 """Consonants of a name that is known by its sound alone."""
 SOUND_SURE_MIN: Final = 4
-"""From so many on a name that sounds the same is taken without asking."""
+SPELT_SURE_MIN: Final = 80.0
+"""From so many consonants on, and so much of its letters in percent, a name that sounds the same is taken without
+asking: 'doughnut' is one, 'duster' is no toaster."""
 SPELT_ALIKE_MIN: Final = 50.0
 """In percent: so far what sounds alike must be written alike too, as consonants alone tell too little."""
 SHORT_ALIKE_MIN: Final = 65.0
@@ -143,7 +145,8 @@ def _nearest(written: str) -> tuple[str, bool]:
     best = ranked[:2]
     if not best or (len(best) == 2 and best[0][:2] == best[1][:2]):
         return "", False
-    return best[0][2], best[0][0] == 0 and len(code) >= SOUND_SURE_MIN
+    steps, unlike, name = best[0]
+    return name, steps == 0 and len(code) >= SOUND_SURE_MIN and -unlike >= SPELT_SURE_MIN
 
 
 def _says_again(clause: Sequence[Word], kept: Sequence[Word]) -> bool:
@@ -157,7 +160,7 @@ def _without_echo(plain: str) -> str:
     for length in range(2, len(words) // 2 + 1):
         rest = words[length:]
         again = (words[:length] * (len(rest) // length + 1))[: len(rest)]
-        if fuzz.ratio(" ".join(again), " ".join(rest)) >= 90.0:
+        if again == rest:
             return " ".join(words[:length])
     return plain
 

@@ -19,6 +19,8 @@ LOOK_BYTES: Final = 2 * 512 * 10
 BYTES_MAX: Final = int(DURATION_S_MAX * RATE_HZ) * 2
 BYTES_MIN: Final = int(DURATION_S_MIN * RATE_HZ) * 2
 SILENT_CLIENT_S: Final = 5.0
+SOCKET_S_MAX: Final = 60.0
+"""Four times what is listened to: one that drips sound does not hold its place for ever."""
 
 
 async def listen(socket: WebSocket, speech: SpeechService) -> None:
@@ -37,12 +39,14 @@ async def listen(socket: WebSocket, speech: SpeechService) -> None:
 
 
 async def _listen(socket: WebSocket, speech: SpeechService) -> None:
+    loop = asyncio.get_running_loop()
+    until_s = loop.time() + SOCKET_S_MAX
     heard, looked, told = bytearray(), 0, 0
     listening = Listening()
     reading: asyncio.Task[None] | None = None
     try:
         while ALLOWED[listening.turn] and len(heard) < BYTES_MAX:
-            chunk = await _chunk(socket)
+            chunk = await _chunk(socket, min(SILENT_CLIENT_S, until_s - loop.time()))
             if not chunk:
                 break
             heard += chunk
@@ -53,7 +57,7 @@ async def _listen(socket: WebSocket, speech: SpeechService) -> None:
             due = len(heard) - told >= speech.settings.partial_period_s * 2 * RATE_HZ
             if listening.turn is Turn.SPEAKING and due and speech.idle and (reading is None or reading.done()):
                 told = len(heard)
-                reading = asyncio.ensure_future(_tell_partially(socket, speech, bytes(heard)))
+                reading = asyncio.ensure_future(_tell_partially(socket, speech, bytes(heard[:BYTES_MAX])))
     finally:
         if reading is not None:
             with contextlib.suppress(WebSocketDisconnect, RuntimeError, MeshError):
@@ -69,10 +73,10 @@ async def _tell_partially(socket: WebSocket, speech: SpeechService, heard: bytes
     await socket.send_text(Hearing(final=False, transcript=partial).model_dump_json())
 
 
-async def _chunk(socket: WebSocket) -> bytes:
+async def _chunk(socket: WebSocket, timeout_s: float) -> bytes:
     """Empty where the client says, or shows by its silence, that nothing more comes."""
     try:
-        message = await asyncio.wait_for(socket.receive(), SILENT_CLIENT_S)
+        message = await asyncio.wait_for(socket.receive(), timeout_s)
     except TimeoutError:
         return b""
     if message["type"] == "websocket.disconnect":

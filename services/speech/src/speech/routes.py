@@ -1,5 +1,6 @@
 """The HTTP face: thin; every decision is made behind it."""
 
+import asyncio
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Depends, Request, WebSocket
@@ -41,7 +42,8 @@ SpeechDep = Annotated[SpeechService, Depends(get_speech)]
 async def transcribe(request: Request, speech: SpeechDep) -> Transcript:
     """What was said, read twice: as it sounds, and leaning towards names of things. 503 while too many wait."""
     body = await request.body()
-    return await speech.transcribe(_samples(body, request.headers.get("content-type", "")))
+    samples = await asyncio.to_thread(_samples, body, request.headers.get("content-type", ""))
+    return await speech.transcribe(samples)
 
 
 @router.websocket("/listen")

@@ -47,8 +47,8 @@ def from_wav(body: bytes) -> Samples:
                 file.getnframes(),
             )
             data = file.readframes(min(frames, len(body)))
-    except EOFError:
-        raise SoundError(SpeechRefusal.TRUNCATED, "it ends within its header") from None
+    except (EOFError, RuntimeError):  # `wave` raises the second for a chunk longer than the file
+        raise SoundError(SpeechRefusal.TRUNCATED, "it ends before its header says so") from None
     except wave.Error as error:
         raise SoundError(SpeechRefusal.UNSUPPORTED_CODING, f"only 16-bit PCM is read: {error}") from None
     if width != 2:

@@ -9,7 +9,6 @@ from typing import Final, ParamSpec, TypeVar
 
 import structlog
 
-from contracts.coco import COCO_LABELS
 from contracts.problem import Dependency
 from contracts.speech import HEARD_CHARACTERS_MAX, SpeakRequest, SpeechRefusal, Transcript, Voice
 from mesh.clock import Clock
@@ -20,11 +19,12 @@ from speech.ports import Reading, Recognizer, Synthesizer, VoiceActivity
 from speech.readings import agree, fitting
 from speech.settings import Settings
 from speech.sound import Samples, duration_s, to_wav
+from vocabulary.hot_words import NAMES, OPENINGS
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-EXPECTED: Final = ("find the", "bring me the", "where did I leave my", *COCO_LABELS)
+EXPECTED: Final = (*OPENINGS, *NAMES)
 """What the second reading leans towards: how commands begin, and the names of what can be found."""
 WINDOW_S: Final = 512 / 16_000
 """What voice activity looks at a time."""

@@ -12,7 +12,7 @@ from contracts.mission import CommandRefusal
 from contracts.reading import Mood, Restriction, RestrictionKind
 from contracts.vision import ParsedTask, ParseTaskRequest, Target
 from coordinator.commands.abilities import what_it_cannot
-from coordinator.commands.readings import NOT_UNDERSTOOD, HeardIntent, understood, uses_all_colours
+from coordinator.commands.readings import GRAVEST, NOT_UNDERSTOOD, HeardIntent, understood, uses_all_colours
 from coordinator.ports import Inference, Memory
 from coordinator.questions.parsed_question import parse_question
 from coordinator.queue.parse_validation import CheckedTask, check_parse
@@ -75,6 +75,9 @@ class CommandReader:
             return Understood(question=NOT_UNDERSTOOD)
         if len(some) == 1:
             return Understood(intent=await self.intent(some[0]))
+        orders = [one for one in map(_order, some) if one is not None and one.action in GRAVEST]
+        if orders:  # before anything is put right: what would be dropped as a repeat may be the stop
+            return understood([HeardIntent(one, sure=True) for one in orders])
         words = len(words_of(some[-1]))
         heard = dict.fromkeys(by_ear(said_once(one, words)) for one in some)
         return understood([await self._heard(one) for one in heard])
@@ -88,11 +91,11 @@ class CommandReader:
         """What the words mean, as data; nothing is begun. An order in them ('stop') is the intent, unless more is
         asked for behind it.
         """
+        if (ordered := _order(text)) is not None:
+            return ordered
         order = order_in(text)
         asked = text if order is None else order.rest
         reading = read(asked)
-        if order is not None and (reading.mood is not Mood.FIND or not reading.sure):
-            return Intent(action=WantedAction(order.mood.value), command=text, mood=order.mood)
         if is_docking(asked):
             return Intent(action=WantedAction.DOCK, command=text, mood=Mood.FIND)
         if is_foreign(asked):
@@ -175,6 +178,16 @@ def not_held_to(restrictions: Sequence[Restriction]) -> str:
     """What was said of the thing and is no condition of the search, for a person; '' where there is nothing."""
     loose = [one.said for one in restrictions if one.kind not in {RestrictionKind.NOT_COLOUR, RestrictionKind.ANY}]
     return f"understood, but not held to: {', '.join(loose)}" if loose else ""
+
+
+def _order(text: str) -> Intent | None:
+    """The order in the words; None where there is none, or more is asked for behind it."""
+    order = order_in(text)
+    if order is None:
+        return None
+    behind = read(order.rest)
+    asks_more = behind.mood is Mood.FIND and behind.sure
+    return None if asks_more else Intent(action=WantedAction(order.mood.value), command=text, mood=order.mood)
 
 
 def _question(text: str, action: WantedAction, mood: Mood) -> Intent:

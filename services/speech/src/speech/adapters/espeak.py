@@ -34,6 +34,9 @@ class EspeakSynthesizer:
             done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=TIMEOUT_S, check=True)
         except (OSError, subprocess.SubprocessError) as error:
             raise UnavailableError("voice", f"espeak-ng: {error}") from error
-        with wave.open(io.BytesIO(done.stdout)) as file:
-            heard = np.frombuffer(file.readframes(len(done.stdout)), "<i2")
-            return Spoken(heard.astype(np.float32) / np.float32(32768), file.getframerate())
+        try:
+            with wave.open(io.BytesIO(done.stdout)) as file:
+                heard = np.frombuffer(file.readframes(len(done.stdout)), "<i2")
+                return Spoken(heard.astype(np.float32) / np.float32(32768), file.getframerate())
+        except (EOFError, wave.Error) as error:
+            raise UnavailableError("voice", f"espeak-ng said nothing: {error}") from error

@@ -5,12 +5,14 @@ from typing import Any, Final
 
 from mesh.errors import UnavailableError
 from speech.ports import Reading
-from speech.sound import Samples
+from speech.sound import Samples, duration_s
 
 FRAMES: Final = 1000
 """Whisper pads to 30 s, of which a command needs 10: a quarter of the work, nearly the same words."""
-NEW_TOKENS_MAX: Final = 24
-"""Without this, and without forbidding what was said three words ago, hot words make it repeat itself without end."""
+NEW_TOKENS_MIN: Final = 24
+NEW_TOKENS_A_SECOND: Final = 5
+"""Nobody speaks quicker. Without a limit, and without forbidding what was said three words ago, hot words make it
+repeat itself without end."""
 
 
 class WhisperRecognizer:
@@ -54,7 +56,7 @@ class WhisperRecognizer:
             without_timestamps=True,
             condition_on_previous_text=False,
             hotwords=hot_words or None,
-            max_new_tokens=NEW_TOKENS_MAX,
+            max_new_tokens=max(NEW_TOKENS_MIN, round(NEW_TOKENS_A_SECOND * duration_s(samples))),
             no_repeat_ngram_size=3,
         )
         return Reading(" ".join(one.text.strip() for one in segments), info.language)
