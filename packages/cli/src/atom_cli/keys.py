@@ -34,11 +34,12 @@ ROLES: Final = {
     "inference": Role.VIEWER,
     "memory": Role.VIEWER,
     "robot_bridge": Role.VIEWER,
+    "speech": Role.VIEWER,
     "ui": Role.SERVICE,
     "prometheus": Role.VIEWER,
 }
-"""Of those who get a file. Inference and memory only look and the bridge asks nobody: whoever takes one of them over
-does not drive the robot by its key."""
+"""Of those who get a file. Inference and memory only look, the bridge and speech ask nobody: whoever takes one of them
+over does not drive the robot by its key."""
 ADMIN: Final = "admin"
 PASSWORD_LENGTH_MIN: Final = 10
 
