@@ -24,7 +24,7 @@ import numpy as np
 
 from bench.processes import cpu_s
 from bench.results import pyplot, save
-from bench.stopping.rig import HEAR_S_MAX, Rig, rigged
+from bench.stopping.rig import HEAR_S_MAX, KEY, Rig, rigged
 
 
 def measure(rig: Rig, stops: int, chance: random.Random) -> tuple[list[float], list[float], list[float]]:
@@ -72,13 +72,13 @@ def quantiles(values_ms: Sequence[float]) -> dict[str, float]:
 
 
 @contextlib.contextmanager
-def loading(rig: Rig, *, on: bool) -> Iterator[dict[str, Any]]:
+def loading(rig: Rig, *, on: bool, secured: bool) -> Iterator[dict[str, Any]]:
     """Runs the load; what it did stands in the yielded dictionary afterwards."""
     told: dict[str, Any] = {}
     if not on:
         yield told
         return
-    command = ("-m", "bench.stopping.load", "--port", str(rig.port))
+    command = ("-m", "bench.stopping.load", "--port", str(rig.port), *(("--key", KEY) if secured else ()))
     process = rig.processes.python(*command, stdout=subprocess.PIPE, text=True)
     time.sleep(2.0)
     try:
@@ -112,6 +112,7 @@ def main() -> int:
     parser.add_argument("--port", type=int, default=18704)
     parser.add_argument("--domain", type=int, default=87, help="ROS_DOMAIN_ID")
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
+    parser.add_argument("--secured", action="store_true", help="with keys and traces on")
     parser.add_argument("--quick", action="store_true", help="20 stops each: does it run?")
     arguments = parser.parse_args()
     if shutil.which("curl") is None:
@@ -127,8 +128,8 @@ def main() -> int:
     for name, camera_hz in (("idle", 0.0), ("loaded", 30.0)):
         with (
             tempfile.TemporaryDirectory() as folder,
-            rigged(Path(folder), arguments.port, arguments.domain, camera_hz) as rig,
-            loading(rig, on=camera_hz > 0.0) as load,
+            rigged(Path(folder), arguments.port, arguments.domain, camera_hz, secured=arguments.secured) as rig,
+            loading(rig, on=camera_hz > 0.0, secured=arguments.secured) as load,
         ):
             measure(rig, 3, chance)  # warm
             began_s, spent_s = time.monotonic(), cpu_s(rig.bridge)
@@ -143,19 +144,21 @@ def main() -> int:
     report |= {"arbiter_period": quantiles(beat["loaded"]), "arbiter_period_idle": quantiles(beat["idle"])}
     context = {
         "stops": stops,
+        "secured": arguments.secured,
         "cpus": os.cpu_count(),
         "load_average": os.getloadavg(),
         "bridge_cores": cores,
         "load": load,
     }
-    save(arguments.out / "stop.json", report | {"context": context})
+    name = "stop-secured" if arguments.secured else "stop"
+    save(arguments.out / f"{name}.json", report | {"context": context})
     curves = zeros | {f"kept connection, {name}": values for name, values in requests.items()}
     curves |= {f"curl alone, {name}": values for name, values in floors.items()}
-    plot(curves, beat, arguments.out / "stop.png")
-    for name, values in report.items():
+    plot(curves, beat, arguments.out / f"{name}.png")
+    for quantity, values in report.items():
         told = "  ".join(f"{key.removesuffix('_ms')} {value:7.2f} ms" for key, value in values.items())
-        sys.stdout.write(f"{name:<20} {told}\n")
-    sys.stdout.write(f"{json.dumps(context)}\n{arguments.out / 'stop.json'}  {arguments.out / 'stop.png'}\n")
+        sys.stdout.write(f"{quantity:<20} {told}\n")
+    sys.stdout.write(f"{json.dumps(context)}\n{arguments.out / name}.json, .png\n")
     return 0
 
 

@@ -5,19 +5,35 @@ import asyncio
 import contextlib
 import json
 import time
+from dataclasses import dataclass
 
 import httpx
 import websockets
 
 from contracts.causes import Refusal
 
-HEAD = "GET {path} HTTP/1.1\r\nHost: bridge\r\n\r\n"
+
+@dataclass(frozen=True)
+class Bridge:
+    """`key`: none where it asks for none."""
+
+    port: int
+    key: str | None
+    host: str = "127.0.0.1"
+
+    @property
+    def headers(self) -> dict[str, str]:
+        return {} if self.key is None else {"Authorization": f"Bearer {self.key}"}
+
+    def get(self, path: str) -> bytes:
+        lines = (f"GET {path} HTTP/1.1", "Host: bridge", *(f"{name}: {value}" for name, value in self.headers.items()))
+        return "\r\n".join([*lines, "", ""]).encode()
 
 
-async def watch(host: str, port: int, counts: dict[str, int]) -> None:
+async def watch(bridge: Bridge, counts: dict[str, int]) -> None:
     """Reads `/camera/stream` as fast as it comes."""
-    reader, writer = await asyncio.open_connection(host, port)
-    writer.write(HEAD.format(path="/camera/stream").encode())
+    reader, writer = await asyncio.open_connection(bridge.host, bridge.port)
+    writer.write(bridge.get("/camera/stream"))
     try:
         while chunk := await reader.read(1 << 16):
             counts["stream_bytes"] += len(chunk)
@@ -25,10 +41,10 @@ async def watch(host: str, port: int, counts: dict[str, int]) -> None:
         writer.close()
 
 
-async def ask(host: str, port: int, period_s: float, counts: dict[str, int]) -> None:
+async def ask(bridge: Bridge, period_s: float, counts: dict[str, int]) -> None:
     """`GET /state` on one kept connection, one each `period_s`; one that is late is left out."""
-    reader, writer = await asyncio.open_connection(host, port)
-    request = HEAD.format(path="/state").encode()
+    reader, writer = await asyncio.open_connection(bridge.host, bridge.port)
+    request = bridge.get("/state")
     next_s = time.monotonic()
     try:
         while True:
@@ -43,10 +59,12 @@ async def ask(host: str, port: int, period_s: float, counts: dict[str, int]) -> 
         writer.close()
 
 
-async def drive(host: str, port: int, hz: float, counts: dict[str, int]) -> None:
+async def drive(bridge: Bridge, hz: float, counts: dict[str, int]) -> None:
     """Velocities with the epoch of the moment, as teleoperation sends them."""
     epoch = 0
-    async with websockets.connect(f"ws://{host}:{port}/velocity") as socket:
+    async with websockets.connect(
+        f"ws://{bridge.host}:{bridge.port}/velocity", additional_headers=bridge.headers
+    ) as socket:
         while True:
             twist = {"linear_x": 0.2}
             body = {"twist": twist, "source": "load", "epoch": epoch, "duration_s": 0.3, "priority": 4}
@@ -54,22 +72,23 @@ async def drive(host: str, port: int, hz: float, counts: dict[str, int]) -> None
             reply = json.loads(await socket.recv())
             counts["velocities"] += 1
             if reply["refusal"] == Refusal.OLD_EPOCH:
-                epoch = await _epoch(host, port)
+                epoch = await _epoch(bridge)
             await asyncio.sleep(1.0 / hz)
 
 
-async def _epoch(host: str, port: int) -> int:
-    async with httpx.AsyncClient(base_url=f"http://{host}:{port}", trust_env=False) as http:
+async def _epoch(bridge: Bridge) -> int:
+    url = f"http://{bridge.host}:{bridge.port}"
+    async with httpx.AsyncClient(base_url=url, headers=bridge.headers, trust_env=False) as http:
         return int((await http.get("/emergency-stop")).json()["epoch"])
 
 
-async def load(port: int, viewers: int, states_hz: float, velocity_hz: float) -> None:
-    host, askers = "127.0.0.1", 4
+async def load(bridge: Bridge, viewers: int, states_hz: float, velocity_hz: float) -> None:
+    askers = 4
     counts = {"stream_bytes": 0, "states": 0, "velocities": 0}
     began_s = time.monotonic()
-    work = [watch(host, port, counts) for _ in range(viewers)]
-    work += [ask(host, port, askers / states_hz, counts) for _ in range(askers)]
-    work.append(drive(host, port, velocity_hz, counts))
+    work = [watch(bridge, counts) for _ in range(viewers)]
+    work += [ask(bridge, askers / states_hz, counts) for _ in range(askers)]
+    work.append(drive(bridge, velocity_hz, counts))
     tasks = [asyncio.create_task(each) for each in work]
     loop = asyncio.get_running_loop()
     stopped = loop.create_future()
@@ -87,11 +106,14 @@ async def load(port: int, viewers: int, states_hz: float, velocity_hz: float) ->
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--port", type=int, required=True)
+    parser.add_argument("--key", help="where the bridge has keys")
     parser.add_argument("--viewers", type=int, default=4)
     parser.add_argument("--states-hz", type=float, default=100.0)
     parser.add_argument("--velocity-hz", type=float, default=20.0)
     arguments = parser.parse_args()
-    asyncio.run(load(arguments.port, arguments.viewers, arguments.states_hz, arguments.velocity_hz))
+    asyncio.run(
+        load(Bridge(arguments.port, arguments.key), arguments.viewers, arguments.states_hz, arguments.velocity_hz)
+    )
 
 
 if __name__ == "__main__":

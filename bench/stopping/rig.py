@@ -14,10 +14,12 @@ from pathlib import Path
 import httpx
 
 from bench.processes import Processes, bridge_environment, until
+from contracts.access import CredentialFile, Principal, Role, sha256_of
 from contracts.robot import SensorState
 
 START_S_MAX = 90.0
 HEAR_S_MAX = 10.0
+KEY = "a key of this bench"
 
 
 @dataclass(frozen=True)
@@ -114,12 +116,21 @@ class Rig:
 
 
 @contextlib.contextmanager
-def rigged(folder: Path, port: int, domain: int, camera_hz: float) -> Iterator[Rig]:
-    """Yields once the bridge senses its robot and the listener hears it. Raises `TimeoutError`."""
+def rigged(folder: Path, port: int, domain: int, camera_hz: float, *, secured: bool) -> Iterator[Rig]:
+    """Yields once the bridge senses its robot and the listener hears it. Raises `TimeoutError`.
+
+    `secured`: the bridge has keys and writes its traces; all but the stop is asked with a key.
+    """
     environment = bridge_environment(folder, port=port, redis_port=port + 1, domain=domain)
+    environment |= _secured(folder) if secured else {}
     with (
         Processes(environment | {"ROBOT_BRIDGE_LOG_LEVEL": "ERROR"}) as processes,
-        httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30.0, trust_env=False) as http,
+        httpx.Client(
+            base_url=f"http://127.0.0.1:{port}",
+            headers={"Authorization": f"Bearer {KEY}"} if secured else {},
+            timeout=30.0,
+            trust_env=False,
+        ) as http,
     ):
         processes.redis(port + 1)
         bridge = processes.python("-m", "robot_bridge")
@@ -128,6 +139,16 @@ def rigged(folder: Path, port: int, domain: int, camera_hz: float) -> Iterator[R
         until(lambda: _senses(http), "a bridge with scan and odometry", timeout_s=START_S_MAX)
         listener.first(lambda _: True, since_ns=0, timeout_s=START_S_MAX)
         yield Rig(port, processes, bridge, listener, http)
+
+
+def _secured(folder: Path) -> dict[str, str]:
+    bench = Principal(name="bench", role=Role.ADMIN, key_sha256=sha256_of(KEY))
+    (folder / "keys.json").write_text(CredentialFile(principals=(bench,)).model_dump_json())
+    return {
+        "ROBOT_BRIDGE_KEYS_FILE": str(folder / "keys.json"),
+        "ROBOT_BRIDGE_KEY": "the bridge's own key",
+        "ATOM_TRACES": str(folder / "traces"),
+    }
 
 
 def _senses(http: httpx.Client) -> bool:

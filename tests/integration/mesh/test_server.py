@@ -83,3 +83,16 @@ async def test_headers_without_an_end_are_answered_431_and_not_kept(port: int) -
     async with asyncio.timeout(20.0):
         assert (await reader.readline()).startswith(b"HTTP/1.1 431")
     writer.close()
+
+
+async def test_the_body_of_a_request_that_was_refused_early_is_no_header(port: int) -> None:
+    reader, writer = await served_at(port)
+    body = b"a" * 1_000_000
+    writer.write(b"POST /nowhere HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000\r\n\r\n")
+    async with asyncio.timeout(20.0):
+        assert (await reader.readline()).startswith(b"HTTP/1.1 404")
+        writer.write(body + b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        while not (line := await reader.readline()).startswith((b"HTTP/1.1", b'{"detail":"Not Found"}HTTP/1.1')):
+            assert line
+        assert b"HTTP/1.1 200" in line
+    writer.close()

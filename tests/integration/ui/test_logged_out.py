@@ -1,4 +1,4 @@
-"""A log-in that ends while its page is open leads to the form."""
+"""A log-in that ends while its page is open leads to the form; a STOP that is refused stays and says so."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -43,6 +43,18 @@ async def page(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[tuple[
         await expect(opened.get_by_label("What to find")).to_be_visible()
         yield opened, file
         await browser.close()
+
+
+async def test_a_refused_stop_stays_on_the_page_and_tells_what_helps(page: tuple[Page, Path]) -> None:
+    """As a proxy before the page may refuse it."""
+    opened, _ = page
+    await opened.route("**/stop*", lambda route: route.fulfill(status=401, json={"title": "who are you?"}))
+    await opened.keyboard.press("Escape")
+    await expect(opened.get_by_text("STOP DID NOT REACH THE ROBOT: who are you?")).to_be_visible()
+    assert not opened.url.endswith("/login")
+    await opened.unroute("**/stop*")
+    await opened.reload()
+    await expect(opened.get_by_label("What to find")).to_be_visible()
 
 
 async def test_a_revoked_log_in_leads_to_the_form(page: tuple[Page, Path]) -> None:

@@ -16,10 +16,13 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
     """uvicorn's own waits for the end of a request's headers for ever, and keeps all that comes of them.
 
     Here a connection is closed that has not ended them `HEADER_S_MAX` after it was made, or after its last answer; 431
-    answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that).
+    answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that). Bodies do not count.
     """
 
     _bytes = 0
+    """Of headers, since the last message ended."""
+    _read = 0
+    _in_body = False
     _deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
@@ -31,15 +34,25 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
+        self._read = len(data)
         super().data_received(data)
+        if self._in_body:
+            return
         self._bytes += len(data)
-        if self._deadline is not None and self._bytes > HEADER_BYTES_MAX and not self.transport.is_closing():
-            self.transport.write(TOO_LARGE)
+        if self._bytes > HEADER_BYTES_MAX and not self.transport.is_closing():
+            if self._deadline is not None:  # else the answer before is under way
+                self.transport.write(TOO_LARGE)
             self.transport.close()
 
     def on_headers_complete(self) -> None:
         self._unset_deadline()
+        self._in_body = True
         super().on_headers_complete()
+
+    def on_message_complete(self) -> None:
+        super().on_message_complete()
+        self._in_body = False
+        self._bytes = -self._read  # what was read with the end of this one counts for nothing
 
     def on_response_complete(self) -> None:
         super().on_response_complete()
@@ -48,7 +61,6 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
 
     def _expect_headers(self) -> None:
         self._unset_deadline()
-        self._bytes = 0
         self._deadline = self.loop.call_later(HEADER_S_MAX, self.transport.close)
 
     def _unset_deadline(self) -> None:

@@ -19,10 +19,14 @@ window.atom = (() => {
     return address;
   }
 
-  // Every question has an end. A log-in that has ended leads to the form, which has a STOP too.
+  // Every question has an end. STOP asks with this one: whatever is answered, it stays and tells.
+  const fetchWithin = (path, limit_ms, options = {}) =>
+    fetch(url(path), { cache: "no-store", ...options, signal: AbortSignal.timeout(limit_ms) });
+
+  // A log-in that has ended leads to the form, which has a STOP too; not while a stop is under way.
   async function ask(path, limit_ms, options = {}) {
-    const answer = await fetch(url(path), { cache: "no-store", ...options, signal: AbortSignal.timeout(limit_ms) });
-    if (answer.status === 401) window.location.assign(url("login"));
+    const answer = await fetchWithin(path, limit_ms, options);
+    if (answer.status === 401 && !document.documentElement.dataset.stopping) window.location.assign(url("login"));
     return answer;
   }
 
@@ -91,5 +95,5 @@ window.atom = (() => {
   }, true);
   document.addEventListener("DOMContentLoaded", sayMissing);
 
-  return { t, url, socketUrl, ask, box, said, part, say, pull, ready };
+  return { t, url, socketUrl, fetchWithin, ask, box, said, part, say, pull, ready };
 })();

@@ -1,7 +1,7 @@
 // STOP works in the browser itself, also while the page's own connection is down; and says when it cannot work.
 (() => {
   "use strict";
-  const { t, part, say, ask } = window.atom;
+  const { t, part, say, fetchWithin } = window.atom;
   const STOP_LIMIT_MS = 8000;
   const SHOWN_MS = 8000;
   const LOOK_MS = 100;
@@ -21,7 +21,7 @@
   async function look() {
     const number = ++asked;
     try {
-      const answer = await ask("stop", SILENT_MS);
+      const answer = await fetchWithin("stop", SILENT_MS);
       const told = await answer.json();
       const ours = answer.headers.get("content-type") || "";
       if (answer.ok && (typeof told.latched === "boolean" || told.latched === null)) {
@@ -103,8 +103,9 @@
     const press = ++presses;
     const pressed = performance.now();
     tell(t("Stopping …"), "busy");
+    document.documentElement.dataset.stopping = how;  // until one has reached the robot: nothing leads away before
     try {
-      const answer = await ask(`stop?how=${how}`, STOP_LIMIT_MS, { method: "POST" });
+      const answer = await fetchWithin(`stop?how=${how}`, STOP_LIMIT_MS, { method: "POST", keepalive: true });
       const body = await answer.json().catch(() => ({}));
       if (press !== presses) return;
       if (!answer.ok) throw new Error(body.detail || body.title || `HTTP ${answer.status}`);
@@ -115,6 +116,7 @@
       tell(zero === null ? t("Stopped.")
         : t("Stopped: first zero velocity after {zero} ms, answered after {answered} ms",
           { zero: zero.toFixed(1), answered }), "good");
+      delete document.documentElement.dataset.stopping;
     } catch (error) {
       if (press !== presses) return;
       tell(`${t("STOP DID NOT REACH THE ROBOT: {why}. Press again.", { why: error.message })} ${remedy}`, "bad");
