@@ -1,4 +1,4 @@
-"""Each service's app on fakes, behind its real server, asked by `bench.hostile`'s own hand: it answers, and no 500."""
+"""The coordinator's app and the bridge's stop, on fakes, behind the real server, among `bench.hostile`'s clients."""
 
 import asyncio
 import random
