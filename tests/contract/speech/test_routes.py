@@ -2,10 +2,11 @@
 
 import asyncio
 import io
+import threading
 import time
 import wave
 from collections.abc import AsyncIterator, Iterator
-from contextlib import contextmanager
+from contextlib import asynccontextmanager, contextmanager
 
 import httpx
 import numpy as np
@@ -15,13 +16,26 @@ from starlette.testclient import TestClient
 
 from contracts.speech import Hearing, SpeechRefusal, Transcript
 from speech.app import create_app
+from speech.ports import Reading
 from speech.settings import Settings
-from speech.sound import RATE_HZ, to_wav
+from speech.sound import RATE_HZ, Samples, to_wav
 from support.speech_fakes import FakeRecognizer, FakeSynthesizer, LoudActivity
 from support.waiting import until
 
 LOUD = np.full(RATE_HZ, 0.3, np.float32)
 QUIET = np.zeros(RATE_HZ, np.float32)
+
+
+class HeldRecognizer(FakeRecognizer):
+    """Reads nothing until it is released."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.released = threading.Event()
+
+    def read(self, samples: Samples, hot_words: str) -> Reading:
+        self.released.wait(30.0)
+        return super().read(samples, hot_words)
 
 
 def made(**parts: FakeRecognizer) -> object:
@@ -33,13 +47,19 @@ def made(**parts: FakeRecognizer) -> object:
     )
 
 
-@pytest.fixture
-async def speech() -> AsyncIterator[httpx.AsyncClient]:
+@asynccontextmanager
+async def asked(app: object) -> AsyncIterator[httpx.AsyncClient]:
     async with (
-        LifespanManager(made()) as manager,
+        LifespanManager(app) as manager,
         httpx.AsyncClient(transport=httpx.ASGITransport(manager.app), base_url="http://127.0.0.1") as client,
     ):
         await until(lambda: all(one.ok for one in manager._state["speech"].dependencies()))
+        yield client
+
+
+@pytest.fixture
+async def speech() -> AsyncIterator[httpx.AsyncClient]:
+    async with asked(made()) as client:
         yield client
 
 
@@ -64,9 +84,13 @@ async def test_what_is_no_sound_is_refused_by_name(speech: httpx.AsyncClient) ->
     assert (refused.status_code, refused.json()["code"]) == (422, SpeechRefusal.NOT_WAV)
 
 
-async def test_of_twenty_at_once_four_are_heard_and_the_rest_told_when_to_come_back(speech: httpx.AsyncClient) -> None:
-    asked = [speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ)) for _ in range(20)]
-    answers = await asyncio.gather(*asked)
+async def test_of_twenty_at_once_four_are_heard_and_the_rest_told_when_to_come_back() -> None:
+    listening = HeldRecognizer()
+    async with asked(made(recognizer=listening)) as speech:
+        tasks = [asyncio.ensure_future(speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ))) for _ in range(20)]
+        await until(lambda: sum(one.done() for one in tasks) == 16)
+        listening.released.set()
+        answers = await asyncio.gather(*tasks)
     assert sorted(one.status_code for one in answers) == [200] * 4 + [503] * 16
     assert {one.headers.get("retry-after") for one in answers if one.status_code == 503} == {"1"}
 

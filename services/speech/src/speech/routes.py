@@ -1,6 +1,5 @@
 """The HTTP face: thin; every decision is made behind it."""
 
-import asyncio
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Depends, Request, WebSocket
@@ -42,8 +41,7 @@ SpeechDep = Annotated[SpeechService, Depends(get_speech)]
 async def transcribe(request: Request, speech: SpeechDep) -> Transcript:
     """What was said, read twice: as it sounds, and leaning towards names of things. 503 while too many wait."""
     body = await request.body()
-    samples = await asyncio.to_thread(_samples, body, request.headers.get("content-type", ""))
-    return await speech.transcribe(samples)
+    return await speech.transcribe(_samples(body, request.headers.get("content-type", "")))
 
 
 @router.websocket("/listen")
