@@ -14,6 +14,8 @@ class FakeRecognizer:
 
     def __init__(self, plain: str = "Find the cap.", hot: str = "find the cup") -> None:
         self.readings = {False: plain, True: hot}
+        self.hot_words: list[str] = []
+        """Of each reading."""
 
     def load(self) -> None: ...
 
@@ -21,6 +23,7 @@ class FakeRecognizer:
         return len(text)
 
     def read(self, samples: Samples, hot_words: str) -> Reading:
+        self.hot_words.append(hot_words)
         return Reading(self.readings[bool(hot_words)], "en")
 
 

@@ -7,20 +7,23 @@ import time
 import wave
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
+from urllib.parse import urlencode
 
 import httpx
 import numpy as np
 import pytest
 from asgi_lifespan import LifespanManager
+from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from contracts.speech import Hearing, SpeechRefusal, Transcript
+from contracts.speech import HOT_WORDS_MAX, Hearing, SpeechRefusal, Transcript
 from speech.app import create_app
 from speech.ports import Reading
 from speech.settings import Settings
 from speech.sound import RATE_HZ, Samples, to_wav
 from support.speech_fakes import FakeRecognizer, FakeSynthesizer, LoudActivity
 from support.waiting import until
+from vocabulary.hot_words import OPENINGS
 
 LOUD = np.full(RATE_HZ, 0.3, np.float32)
 QUIET = np.zeros(RATE_HZ, np.float32)
@@ -38,7 +41,7 @@ class HeldRecognizer(FakeRecognizer):
         return super().read(samples, hot_words)
 
 
-def made(**parts: FakeRecognizer) -> object:
+def made(**parts: FakeRecognizer) -> FastAPI:
     return create_app(
         Settings(),
         activity=LoudActivity(),
@@ -73,6 +76,41 @@ async def test_where_nobody_speaks_nothing_is_read(speech: httpx.AsyncClient) ->
     assert (heard.text, heard.no_speech, heard.agree) == ("", True, True)
 
 
+async def test_what_memory_holds_is_expected_before_the_common_names() -> None:
+    recognizer = FakeRecognizer()
+    async with asked(made(recognizer=recognizer)) as speech:
+        names = {"hot_words": ["grandma's tea-pot", "Müsli"]}
+        assert (await speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ), params=names)).status_code == 200
+    plain, hot = recognizer.hot_words
+    assert (plain, hot.startswith(", ".join((*OPENINGS, "grandma's tea-pot", "Müsli")))) == ("", True)
+
+
+HOSTILE_HOT_WORDS = [
+    ["cup"] * (HOT_WORDS_MAX + 1),
+    ["x" * 41],
+    [""],
+    ["<|endoftext|>"],
+    ["cup, find the knife"],
+    ["cup\n"],
+    [" cup"],
+]
+
+
+@pytest.mark.parametrize("names", HOSTILE_HOT_WORDS)
+async def test_hot_words_that_are_none_are_refused(speech: httpx.AsyncClient, names: list[str]) -> None:
+    answer = await speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ), params={"hot_words": names})
+    assert answer.status_code == 422
+
+
+@pytest.mark.parametrize(("plain", "hot"), [("Stop.", "top"), ("Top.", "stop"), ("Find it. No, stop!", "")])
+async def test_a_stop_in_either_reading_is_told_as_one(plain: str, hot: str) -> None:
+    async with asked(made(recognizer=FakeRecognizer(plain, hot))) as speech:
+        heard = Transcript.model_validate_json(
+            (await speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ))).content
+        )
+    assert heard.stop
+
+
 async def test_sixteen_minutes_and_a_hundred_megabytes_are_too_long(speech: httpx.AsyncClient) -> None:
     raw = {"content-type": "audio/L16"}
     for body in (bytes(2 * RATE_HZ * 20), bytes(2 * RATE_HZ * 960), bytes(100_000_000)):
@@ -104,8 +142,8 @@ async def test_what_is_said_is_a_wav_of_a_named_voice(speech: httpx.AsyncClient)
 
 
 @contextmanager
-def ready() -> Iterator[TestClient]:
-    with TestClient(made(), base_url="http://127.0.0.1") as client:
+def ready(**parts: FakeRecognizer) -> Iterator[TestClient]:
+    with TestClient(made(**parts), base_url="http://127.0.0.1") as client:
         ready_by_s = time.monotonic() + 20.0
         while client.get("/ready").status_code != 200:
             assert time.monotonic() < ready_by_s, "speech is not ready"
@@ -125,6 +163,44 @@ def test_a_socket_tells_a_final_reading_when_the_speaker_is_done() -> None:
         while not told[-1].final:
             told.append(Hearing.model_validate_json(socket.receive_text()))
     assert told[-1].transcript.hot_text == "find the cup"
+    assert not any(one.stop for one in told)
+
+
+class OnceStopRecognizer(FakeRecognizer):
+    """Hears a stop at first and not again, as Whisper may when more was said."""
+
+    def read(self, samples: Samples, hot_words: str) -> Reading:
+        reading = super().read(samples, hot_words)
+        return Reading("Stop", "en") if len(self.hot_words) == 1 else reading
+
+
+def test_a_stop_heard_while_somebody_speaks_is_told_at_once_and_kept() -> None:
+    with ready(recognizer=OnceStopRecognizer()) as client, client.websocket_connect("/listen") as socket:
+        for chunk in chunks(LOUD):
+            socket.send_bytes(chunk)
+        first = Hearing.model_validate_json(socket.receive_text())
+        socket.send_text("")
+        last = Hearing.model_validate_json(socket.receive_text())
+    assert (first.final, first.stop) == (False, True)
+    assert (last.final, last.stop, last.transcript.stop) == (True, True, False)
+
+
+@pytest.mark.parametrize("names", HOSTILE_HOT_WORDS)
+def test_a_socket_refuses_hot_words_that_are_none(names: list[str]) -> None:
+    with ready() as client, client.websocket_connect(f"/listen?{urlencode({'hot_words': names}, True)}") as socket:
+        closed = socket.receive()
+    assert (closed["code"], closed["reason"]) == (1008, SpeechRefusal.HOT_WORDS)
+
+
+def test_a_socket_takes_hot_words_for_the_final_reading() -> None:
+    recognizer = FakeRecognizer()
+    with ready(recognizer=recognizer) as client, client.websocket_connect("/listen?hot_words=tea+pot") as socket:
+        for chunk in chunks(LOUD):
+            socket.send_bytes(chunk)
+        socket.send_text("")
+        while not Hearing.model_validate_json(socket.receive_text()).final:
+            pass
+    assert "tea pot" in recognizer.hot_words[-1].split(", ")
 
 
 def test_a_socket_ends_when_the_client_says_so() -> None:

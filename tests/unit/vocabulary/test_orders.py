@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from contracts.reading import Mood
 from vocabulary.folding import words_of
-from vocabulary.orders import order_in
+from vocabulary.orders import order_in, stop_in
 from vocabulary.spelling import one_slip
 
 TABLE: dict[str, Any] = tomllib.loads(files("vocabulary").joinpath("data/orders.toml").read_text(encoding="utf-8"))
@@ -148,3 +148,20 @@ def test_words_keep_their_place_in_the_text() -> None:
     text = "Hör  auf, the dog's ball"
     assert [text[word.start : word.end] for word in words_of(text)] == ["Hör", "auf", "the", "dog's", "ball"]
     assert [word.text for word in words_of(text) if word.owner] == ["dogs"]
+
+
+@pytest.mark.parametrize("begun", ["Stop", "stop the", "Halt.", "please stop", "Find the cup. No, stop!", "Emergency"])
+def test_what_begins_as_a_stop_is_one_whatever_follows(begun: str) -> None:
+    assert stop_in(begun, whole=False)
+    assert stop_in(begun)
+
+
+@pytest.mark.parametrize(
+    "begun", ["don't", "end", "hold", "off", "break", "find a good place to stop", "wait", "go on", ""]
+)
+def test_what_may_still_become_something_else_is_no_stop_yet(begun: str) -> None:
+    assert not stop_in(begun, whole=False)
+
+
+def test_alone_and_done_it_is_one() -> None:
+    assert [stop_in(said) for said in ("don't", "hold", "wait", "go on")] == [True, True, False, False]

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vocabulary.hot_words import CHARACTERS_MAX, NAMES, OPENINGS, hot_words
+from contracts.speech import HOT_WORDS_MAX
+from vocabulary.hot_words import CHARACTERS_MAX, NAMES, OPENINGS, expected, hot_words, sayable
 from vocabulary.sounding import HeardText, by_ear, said_once
 
 
@@ -66,3 +67,14 @@ def test_what_memory_holds_is_expected_first_and_no_name_is_cut() -> None:
     assert told[first : first + 2] == ["surfboard", "cup"]
     assert len(", ".join(told)) <= CHARACTERS_MAX
     assert set(told[first:]) <= {"surfboard", *NAMES}
+
+
+def test_labels_that_nobody_says_are_left_out_and_no_more_are_chosen_than_speech_takes() -> None:
+    assert sayable(["red cup", "red cup", "<|startoftranscript|>", "", "tea, pot", "x" * 41]) == ["red cup"]
+    assert len(sayable([f"thing {number}" for number in range(100)])) == HOT_WORDS_MAX
+
+
+def test_a_name_is_expected_once_before_the_common_ones() -> None:
+    told = expected(("cup", "surfboard"))
+    assert told[len(OPENINGS) : len(OPENINGS) + 2] == ("cup", "surfboard")
+    assert len(told) == len(set(told)) == len(OPENINGS) + len(NAMES) + 1

@@ -9,6 +9,17 @@ from contracts.base import Message
 
 HEARD_CHARACTERS_MAX = 1000
 SPOKEN_CHARACTERS_MAX = 500
+HOT_WORDS_MAX = 32
+
+HotWord = Annotated[
+    str,
+    Field(
+        min_length=1,
+        max_length=40,
+        pattern=r"^[^\W_][\w '’.&-]*$",
+        description="the name of a thing as people say it: letters, digits, spaces, apostrophe, dot, & and hyphen",
+    ),
+]
 
 HeardText = Annotated[str, Field(max_length=HEARD_CHARACTERS_MAX)]
 VoiceName = Annotated[str, Field(min_length=1, max_length=64, description="as `GET /voices` names it")]
@@ -27,6 +38,8 @@ class SpeechRefusal(StrEnum):
     """Samples a second, or channels, out of range."""
     TOO_SHORT = "too_short"
     TOO_LONG = "too_long"
+    HOT_WORDS = "hot_words"
+    """More than `HOT_WORDS_MAX`, or one that is no `HotWord`."""
     BUSY = "busy"
     """Others are being listened to: try again in a second."""
 
@@ -37,6 +50,9 @@ class Transcript(Message):
     text: HeardText = Field(description="the plain reading; empty when nobody spoke")
     hot_text: HeardText = Field(description="the reading that leans towards names of things; empty when nobody spoke")
     agree: bool = Field(description="both readings hold the same words, whatever their case and punctuation")
+    stop: bool = Field(
+        description="a reading is an order to stop, in any language `vocabulary.orders` knows: act at once"
+    )
     no_speech: bool = Field(description="nobody spoke: silence, noise, music")
     language: str = Field(max_length=16, description="BCP 47, as the engine read it; empty = it does not say")
     duration_s: float = Field(ge=0.0, description="of the sound")
@@ -48,6 +64,10 @@ class Hearing(Message):
     """One message of `WS /listen`: the newest reading. The final one is the last message."""
 
     final: bool
+    stop: bool = Field(
+        description="an order to stop was heard in this reading or one before it: act at once, without waiting for the "
+        "final one; once true it stays true"
+    )
     transcript: Transcript
 
 

@@ -1,7 +1,11 @@
 """The names a speech recogniser is told to expect, within what Whisper takes. Pure."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
+
+from pydantic import TypeAdapter, ValidationError
+
+from contracts.speech import HOT_WORDS_MAX, HotWord
 
 OPENINGS: Final = ("find the", "bring me the", "where did I leave my", "pour the", "what is in the kitchen")
 NAMES: Final = (
@@ -15,6 +19,18 @@ NAMES: Final = (
 CHARACTERS_MAX: Final = 600
 """faster-whisper cuts at 223 tokens without a word; a token of these is three characters and more."""
 
+_HOT_WORD: Final[TypeAdapter[str]] = TypeAdapter(HotWord)
+
+
+def sayable(labels: Iterable[str]) -> list[str]:
+    """Those of `labels` (what memory holds, most wanted first) that speech takes as hot words, as many as it takes."""
+    return [one for one in dict.fromkeys(labels) if _is_hot_word(one)][:HOT_WORDS_MAX]
+
+
+def expected(first: Sequence[str] = ()) -> tuple[str, ...]:
+    """How commands begin, then `first` (what memory holds), then the common names; each once."""
+    return tuple(dict.fromkeys((*OPENINGS, *first, *NAMES)))
+
 
 def hot_words(first: Sequence[str] = ()) -> str:
     """`first` (what memory holds) before the common names, each once; whole names only."""
@@ -24,3 +40,11 @@ def hot_words(first: Sequence[str] = ()) -> str:
             break
         told += f", {name}"
     return told
+
+
+def _is_hot_word(label: str) -> bool:
+    try:
+        _HOT_WORD.validate_python(label)
+    except ValidationError:
+        return False
+    return True

@@ -18,6 +18,7 @@ SLIP_LETTERS_MIN = 4
 JOINTS = frozenset(("and", "then", "but", "instead"))
 TRAILING = frozenset(("stop", "halt", "abort", "freeze"))
 """At the end of a saying without punctuation, as speech recognition writes it: 'look out stop'."""
+STOPPING = (Mood.EMERGENCY, Mood.STOP)
 
 Phrase = tuple[str, ...]
 
@@ -50,6 +51,17 @@ def order_in(text: str) -> Order | None:
         if found is not None:
             return found
     return _trailing(words, table)
+
+
+def stop_in(text: str, *, whole: bool = True) -> bool:
+    """Whether it is an order to stop. Of a saying that may go on (`whole` is False) only what stops whatever follows:
+    "don't" may become "don't forget the cup", and "a place to stop" a "place to stop by".
+    """
+    if whole:
+        order = order_in(text)
+        return order is not None and order.mood in STOPPING
+    words, table = words_of(text), _table()
+    return any(_opening(text, words, mood, table) is not None for mood in STOPPING)
 
 
 def _opening(text: str, words: Sequence[Word], mood: Mood, table: _Table) -> Order | None:

@@ -2,11 +2,14 @@
 
 import asyncio
 import contextlib
-from typing import Final
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Final
 
 from fastapi import WebSocket, WebSocketDisconnect
+from pydantic import Field, TypeAdapter, ValidationError
 
-from contracts.speech import Hearing, SpeechRefusal
+from contracts.speech import HOT_WORDS_MAX, Hearing, HotWord, SpeechRefusal, Transcript
 from mesh.errors import MeshError, TooManyError
 from speech.end_of_speech import ALLOWED, Listening, Turn
 from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm
@@ -21,13 +24,20 @@ BYTES_MIN: Final = int(DURATION_S_MIN * RATE_HZ) * 2
 SILENT_CLIENT_S: Final = 5.0
 SOCKET_S_MAX: Final = 60.0
 """Four times what is listened to: one that drips sound does not hold its place for ever."""
+_HOT_WORDS: Final = TypeAdapter(Annotated[list[HotWord], Field(max_length=HOT_WORDS_MAX)])
 
 
-async def listen(socket: WebSocket, speech: SpeechService) -> None:
+async def listen(socket: WebSocket, speech: SpeechService, hot_words: Sequence[str]) -> None:
+    """`hot_words` as the client sent them: looked at only here, where a refusal can say why."""
     await socket.accept()
     try:
+        names = _HOT_WORDS.validate_python(hot_words)
+    except ValidationError:
+        await socket.close(1008, SpeechRefusal.HOT_WORDS)
+        return
+    try:
         with speech.listener():
-            await _listen(socket, speech)
+            await _listen(socket, speech, names)
     except WebSocketDisconnect:
         return
     except TooManyError:
@@ -38,9 +48,10 @@ async def listen(socket: WebSocket, speech: SpeechService) -> None:
         await socket.close(1011, error.detail[:100])
 
 
-async def _listen(socket: WebSocket, speech: SpeechService) -> None:
+async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str]) -> None:
     loop = asyncio.get_running_loop()
     until_s = loop.time() + SOCKET_S_MAX
+    teller = _Teller(socket, speech)
     heard, looked, told = bytearray(), 0, 0
     listening = Listening()
     reading: asyncio.Task[None] | None = None
@@ -57,20 +68,30 @@ async def _listen(socket: WebSocket, speech: SpeechService) -> None:
             due = len(heard) - told >= speech.settings.partial_period_s * 2 * RATE_HZ
             if listening.turn is Turn.SPEAKING and due and speech.idle and (reading is None or reading.done()):
                 told = len(heard)
-                reading = asyncio.ensure_future(_tell_partially(socket, speech, bytes(heard[:BYTES_MAX])))
+                reading = asyncio.ensure_future(teller.tell_partially(bytes(heard[:BYTES_MAX])))
     finally:
         if reading is not None:
             with contextlib.suppress(WebSocketDisconnect, RuntimeError, MeshError):
                 await reading
     whole = bytes(heard[:BYTES_MAX]).ljust(BYTES_MIN, b"\0")
-    final = await speech.transcribe(from_pcm(whole))
-    await socket.send_text(Hearing(final=True, transcript=final).model_dump_json())
+    await teller.tell(await speech.transcribe(from_pcm(whole), names), final=True)
     await socket.close()
 
 
-async def _tell_partially(socket: WebSocket, speech: SpeechService, heard: bytes) -> None:
-    partial = await speech.read_partially(from_pcm(heard))
-    await socket.send_text(Hearing(final=False, transcript=partial).model_dump_json())
+@dataclass
+class _Teller:
+    """Sends readings, and remembers that one of them was an order to stop."""
+
+    socket: WebSocket
+    speech: SpeechService
+    stop: bool = False
+
+    async def tell_partially(self, heard: bytes) -> None:
+        await self.tell(await self.speech.read_partially(from_pcm(heard)), final=False)
+
+    async def tell(self, transcript: Transcript, *, final: bool) -> None:
+        self.stop = self.stop or transcript.stop
+        await self.socket.send_text(Hearing(final=final, stop=self.stop, transcript=transcript).model_dump_json())
 
 
 async def _chunk(socket: WebSocket, timeout_s: float) -> bytes:

@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Depends, Request, WebSocket
+from fastapi import APIRouter, Depends, Query, Request, WebSocket
 from fastapi.responses import Response
 
-from contracts.speech import SpeakRequest, SpeechRefusal, Transcript, Voice
+from contracts.speech import HOT_WORDS_MAX, HotWord, SpeakRequest, SpeechRefusal, Transcript, Voice
 from mesh.access import Role, requires_role
 from mesh.errors import TooLargeError, UnprocessableError
 from mesh.tracing import TracedRoute
@@ -33,23 +33,32 @@ async def get_speech(request: Request) -> SpeechService:
     return request.state.speech
 
 
+HotWords = Annotated[
+    list[HotWord],
+    Query(
+        max_length=HOT_WORDS_MAX,
+        description="names that the second reading leans towards before the common ones: what memory holds, the best "
+        "first (`vocabulary.hot_words.sayable` chooses); what Whisper's limit does not hold is left out",
+    ),
+]
 SpeechDep = Annotated[SpeechService, Depends(get_speech)]
 
 
 @router.post("/transcribe", tags=["hearing"], openapi_extra=SOUND_BODY)
 @requires_role(Role.OPERATOR)
-async def transcribe(request: Request, speech: SpeechDep) -> Transcript:
+async def transcribe(request: Request, speech: SpeechDep, hot_words: HotWords = []) -> Transcript:  # noqa: B006
     """What was said, read twice: as it sounds, and leaning towards names of things. 503 while too many wait."""
     body = await request.body()
-    return await speech.transcribe(_samples(body, request.headers.get("content-type", "")))
+    return await speech.transcribe(_samples(body, request.headers.get("content-type", "")), hot_words)
 
 
 @router.websocket("/listen")
 @requires_role(Role.OPERATOR)
 async def listening(socket: WebSocket) -> None:
     """Raw 16 kHz samples in, `Hearing` out: partial readings, and a final one when the speaker is done. An empty text
-    message ends it at once. Closed with 1013 while too many are listened to, with 1003 for what is no sound."""
-    await listen(socket, socket.state.speech)
+    message ends it at once. `?hot_words=` as for `POST /transcribe`. Closed with 1013 while too many are listened to,
+    with 1003 for what is no sound, with 1008 for what are no hot words."""
+    await listen(socket, socket.state.speech, socket.query_params.getlist("hot_words"))
 
 
 @router.post("/speak", tags=["speaking"], response_class=Response, responses=WAV_RESPONSE)

@@ -19,13 +19,12 @@ from speech.ports import Reading, Recognizer, Synthesizer, VoiceActivity
 from speech.readings import agree, fitting
 from speech.settings import Settings
 from speech.sound import Samples, duration_s, to_wav
-from vocabulary.hot_words import NAMES, OPENINGS
+from vocabulary.hot_words import expected
+from vocabulary.orders import stop_in
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-EXPECTED: Final = (*OPENINGS, *NAMES)
-"""What the second reading leans towards: how commands begin, and the names of what can be found."""
 WINDOW_S: Final = 512 / 16_000
 """What voice activity looks at a time."""
 SPEECH_WINDOWS_MIN: Final = 4
@@ -72,25 +71,27 @@ class SpeechService:
         voices = {f"voice_{number}": one for number, one in enumerate(self.synthesizers)}
         return {"recognizer": self.recognizer, "voice_activity": self.activity, **voices}
 
-    async def transcribe(self, samples: Samples) -> Transcript:
-        """Both readings. Raises `BusyError`, and `UnavailableError` where the recogniser is away."""
+    async def transcribe(self, samples: Samples, hot_words: Sequence[str] = ()) -> Transcript:
+        """Both readings, the second leaning towards how commands begin, `hot_words`, and the common names, as many as
+        the engine takes. Raises `BusyError`, and `UnavailableError` where the recogniser is away."""
         self._require("recognizer")
         self._require("voice_activity")
         began_s = self.clock.now_s()
         with self._turn(), READ.time():
-            spoken, plain, hot = await self._in_turn(self._read_both, samples)
+            spoken, plain, hot = await self._in_turn(self._read_both, samples, expected(hot_words))
         same = agree(plain.text, hot.text)
         HEARD.labels("no_speech" if not spoken else "agree" if same else "differ").inc()
         if self.settings.log_text:
             log.info("heard", text=plain.text, hot_text=hot.text)
-        return self._transcript(samples, began_s, plain, hot)
+        return self._transcript(samples, began_s, plain, hot, whole=True)
 
     async def read_partially(self, samples: Samples) -> Transcript:
-        """The plain reading alone, told as both: for what is still being said."""
+        """The plain reading alone, told as both: for what is still being said. It stops where it would stop whatever
+        follows."""
         began_s = self.clock.now_s()
         with self._turn():
             plain = await self._in_turn(self.recognizer.read, samples, "")
-        return self._transcript(samples, began_s, plain, plain)
+        return self._transcript(samples, began_s, plain, plain, whole=False)
 
     async def turn_of(self, was: Listening, samples: Samples) -> Listening:
         """How far the speaker is after these samples. Costs 0.4 ms a window of 32 ms, and waits for no turn."""
@@ -146,25 +147,26 @@ class SpeechService:
     def close(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _read_both(self, samples: Samples) -> tuple[bool, Reading, Reading]:
+    def _read_both(self, samples: Samples, names: Sequence[str]) -> tuple[bool, Reading, Reading]:
         """Blocks. Nobody speaks: Whisper is known to make up words there, and is not asked."""
         likely = [one >= PROBABILITY_MIN for one in self.activity.probabilities(samples)]
         if sum(likely) < SPEECH_WINDOWS_MIN:
             nothing = Reading("", self.settings.language)
             return False, nothing, nothing
         plain = self.recognizer.read(samples, "")
-        hot = self.recognizer.read(samples, fitting(EXPECTED, self.recognizer.tokens_of))
+        hot = self.recognizer.read(samples, fitting(names, self.recognizer.tokens_of))
         return bool(plain.text or hot.text), plain, hot
 
     def _require(self, part: str) -> None:
         if part in self._away:
             raise UnavailableError(part, self._away[part])
 
-    def _transcript(self, samples: Samples, began_s: float, plain: Reading, hot: Reading) -> Transcript:
+    def _transcript(self, samples: Samples, began_s: float, plain: Reading, hot: Reading, *, whole: bool) -> Transcript:
         return Transcript(
             text=plain.text[:HEARD_CHARACTERS_MAX],
             hot_text=hot.text[:HEARD_CHARACTERS_MAX],
             agree=agree(plain.text, hot.text),
+            stop=any(stop_in(one.text, whole=whole) for one in (plain, hot)),
             no_speech=not (plain.text or hot.text),
             language=plain.language,
             duration_s=duration_s(samples),
