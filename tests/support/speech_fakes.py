@@ -1,6 +1,6 @@
 """The speech service's ports without models: loud is speech, and everything sounds the same."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ class FakeRecognizer:
     name = "fake"
 
     def __init__(self, plain: str = "Find the cap.", hot: str = "find the cup") -> None:
-        self.readings = {False: plain, True: hot}
+        self.texts = {False: plain, True: hot}
         self.hot_words: list[str] = []
         """Of each reading."""
 
@@ -22,9 +22,10 @@ class FakeRecognizer:
     def tokens_of(self, text: str) -> int:
         return len(text)
 
-    def read(self, samples: Samples, hot_words: str) -> Reading:
-        self.hot_words.append(hot_words)
-        return Reading(self.readings[bool(hot_words)], "en")
+    def readings(self, samples: Samples, hints: Sequence[str]) -> Iterator[Reading]:
+        for hint in hints:
+            self.hot_words.append(hint)
+            yield Reading(self.texts[bool(hint)], "en")
 
 
 class LoudActivity:

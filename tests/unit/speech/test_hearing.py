@@ -2,7 +2,7 @@
 
 import pytest
 
-from speech.end_of_speech import ALLOWED, Listening, Turn, step
+from speech.end_of_speech import ALLOWED, PAUSE_S, Listening, Turn, due, step
 from speech.readings import agree, fitting
 
 
@@ -51,3 +51,31 @@ def test_readings_agree_where_their_words_do(one: str, other: str, same: bool) -
 
 def test_hot_words_are_the_first_that_fit_each_once_and_whole() -> None:
     assert fitting(["cup", "teddy bear", "cup", "vase"], len, tokens_max=20) == "cup, teddy bear"
+
+
+def reads(*stretches: tuple[float, float], period_s: float = 0.5) -> list[float]:
+    """Where it is read, in seconds, over stretches of (how likely speech is, seconds), in windows of 20 ms."""
+    listening, read_s, told = Listening(), None, list[float]()
+    for probability, length_s in stretches:
+        for _ in range(round(length_s / 0.02)):
+            listening = step(listening, probability, 0.02)
+            if due(listening, read_s, period_s):
+                read_s = listening.heard_s
+                told.append(round(read_s, 2))
+    return told
+
+
+def test_one_word_is_read_as_soon_as_it_may_have_ended() -> None:
+    assert reads((0.0, 1.0), (0.9, 0.3), (0.0, 0.5)) == [round(1.3 + PAUSE_S, 2)]
+
+
+def test_who_goes_on_speaking_is_read_each_period() -> None:
+    assert reads((0.9, 1.6)) == [0.5, 1.0, 1.5]
+
+
+def test_each_pause_is_read_once() -> None:
+    assert reads((0.9, 0.2), (0.0, 0.3), (0.9, 0.2), (0.0, 0.6), period_s=5.0) == [0.36, 0.86]
+
+
+def test_nothing_is_read_before_somebody_speaks() -> None:
+    assert reads((0.1, 3.0)) == []

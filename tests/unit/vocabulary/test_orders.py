@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from contracts.reading import Mood
 from vocabulary.folding import words_of
-from vocabulary.orders import order_in, stop_in
+from vocabulary.orders import order_in, stop_in, stop_words
 from vocabulary.spelling import one_slip
 
 TABLE: dict[str, Any] = tomllib.loads(files("vocabulary").joinpath("data/orders.toml").read_text(encoding="utf-8"))
@@ -165,3 +165,9 @@ def test_what_may_still_become_something_else_is_no_stop_yet(begun: str) -> None
 
 def test_alone_and_done_it_is_one() -> None:
     assert [stop_in(said) for said in ("don't", "hold", "wait", "go on")] == [True, True, False, False]
+
+
+@pytest.mark.parametrize("language", ["en", "de", "vi", "xx", ""])
+def test_each_word_that_speech_listens_for_is_a_stop(language: str) -> None:
+    assert all(stop_in(word, whole=False) for word in stop_words(language))
+    assert 1 <= len(stop_words(language)) <= 4

@@ -18,6 +18,7 @@ SLIP_LETTERS_MIN = 4
 JOINTS = frozenset(("and", "then", "but", "instead"))
 TRAILING = frozenset(("stop", "halt", "abort", "freeze"))
 """At the end of a saying without punctuation, as speech recognition writes it: 'look out stop'."""
+SHOUTED_MAX = 4
 STOPPING = (Mood.EMERGENCY, Mood.STOP)
 
 Phrase = tuple[str, ...]
@@ -51,6 +52,12 @@ def order_in(text: str) -> Order | None:
         if found is not None:
             return found
     return _trailing(words, table)
+
+
+def stop_words(language: str) -> tuple[str, ...]:
+    """What a recogniser is told to expect so that it hears a stop in noise; English where the language is unknown."""
+    table = tomllib.loads(files("vocabulary").joinpath("data/orders.toml").read_text(encoding="utf-8"))
+    return tuple(table["stop"]["languages"].get(language, table["stop"]["shouted"])[:SHOUTED_MAX])
 
 
 def stop_in(text: str, *, whole: bool = True) -> bool:

@@ -4,6 +4,10 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
 
+WINDOW_SAMPLES: Final = 512
+WINDOW_S: Final = WINDOW_SAMPLES / 16_000
+"""What voice activity looks at a time."""
+
 PROBABILITY_MIN: Final = 0.5
 """Silero's own: from here on it is speech."""
 BEGIN_S: Final = 0.1
@@ -12,6 +16,8 @@ END_S: Final = 0.7
 """A breath between two words is shorter."""
 NOBODY_S: Final = 8.0
 """Who has not begun by then will not."""
+PAUSE_S: Final = 0.16
+"""So long a silence may be the end: what was said is read at once, as a stop is one word."""
 
 
 class Turn(StrEnum):
@@ -36,12 +42,13 @@ ALLOWED: Final[dict[Turn, frozenset[Turn]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Listening:
-    """`speech_s` and `silence_s` are the newest unbroken stretches."""
+    """`speech_s` and `silence_s` are the newest unbroken stretches; `begun_s` is where in the sound speech began."""
 
     turn: Turn = Turn.WAITING
     heard_s: float = 0.0
     speech_s: float = 0.0
     silence_s: float = 0.0
+    begun_s: float | None = None
 
 
 def step(was: Listening, probability: float, length_s: float) -> Listening:
@@ -58,5 +65,22 @@ def step(was: Listening, probability: float, length_s: float) -> Listening:
     if was.turn is Turn.SPEAKING:
         return replace(now, turn=Turn.DONE) if now.silence_s >= END_S else now
     if now.speech_s >= BEGIN_S:
-        return replace(now, turn=Turn.SPEAKING)
+        return replace(now, turn=Turn.SPEAKING, begun_s=now.heard_s - now.speech_s)
     return replace(now, turn=Turn.NOBODY) if now.heard_s >= NOBODY_S else now
+
+
+def paused(now: Listening) -> bool:
+    """Whether what was said so far may be all."""
+    return now.turn is Turn.SPEAKING and now.silence_s >= PAUSE_S - WINDOW_S / 2
+
+
+def due(now: Listening, read_s: float | None, period_s: float) -> bool:
+    """Whether what was heard is to be read now, where it was last read at `read_s`: at every pause, and each `period_s`
+    of what is said, the first time counted from where speech began."""
+    if now.turn is not Turn.SPEAKING or now.begun_s is None:
+        return False
+    last_s = now.begun_s if read_s is None else read_s
+    spoke_s = now.heard_s - now.silence_s
+    if paused(now):
+        return last_s < spoke_s + PAUSE_S - WINDOW_S / 2  # sums of windows are not exact
+    return spoke_s > last_s and now.heard_s - last_s >= period_s

