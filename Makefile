@@ -16,7 +16,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
 .PHONY: docs sbom audit
 .PHONY: bench-hostile bench-calibration test-ui screens bench-ui
 
@@ -132,6 +132,9 @@ bench-parser: setup ## how well commands are read, by the rules and by the langu
 
 bench-speech: setup ## spoken commands, spoiled, heard by Whisper: understood, asked back, wrong; SECONDS= (0 = report alone); goes on where it was ended
 	nice -n 10 $(PY) -m bench.speech $(if $(SECONDS),--seconds $(SECONDS))
+
+bench-voice-stop: setup ## a spoken stop: how soon, how often missed, how often heard where nobody said it: ROUNDS=3 BUSY=2 SECONDS= (of other speech); goes on where it was ended
+	$(PY) -m bench.voice_stop --rounds $(or $(ROUNDS),3) --busy $(or $(BUSY),2) $(if $(SECONDS),--seconds $(SECONDS))
 
 models: setup ## fetch the models of a real robot: COCO detector, CLIP ViT-B/32, Ollama's (MIRROR=http://nas.lan/models)
 	@$(PY) tools/models.py $(if $(MIRROR),--mirror $(MIRROR))

@@ -150,14 +150,15 @@ def ready(**parts: FakeRecognizer) -> Iterator[TestClient]:
         yield client
 
 
-def chunks(samples: np.ndarray) -> list[bytes]:
+def chunks(samples: np.ndarray, size: int = 6400) -> list[bytes]:
     whole = (samples * 32767).astype("<i2").tobytes()
-    return [whole[at : at + 6400] for at in range(0, len(whole), 6400)]
+    return [whole[at : at + size] for at in range(0, len(whole), size)]
 
 
-def test_a_socket_tells_a_final_reading_when_the_speaker_is_done() -> None:
+@pytest.mark.parametrize("size", [64, 640, 6400, 64_000])
+def test_a_socket_tells_a_final_reading_when_the_speaker_is_done(size: int) -> None:
     with ready() as client, client.websocket_connect("/listen") as socket:
-        for chunk in chunks(np.concatenate([QUIET, LOUD, QUIET])):
+        for chunk in chunks(np.concatenate([QUIET, LOUD, QUIET]), size):
             socket.send_bytes(chunk)
         told = [Hearing.model_validate_json(socket.receive_text())]
         while not told[-1].final:

@@ -16,8 +16,9 @@ END_S: Final = 0.7
 """A breath between two words is shorter."""
 NOBODY_S: Final = 8.0
 """Who has not begun by then will not."""
-PAUSE_S: Final = 0.16
-"""So long a silence may be the end: what was said is read at once, as a stop is one word."""
+PAUSES_S: Final = (0.16, 0.4)
+"""After so long a silence it may be the end: what was said is read at once, as a stop is one word, and once more, as a
+little silence behind a word makes it better read."""
 
 
 class Turn(StrEnum):
@@ -71,7 +72,7 @@ def step(was: Listening, probability: float, length_s: float) -> Listening:
 
 def paused(now: Listening) -> bool:
     """Whether what was said so far may be all."""
-    return now.turn is Turn.SPEAKING and now.silence_s >= PAUSE_S - WINDOW_S / 2
+    return now.turn is Turn.SPEAKING and now.silence_s >= PAUSES_S[0] - WINDOW_S / 2
 
 
 def due(now: Listening, read_s: float | None, period_s: float) -> bool:
@@ -82,5 +83,5 @@ def due(now: Listening, read_s: float | None, period_s: float) -> bool:
     last_s = now.begun_s if read_s is None else read_s
     spoke_s = now.heard_s - now.silence_s
     if paused(now):
-        return last_s < spoke_s + PAUSE_S - WINDOW_S / 2  # sums of windows are not exact
+        return any(last_s + WINDOW_S / 2 < spoke_s + one <= now.heard_s + WINDOW_S / 2 for one in PAUSES_S)
     return spoke_s > last_s and now.heard_s - last_s >= period_s

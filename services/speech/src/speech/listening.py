@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from contracts.speech import HOT_WORDS_MAX, Hearing, HotWord, SpeechRefusal, Transcript
 from mesh.errors import MeshError, TooManyError
 from speech.end_of_speech import ALLOWED, WINDOW_SAMPLES, Listening, due, paused
-from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm
+from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm, samples_of
 from speech.speech_service import SpeechService
 
 CHUNK_BYTES_MAX: Final = 64_000
@@ -69,7 +69,7 @@ async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str]
             fresh = (len(heard) - looked) // WINDOW_BYTES
             if fresh >= LOOK_WINDOWS:
                 before, looked = max(0, looked - BEFORE_BYTES), looked + fresh * WINDOW_BYTES
-                listening = await speech.turn_of(listening, from_pcm(bytes(heard[before:looked])), fresh)
+                listening = await speech.turn_of(listening, samples_of(heard[before:looked]), fresh)
             idle = speech.idle and (reading is None or reading.done())
             if idle and due(listening, read_s, speech.settings.partial_period_s):
                 read_s = listening.heard_s

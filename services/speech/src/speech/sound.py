@@ -70,7 +70,12 @@ def from_pcm(body: bytes) -> Samples:
     if len(body) % 2:
         raise SoundError(SpeechRefusal.TRUNCATED, "it ends in the middle of a sample")
     _require_length(len(body) / (2 * RATE_HZ))
-    return np.frombuffer(body, "<i2").astype(np.float32) / np.float32(32768)
+    return samples_of(body)
+
+
+def samples_of(pcm: bytes | bytearray) -> Samples:
+    """Whole 16-bit samples, of any length."""
+    return np.frombuffer(pcm, "<i2").astype(np.float32) / np.float32(32768)
 
 
 def to_wav(samples: Samples, rate_hz: int) -> bytes:

@@ -1,7 +1,7 @@
 """Listens and speaks, one call at a time; keeps neither sound nor words."""
 
 import asyncio
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -27,6 +27,8 @@ T = TypeVar("T")
 
 SPEECH_WINDOWS_MIN: Final = 4
 """A word of an eighth of a second; less is a click."""
+STOP_S_MAX: Final = 3.5
+"""An order to stop is short. In more than that, a reading that leans towards one finds it sooner or later."""
 
 log = structlog.get_logger()
 
@@ -158,14 +160,16 @@ class SpeechService:
         hints = ("", fitting(names, self.recognizer.tokens_of), self._stop_hint)
         readings = self.recognizer.readings(samples, hints)
         plain, hot = next(readings), next(readings)
-        said = stop_in(plain.text) or stop_in(hot.text) or stop_in(next(readings).text, whole=False)
-        return plain, hot, said
+        return plain, hot, stop_in(plain.text) or stop_in(hot.text) or self._leans_to_stop(samples, readings)
 
     def _read_plain(self, samples: Samples, look_for_stop: bool) -> tuple[Reading, bool]:
         readings = self.recognizer.readings(samples, ("", self._stop_hint))
         plain = next(readings)
         stop = stop_in(plain.text, whole=False)
-        return plain, stop or (look_for_stop and stop_in(next(readings).text, whole=False))
+        return plain, stop or (look_for_stop and self._leans_to_stop(samples, readings))
+
+    def _leans_to_stop(self, samples: Samples, readings: Iterator[Reading]) -> bool:
+        return duration_s(samples) <= STOP_S_MAX and stop_in(next(readings).text, whole=False)
 
     def _require(self, part: str) -> None:
         if part in self._away:

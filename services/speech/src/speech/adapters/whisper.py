@@ -1,6 +1,7 @@
 """faster-whisper: Whisper in CTranslate2, on the processor, in 8 bits."""
 
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -35,9 +36,7 @@ class WhisperRecognizer:
 
     def load(self) -> None:
         try:
-            from faster_whisper import WhisperModel
-
-            self._model = WhisperModel(
+            self._model = _library("faster_whisper").WhisperModel(
                 self._model_name or _bundled(),
                 device="cpu",
                 compute_type="int8",
@@ -52,11 +51,11 @@ class WhisperRecognizer:
 
     def readings(self, samples: Samples, hints: Sequence[str]) -> Iterator[Reading]:
         """From one encoding, which is most of the work. Greedy."""
-        from faster_whisper.tokenizer import Tokenizer
-
         encoded = self._encoded(samples)
         language = self._language or self._language_of(encoded)
-        words = Tokenizer(self._model.hf_tokenizer, self._model.model.is_multilingual, "transcribe", language)
+        words = _library("faster_whisper.tokenizer").Tokenizer(
+            self._model.hf_tokenizer, self._model.model.is_multilingual, "transcribe", language
+        )
         for hint in hints:
             prompt = self._model.get_prompt(words, [], without_timestamps=True, hotwords=hint or None)
             tokens = max(NEW_TOKENS_MIN, round(NEW_TOKENS_A_SECOND * duration_s(samples)))
@@ -72,18 +71,21 @@ class WhisperRecognizer:
             yield Reading(words.decode(told.sequences_ids[0]).strip(), language)
 
     def _encoded(self, samples: Samples) -> Any:
-        from ctranslate2 import StorageView
-        from faster_whisper.audio import pad_or_trim
-
         window_s = next(one for one in WINDOWS_S if duration_s(samples) <= one)
+        pad_or_trim, storage = _library("faster_whisper.audio").pad_or_trim, _library("ctranslate2").StorageView
         features = pad_or_trim(self._model.feature_extractor(samples), round(window_s * FRAMES_A_SECOND))
-        return self._model.model.encode(StorageView.from_array(np.ascontiguousarray(features[np.newaxis])))
+        return self._model.model.encode(storage.from_array(np.ascontiguousarray(features[np.newaxis])))
 
     def _language_of(self, encoded: Any) -> str:
         if not self._model.model.is_multilingual:
             return "en"
         (likely, *_), *_ = self._model.model.detect_language(encoded)
         return likely[0].strip("<|>")
+
+
+def _library(name: str) -> Any:
+    """When it is needed: it takes a second. It has no types."""
+    return import_module(name)
 
 
 def _bundled() -> str:
