@@ -17,6 +17,7 @@ from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from contracts.speech import HOT_WORDS_MAX, Hearing, SpeechRefusal, Transcript
+from mesh.errors import UnavailableError
 from speech.app import create_app
 from speech.ports import Reading
 from speech.settings import Settings
@@ -39,6 +40,13 @@ class HeldRecognizer(FakeRecognizer):
     def readings(self, samples: Samples, hints: Sequence[str]) -> Iterator[Reading]:
         self.released.wait(30.0)
         return super().readings(samples, hints)
+
+
+class AwayRecognizer(FakeRecognizer):
+    """There at first."""
+
+    def readings(self, samples: Samples, hints: Sequence[str]) -> Iterator[Reading]:
+        raise UnavailableError("recognizer", "nas.lan is not reachable")
 
 
 def made(**parts: FakeRecognizer) -> FastAPI:
@@ -115,6 +123,12 @@ async def test_sixteen_minutes_and_a_hundred_megabytes_are_too_long(speech: http
     raw = {"content-type": "audio/L16"}
     for body in (bytes(2 * RATE_HZ * 20), bytes(2 * RATE_HZ * 960), bytes(100_000_000)):
         assert (await speech.post("/transcribe", content=body, headers=raw)).status_code == 413
+
+
+async def test_a_recogniser_that_is_away_is_named_and_no_other_takes_its_place() -> None:
+    async with asked(made(recognizer=AwayRecognizer())) as speech:
+        answer = await speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ))
+    assert (answer.status_code, answer.json()["detail"]) == (503, "recognizer: nas.lan is not reachable")
 
 
 async def test_what_is_no_sound_is_refused_by_name(speech: httpx.AsyncClient) -> None:

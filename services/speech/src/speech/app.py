@@ -12,17 +12,37 @@ from mesh.clock import Clock, SystemClock
 from mesh.tasks import Tasks, end_this_process
 from speech.adapters.espeak import EspeakSynthesizer
 from speech.adapters.hibari import HibariSynthesizer
+from speech.adapters.openai_compatible import OpenAiRecognizer
+from speech.adapters.piper import PiperSynthesizer
 from speech.adapters.silero import SileroActivity
 from speech.adapters.whisper import WhisperRecognizer
+from speech.adapters.wyoming import WyomingRecognizer, WyomingSynthesizer
 from speech.ports import Recognizer, Synthesizer, VoiceActivity
 from speech.routes import get_speech, router
-from speech.settings import Settings, VoiceEngine
+from speech.settings import RecognizerEngine, Settings, VoiceEngine
 from speech.sound import BYTES_MAX
 from speech.speech_service import SpeechService
 
-VOICES: dict[VoiceEngine, Callable[[], Synthesizer]] = {
-    VoiceEngine.HIBARI: HibariSynthesizer,
-    VoiceEngine.ESPEAK: EspeakSynthesizer,
+VOICES: dict[VoiceEngine, Callable[[Settings], Synthesizer]] = {
+    VoiceEngine.HIBARI: lambda _: HibariSynthesizer(),
+    VoiceEngine.ESPEAK: lambda _: EspeakSynthesizer(),
+    VoiceEngine.WYOMING: lambda of: WyomingSynthesizer(of.wyoming_voice, timeout_s=of.server_timeout_s),
+    VoiceEngine.PIPER: lambda of: PiperSynthesizer(of.piper_voice),
+}
+RECOGNIZERS: dict[RecognizerEngine, Callable[[Settings], Recognizer]] = {
+    RecognizerEngine.WHISPER: lambda of: WhisperRecognizer(
+        of.whisper_model, language=of.language, threads=of.threads, download=of.whisper_download
+    ),
+    RecognizerEngine.OPENAI: lambda of: OpenAiRecognizer(
+        of.openai_url,
+        of.openai_model,
+        language=of.language,
+        timeout_s=of.server_timeout_s,
+        api_key=of.openai_api_key.get_secret_value(),
+    ),
+    RecognizerEngine.WYOMING: lambda of: WyomingRecognizer(
+        of.wyoming_recognizer, language=of.language, timeout_s=of.server_timeout_s
+    ),
 }
 
 
@@ -44,19 +64,13 @@ def create_app(
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[State]:
         async with AsyncExitStack() as stack:
-            whisper = WhisperRecognizer(
-                settings.whisper_model,
-                language=settings.language,
-                threads=settings.threads,
-                download=settings.whisper_download,
-            )
             speech = SpeechService(
                 settings=settings,
                 clock=clock or SystemClock(),
-                recognizer=recognizer or whisper,
+                recognizer=recognizer or RECOGNIZERS[settings.recognizer](settings),
                 activity=activity or SileroActivity(),
                 synthesizers=(
-                    [VOICES[one]() for one in settings.voice_engines] if synthesizers is None else synthesizers
+                    [VOICES[one](settings) for one in settings.voice_engines] if synthesizers is None else synthesizers
                 ),
             )
             stack.callback(speech.close)

@@ -2,10 +2,21 @@
 
 from enum import StrEnum
 
-from pydantic import Field
+from pydantic import Field, SecretStr
 from pydantic_settings import SettingsConfigDict
 
 from mesh.settings import Port, ServiceSettings
+
+
+class RecognizerEngine(StrEnum):
+    """Who reads what was said. One alone: where it is away that is said, and no other takes its place."""
+
+    WHISPER = "whisper"
+    """faster-whisper in this process."""
+    OPENAI = "openai"
+    """A server with OpenAI's /v1/audio/transcriptions."""
+    WYOMING = "wyoming"
+    """A server of Home Assistant's protocol."""
 
 
 class VoiceEngine(StrEnum):
@@ -15,6 +26,10 @@ class VoiceEngine(StrEnum):
     """In this process, from its wheel: American English, one voice."""
     ESPEAK = "espeak"
     """espeak-ng as a child process: many languages, robotic."""
+    WYOMING = "wyoming"
+    """A server of Home Assistant's protocol, such as wyoming-piper."""
+    PIPER = "piper"
+    """In this process: an extra, as it is GPL-3.0."""
 
 
 class Settings(ServiceSettings):
@@ -23,6 +38,14 @@ class Settings(ServiceSettings):
     model_config = SettingsConfigDict(env_prefix="SPEECH_", frozen=True, protected_namespaces=())
 
     port: Port = 8005
+    recognizer: RecognizerEngine = Field(default=RecognizerEngine.WHISPER, description="who reads what was said")
+    openai_url: str = Field(default="", max_length=500, description="as far as /v1: http://nas.lan:8000/v1")
+    openai_model: str = Field(default="whisper-1", min_length=1, max_length=100, description="as that server names it")
+    openai_api_key: SecretStr = Field(default=SecretStr(""), description="where that server wants one")
+    wyoming_recognizer: str = Field(default="", max_length=200, description="tcp://nas.lan:10300")
+    wyoming_voice: str = Field(default="", max_length=200, description="tcp://nas.lan:10200")
+    piper_voice: str = Field(default="", max_length=500, description="the .onnx file of a voice")
+    server_timeout_s: float = Field(default=10.0, ge=0.5, le=60.0, description="for one answer of a server named above")
     whisper_model: str = Field(
         default="",
         description="a folder of CTranslate2 files, or a name where it is cached; empty = tiny.en of a wheel",

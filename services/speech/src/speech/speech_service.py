@@ -27,6 +27,8 @@ T = TypeVar("T")
 
 SPEECH_WINDOWS_MIN: Final = 4
 """A word of an eighth of a second; less is a click."""
+RETRY_S: Final = 20.0
+"""A server that was away may be back."""
 STOP_S_MAX: Final = 3.5
 """An order to stop is short. In more than that, a reading that leans towards one finds it sooner or later."""
 
@@ -59,15 +61,23 @@ class SpeechService:
         self._away = dict.fromkeys(self._parts(), "is being loaded")
 
     async def load(self) -> None:
-        """Whoever cannot be loaded is named in `/ready`; the rest works."""
-        for name, part in self._parts().items():
-            try:
-                await self._in_turn(part.load)
-            except UnavailableError as error:
-                self._away[name] = error.said
+        """Until all are there: whoever cannot be loaded is named in `/ready` and tried again; the rest works."""
+        while True:
+            for name in list(self._away):
+                await self._load(name)
+            if not self._away:
+                return
+            await self.clock.sleep(RETRY_S)
+
+    async def _load(self, name: str) -> None:
+        try:
+            await self._in_turn(self._parts()[name].load)
+        except UnavailableError as error:
+            if error.said != self._away[name]:
                 log.warning("cannot be loaded", part=name, why=error.said)
-            else:
-                del self._away[name]
+            self._away[name] = error.said
+        else:
+            del self._away[name]
 
     def _parts(self) -> dict[str, Recognizer | VoiceActivity | Synthesizer]:
         voices = {f"voice_{number}": one for number, one in enumerate(self.synthesizers)}

@@ -1,1 +1,1 @@
-"""The real parts: Whisper, Silero, hibari, espeak-ng."""
+"""The real parts: Whisper, Silero, hibari, espeak-ng, piper, servers of OpenAI's format and of Wyoming's."""
