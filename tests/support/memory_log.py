@@ -1,13 +1,15 @@
 """A mission log in memory: gone with the process."""
 
 from collections import OrderedDict, defaultdict
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterable, AsyncIterator
+from contextlib import AbstractAsyncContextManager
 
 from contracts.mission import Mission, MissionEvent
 from contracts.problem import Dependency
 from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
-from mesh.errors import NotFoundError
+from mesh.errors import NotFoundError, UnprocessableError
+from store.backup import Candidate, Snapshot
 
 
 class MemoryLog:
@@ -72,6 +74,15 @@ class MemoryLog:
 
     async def dependency(self) -> Dependency:
         return Dependency.of("database", ok=True, detail="in memory: gone with the process")
+
+    async def snapshot(self) -> Snapshot:
+        raise UnprocessableError("a dict has no back-up")
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+        raise UnprocessableError("a dict has no back-up")
+
+    async def replace(self, candidate: Candidate, now_s: float) -> str:
+        raise UnprocessableError("a dict has no back-up")
 
 
 async def _nothing_older(after: int, limit: int) -> tuple[MissionEvent, ...]:

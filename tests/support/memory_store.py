@@ -2,7 +2,8 @@
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import AsyncGenerator, Callable, Collection, Mapping, Sequence
+from collections.abc import AsyncGenerator, AsyncIterable, Callable, Collection, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
 from dataclasses import replace
 from itertools import count
 from typing import TypeVar
@@ -14,7 +15,8 @@ from memory.object_association import Ledger
 from memory.objects import MapObject
 from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView, in_maps
 from memory.views import AggregatedView, ViewCell, contradicted, merged, view_at
-from mesh.errors import UnavailableError
+from mesh.errors import UnavailableError, UnprocessableError
+from store.backup import Candidate, Snapshot
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -215,6 +217,15 @@ class FakeStore:
                 map_number=view.map_number,
             )
             self._sight(sighting, numbers, max)
+
+    async def snapshot(self) -> Snapshot:
+        raise UnprocessableError("a dict has no back-up")
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+        raise UnprocessableError("a dict has no back-up")
+
+    async def replace(self, candidate: Candidate) -> str:
+        raise UnprocessableError("a dict has no back-up")
 
     async def check(self) -> None:
         self._there()

@@ -1,10 +1,11 @@
-"""`atom`: find, ask, stop, resume, status, memory, keys. Exit codes are told by `atom --help`."""
+"""`atom`: find, ask, stop, resume, status, memory, backup, restore, keys. Exit codes are told by `atom --help`."""
 
 import contextlib
 import os
 import signal
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Annotated, Final, NoReturn, TypeVar
 
@@ -14,8 +15,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from atom_cli import keys
+from atom_cli import archive, keys
+from atom_cli import backup as copies
 from atom_cli.services import OBEYED_S, AwayError, ServiceError, Services, host_of
+from contracts.backup import BackupService
 from contracts.mission import Heard, Mission, MissionStatus, Outcome
 from contracts.reading import Mood
 from contracts.robot import RobotState
@@ -42,7 +45,7 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     help="The robot from a terminal. Exit codes: 0 done (found) · 10 not found · 11 unsure · 12 cancelled · "
-    "13 aborted · 1 not confirmed · 2 wrong usage · 3 refused (no key, a wrong one, or not now) · "
+    "13 aborted · 1 not confirmed · 2 wrong usage · 3 refused (no key, a wrong one, not now, or a bad back-up) · "
     "4 a service is away or not ready · 130 interrupted (the mission goes on).",
 )
 app.add_typer(keys.app, name="keys")
@@ -62,6 +65,8 @@ Host = Annotated[
     str, typer.Option(envvar="ATOM_HOST", help="where the services listen: a name or an address", callback=_host)
 ]
 PortBase = Annotated[int, typer.Option(envvar="ATOM_PORT_BASE", help="ports are this + 1..4", min=1, max=65000)]
+
+Only = Annotated[list[BackupService] | None, typer.Option(help="this service's alone; several: said again")]
 
 
 @app.command()
@@ -185,6 +190,76 @@ def memory(
     console.print(table if things else "No thing is remembered with a place.")
     kinds = ", ".join(f"{one.label} ({one.views})" for one in labels if label in {None, one.label})
     console.print(f"[bold]views[/]  {escape(kinds or 'none')}", soft_wrap=True)
+
+
+@app.command()
+def backup(
+    file: Annotated[Path, typer.Argument(help="the archive to write, e.g. atom-backup.tar", dir_okay=False)],
+    only: Only = None,
+    force: Annotated[bool, typer.Option("--force", help="replace a file that is there")] = False,
+    host: Host = "127.0.0.1",
+    port_base: PortBase = 8000,
+) -> None:
+    """Writes what is remembered and the history of missions into one file; the robot goes on meanwhile."""
+    if file.exists() and not force:
+        raise typer.BadParameter(f"{file} is there already; --force replaces it", param_hint="FILE")
+    with _services(host, port_base) as services, _saying():
+        manifest = copies.back_up(services, file, _wanted(only), time.time())
+    for one in manifest.databases:
+        console.print(f"{one.service.value:<12} {one.size_bytes / 1e6:.1f} MB, schema {one.revision}")
+    console.print(f"written to {escape(str(file))}; it shows what your home looks like: keep it as you keep a key")
+
+
+@app.command()
+def restore(
+    file: Annotated[Path, typer.Argument(help="an archive that `atom backup` wrote", exists=True, dir_okay=False)],
+    only: Only = None,
+    check: Annotated[bool, typer.Option("--check", help="check it, and change nothing")] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="do not ask")] = False,
+    host: Host = "127.0.0.1",
+    port_base: PortBase = 8000,
+) -> None:
+    """Replaces what is remembered and the history of missions by what a back-up holds. Not while a mission runs."""
+    with tempfile.TemporaryDirectory(prefix="atom-restore-") as folder, _saying():
+        manifest, files = archive.unpack(file, Path(folder))
+        wanted = _wanted(only) if only else tuple(one for one in copies.EVERY if one in files)
+        if lacking := [one.value for one in wanted if one not in files]:
+            raise archive.ArchiveError(f"it holds nothing of {' and '.join(lacking)}")
+        made = time.strftime("%Y-%m-%d %H:%M", time.localtime(manifest.made_s))
+        if not check and not yes:
+            names = " and ".join(one.value for one in wanted)
+            typer.confirm(f"Replace all that {names} hold now by what was so on {made}?", abort=True)
+        with _services(host, port_base) as services:
+            replies = copies.restore(services, files, wanted, dry_run=check)
+    for service, reply in replies.items():
+        rows = ", ".join(f"{count} {table}" for table, count in reply.rows.items())
+        kept = f"; what was there before: {reply.kept_as}" if reply.kept_as else ""
+        console.print(f"{service.value:<12} {escape(rows)}{escape(kept)}", soft_wrap=True)
+    console.print("It is sound; nothing was changed." if check else f"Restored as it was on {made}.")
+
+
+def _wanted(only: list[BackupService] | None) -> tuple[BackupService, ...]:
+    return tuple(one for one in copies.EVERY if not only or one in only)
+
+
+@contextlib.contextmanager
+def _saying() -> Generator[None]:
+    """Troubles of a back-up as a sentence and an exit code."""
+    try:
+        yield
+    except ServiceError as error:
+        _fail(error)
+    except copies.HalfwayError as error:
+        names = " and ".join(one.value for one in error.put_back)
+        console.print(
+            f"[bold red]failed[/]   {escape(str(error.cause))}. {names} has again what it had before."
+            + f" {error.failed.value} may still take it: look." * isinstance(error.cause, AwayError),
+            soft_wrap=True,
+        )
+        raise typer.Exit(_code(error.cause)) from None
+    except (archive.ArchiveError, copies.MissionOnError, copies.NotPutBackError, OSError) as error:
+        console.print(f"[bold red]failed[/]   {escape(str(error))}", soft_wrap=True)
+        raise typer.Exit(EXIT_REFUSED) from None
 
 
 def _services(host: str, port_base: int) -> Services:

@@ -7,14 +7,17 @@ ServiceError
 
 import contextlib
 import uuid
+from collections.abc import Generator
 from ipaddress import IPv6Address
+from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self, TypeVar
+from typing import Any, BinaryIO, Final, NoReturn, Self, TypeVar
 
 import httpx
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
+from contracts.backup import SCHEMA_HEADER, BackupService, RestoreReply
 from contracts.memory import LabelCount, RememberedObject
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.problem import Problem, Readiness
@@ -26,8 +29,8 @@ PORTS: Final = {"coordinator": 1, "inference": 2, "memory": 3, "robot_bridge": 4
 STOP_TRIES: Final = 3
 STARTING_S: Final = 60.0
 """Reading a command may ask a language model."""
-
-
+COPYING: Final = httpx.Timeout(300.0, connect=2.0)
+"""A database is read, or judged whole, before an answer begins."""
 STARTED: Final[TypeAdapter[Mission | Heard]] = TypeAdapter(Mission | Heard)
 OBEYED_S: Final = 2.5
 """So long the coordinator may take to say that an order was obeyed."""
@@ -135,6 +138,35 @@ class Services:
             return f"HTTP {answer.status_code}"
         return f"lacks {', '.join(lacking)}"
 
+    def back_up(self, service: BackupService, into: BinaryIO) -> str:
+        """Writes the service's database into the file; returns the revision of its schema."""
+        with (
+            self._naming(service.value),
+            self._http.stream("GET", self._url(service.value, "/backup"), headers=self._key, timeout=COPYING) as answer,
+        ):
+            if not answer.is_success:
+                answer.read()
+                self._refuse(service.value, answer)
+            for part in answer.iter_bytes():
+                into.write(part)
+            if SCHEMA_HEADER not in answer.headers:
+                raise RefusedError(f"{service.value} answered with something else than its contract")
+            return answer.headers[SCHEMA_HEADER]
+
+    def restore(self, service: BackupService, database: Path, *, dry_run: bool) -> RestoreReply:
+        """Has it take the database in the file; `dry_run`: only judge it."""
+        with database.open("rb") as file:
+            answer = self._call(
+                service.value,
+                "POST",
+                "/restore",
+                params={"dry_run": dry_run},
+                content=file,
+                headers={"content-length": str(database.stat().st_size), "content-type": "application/octet-stream"},
+                timeout=COPYING,
+            )
+        return self._parsed(service.value, answer, TypeAdapter(RestoreReply))
+
     def stop(self) -> EmergencyStopReply:
         """Straight to robot_bridge; a try that got no answer is followed by another, which does no harm."""
         for _ in range(STOP_TRIES - 1):
@@ -160,14 +192,22 @@ class Services:
         self, service: str, method: str, path: str, *, key: dict[str, str] | None = None, **more: Any
     ) -> httpx.Response:
         headers = {**(self._key if key is None else key), **more.pop("headers", {})}
-        try:
+        with self._naming(service):
             answer = self._http.request(method, self._url(service, path), headers=headers, **more)
+        if not answer.is_success:
+            self._refuse(service, answer)
+        return answer
+
+    @contextlib.contextmanager
+    def _naming(self, service: str) -> Generator[None]:
+        try:
+            yield
         except httpx.TimeoutException as error:
             raise AwayError(f"{service} does not answer in time") from error
         except httpx.TransportError as error:
             raise AwayError(f"{service} is not reachable at {self._url(service, '/')}") from error
-        if answer.is_success:
-            return answer
+
+    def _refuse(self, service: str, answer: httpx.Response) -> NoReturn:
         try:
             problem = Problem.model_validate_json(answer.content)
         except ValidationError:

@@ -1,14 +1,19 @@
 """One writing connection and a few reading ones, in threads beside the event loop."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import AsyncGenerator, AsyncIterable, Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import TypeVar
 
 from sqlalchemy import Connection
 
-from mesh.errors import UnavailableError
-from store.database import CHECK_S, Database, naming_the_database
+from mesh.errors import ConflictError, TooLargeError, UnavailableError
+from store.backup import Candidate, Reads, Snapshot
+from store.database import CHECK_S, Database
+from store.sqlite_file import owners_alone, remove
+from store.troubles import naming_the_database
 
 T = TypeVar("T")
 
@@ -24,6 +29,7 @@ class Connections:
         self._busy_timeout_s = busy_timeout_s
         self._prepared = False
         self._preparing = asyncio.Lock()
+        self._copying = asyncio.Lock()
         self._writer = database.writer()
         self._reader = database.reader(readers)
         self._writing = ThreadPoolExecutor(1, "database-writer")
@@ -52,6 +58,40 @@ class Connections:
         """What was deleted is no longer in the files either, as far as the system allows."""
         loop = asyncio.get_running_loop()
         await loop.run_in_executor(self._writing, self._database.after_forgetting, self._writer)
+
+    async def snapshot(self) -> Snapshot:
+        """The content at one moment; writers go on. Raises `ConflictError` while another copy is being made, and
+        `UnprocessableError` where the database is no file."""
+        await self._prepare(self._busy_timeout_s)
+        async with self._alone():
+            return await asyncio.to_thread(self._database.snapshot)
+
+    @asynccontextmanager
+    async def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int, reads: Reads) -> AsyncGenerator[Candidate]:
+        """What came in `body`, checked, for `replace` inside the block; it is gone afterwards. Besides what `snapshot`
+        raises: `TooLargeError`, and `UnprocessableError` for what cannot be this database."""
+        await self._prepare(self._busy_timeout_s)
+        async with self._alone():
+            place = await asyncio.to_thread(self._database.place_for_candidate)
+            try:
+                await _received(body, place, bytes_max)
+                yield await asyncio.to_thread(self._database.judged, place, reads)
+            finally:
+                remove(place)
+
+    async def replace(self, candidate: Candidate) -> str:
+        """The database becomes the candidate, between two writes; the name of the file that keeps what it was."""
+        work = self._database.replace
+        kept = await asyncio.get_running_loop().run_in_executor(self._writing, work, candidate)
+        return kept.name
+
+    @asynccontextmanager
+    async def _alone(self) -> AsyncGenerator[None]:
+        """One copy at a time: each may be as large as the database."""
+        if self._copying.locked():
+            raise ConflictError("another back-up or restore is under way")
+        async with self._copying:
+            yield
 
     async def size_bytes(self) -> int | None:
         return await asyncio.to_thread(self._database.size_bytes, self._reader)
@@ -83,3 +123,14 @@ class Connections:
                 self._prepared = True
         finally:
             self._preparing.release()
+
+
+async def _received(body: AsyncIterable[bytes], place: Path, bytes_max: int) -> None:
+    """The file is its owner's alone."""
+    size_bytes = 0
+    with naming_the_database(), await asyncio.to_thread(owners_alone, place) as file:
+        async for part in body:
+            size_bytes += len(part)
+            if size_bytes > bytes_max:
+                raise TooLargeError(f"the limit of a database is {bytes_max} bytes")
+            await asyncio.to_thread(file.write, part)

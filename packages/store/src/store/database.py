@@ -1,15 +1,11 @@
-"""What is needed of a database system, and how its troubles are named."""
+"""What is needed of a database system."""
 
-import sqlite3
-from collections.abc import Generator
-from contextlib import contextmanager
+from pathlib import Path
 from typing import Protocol
 
 from sqlalchemy import Engine
-from sqlalchemy.exc import DBAPIError
-from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
-from mesh.errors import UnavailableError
+from store.backup import Candidate, Reads, Snapshot
 
 CHECK_S = 0.3
 """A check waits so long for a lock."""
@@ -40,20 +36,19 @@ class Database(Protocol):
 
     def size_bytes(self, reader: Engine) -> int | None: ...
 
+    def snapshot(self) -> Snapshot:
+        """Its content at one moment, as an SQLite file; like what follows it raises `UnprocessableError` where the
+        database is no file."""
+        ...
 
-@contextmanager
-def naming_the_database() -> Generator[None]:
-    """Translates whatever the file system or the database says into `UnavailableError`."""
-    try:
-        yield
-    except DBAPIError as error:
-        raise UnavailableError("database", _first_line(error.orig)) from error
-    except PoolTimeoutError as error:
-        raise UnavailableError("database", "busy: too many wait for it") from error
-    except (sqlite3.Error, OSError) as error:
-        raise UnavailableError("database", str(error)) from error
+    def place_for_candidate(self) -> Path:
+        """A file beside it, of a name that nothing else has; nothing of it is left from before."""
+        ...
 
+    def judged(self, path: Path, reads: Reads) -> Candidate:
+        """The file there, believed and migrated; `UnprocessableError` says what is wrong with it."""
+        ...
 
-def _first_line(error: object) -> str:
-    """PostgreSQL's further lines may quote what was to be written."""
-    return next(iter(str(error).splitlines()), type(error).__name__)
+    def replace(self, candidate: Candidate) -> Path:
+        """All or nothing; while nothing else of this process writes. Returns what keeps the content from before."""
+        ...

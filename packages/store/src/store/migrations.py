@@ -15,10 +15,14 @@ BEFORE_ALEMBIC = "schema_version"
 """The table that told the version of databases made before there were migrations: 1, which is now 0001."""
 
 
+class UnknownSchemaError(UnavailableError):
+    """The tables are not ours, or newer than this program."""
+
+
 def upgrade(connection: Connection, migrations: Path) -> None:
     """Runs the scripts in the folder `migrations` inside the caller's transaction, so that all of it happens or none.
 
-    Raises `UnavailableError` where the tables are not ours, or newer than this program.
+    Raises `UnknownSchemaError` where the tables are not ours, or newer than this program.
     """
     config = Config()
     config.set_main_option("path_separator", "newline")
@@ -34,14 +38,19 @@ def upgrade(connection: Connection, migrations: Path) -> None:
     if found == scripts.get_current_head():
         return
     if found is not None and found not in {script.revision for script in scripts.walk_revisions()}:
-        raise UnavailableError("database", f"it has the schema {found} of a newer program; it was left alone")
+        raise UnknownSchemaError("database", f"it has the schema {found} of a newer program; it was left alone")
     config.attributes["connection"] = connection
     command.upgrade(config, "head")
 
 
+def current_revision(connection: Connection) -> str:
+    """The schema's version; the first one's where the tables are from before there were migrations."""
+    return MigrationContext.configure(connection).get_current_revision() or FIRST
+
+
 def _check_it_is_ours(connection: Connection, tables: set[str]) -> None:
     if BEFORE_ALEMBIC not in tables:
-        raise UnavailableError("database", "it holds another program's tables; it was left alone")
+        raise UnknownSchemaError("database", "it holds another program's tables; it was left alone")
     version = connection.execute(text("SELECT max(version) FROM schema_version")).scalar()
     if version != 1:
-        raise UnavailableError("database", f"it has schema version {version}, which is not known; it was left alone")
+        raise UnknownSchemaError("database", f"it has schema version {version}, which is not known; it was left alone")

@@ -6,14 +6,17 @@ Everything here blocks. Every failure is an `UnavailableError` that names the da
 import sqlite3
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import structlog
 from sqlalchemy import URL, Engine, create_engine, event
 
 from mesh.errors import UnavailableError
-from store.database import CHECK_S, naming_the_database
+from store import backup
+from store.backup import Candidate, Reads, Snapshot
+from store.database import CHECK_S
 from store.migrations import upgrade
+from store.troubles import naming_the_database
 
 log = structlog.get_logger()
 
@@ -75,8 +78,23 @@ class SqliteFile:
     def size_bytes(self, reader: Engine) -> int | None:
         return sum(file.stat().st_size for file in self._files() if file.exists())
 
+    def snapshot(self) -> Snapshot:
+        return backup.snapshot(self._path)
+
+    def place_for_candidate(self) -> Path:
+        place = self._path.with_name(f"{self._path.name}.candidate")
+        with naming_the_database():
+            remove(place)
+        return place
+
+    def judged(self, path: Path, reads: Reads) -> Candidate:
+        return backup.judged(path, self._migrations, page_bytes=backup.page_bytes_of(self._path), reads=reads)
+
+    def replace(self, candidate: Candidate) -> Path:
+        return backup.replace(self._path, candidate.path, patience_s=self._busy_timeout_s)
+
     def _files(self) -> list[Path]:
-        return [self._path.with_name(self._path.name + end) for end in ("", *SIDE_FILES)]
+        return _with_side_files(self._path)
 
     def _trouble(self, patience_s: float) -> str:
         """What is wrong with the file; empty when it is sound or not there. `sqlite3.Error` when it is locked."""
@@ -125,6 +143,22 @@ class SqliteFile:
         event.listen(engine, "connect", set_up)
         event.listen(engine, "begin", on_begin)
         return engine
+
+
+def owners_alone(path: Path) -> BinaryIO:
+    """A new file that nobody else may read: it holds what a home looks like."""
+    path.touch(mode=0o600, exist_ok=False)
+    return path.open("wb")
+
+
+def remove(path: Path) -> None:
+    """The file and its side files, where they are."""
+    for file in _with_side_files(path):
+        file.unlink(missing_ok=True)
+
+
+def _with_side_files(path: Path) -> list[Path]:
+    return [path.with_name(path.name + end) for end in ("", *SIDE_FILES)]
 
 
 def set_aside(path: Path) -> Path:

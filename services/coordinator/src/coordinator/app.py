@@ -113,6 +113,7 @@ def create_app(
         settings=settings,
         measure=measure,
         body_bytes_max=settings.body_bytes_max,
+        body_bytes_max_at={"/restore": None},
         description="Decides: missions, the state machine, the search and the approach.",
     )
     app.include_router(router)

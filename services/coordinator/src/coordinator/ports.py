@@ -1,6 +1,7 @@
 """What the coordinator needs of the other services and of its log; the real twins are in `adapters`."""
 
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterable, AsyncIterator, Sequence
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,6 +13,7 @@ from contracts.motion import BaseReply, DriveReply, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, Goal, GoalRequest, Map, VelocityReply
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
+from store.backup import Candidate, Snapshot
 
 
 class Robot(Protocol):
@@ -137,4 +139,17 @@ class MissionLog(Protocol):
     async def recording(self, mission_id: str) -> tuple[str, ...]: ...
     async def picture(self, mission_id: str, number: int) -> bytes | None: ...
     async def request(self, key: str) -> KnownRequest | None: ...
+    async def snapshot(self) -> Snapshot:
+        """Everything at one moment, as an SQLite file; writing goes on. `ConflictError` while another copy is made."""
+        ...
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+        """A snapshot that came back, judged, for `replace` inside the block. `TooLargeError`, `UnprocessableError`."""
+        ...
+
+    async def replace(self, candidate: Candidate, now_s: float) -> str:
+        """All or nothing, while no mission runs; the name of the file that keeps what was there before. Missions that
+        ran when the snapshot was made end as interrupted. Ids of events go on rising."""
+        ...
+
     async def dependency(self) -> Dependency: ...

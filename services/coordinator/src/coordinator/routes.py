@@ -6,9 +6,10 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Header, Path, Query, WebSocket, WebSocketDisconnect
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
 from contracts.asking import About, Answer, Question
+from contracts.backup import RestoreReply
 from contracts.intent import Understand, Understood
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.reading import Mood
@@ -17,6 +18,7 @@ from coordinator.questions.question_service import QuestionService
 from mesh.access import Role, principal_of, requires_role
 from mesh.errors import ForbiddenError
 from mesh.tracing import TracedRoute
+from store.sending import MEDIA_TYPE, answer_with
 from vocabulary.orders import order_in
 
 router = APIRouter(route_class=TracedRoute)
@@ -166,6 +168,43 @@ async def state(missions: MissionsDep) -> MissionStatus:
 async def coverage(missions: MissionsDep) -> CoveragePlan:
     """Where a search would look, for the current map, from where the robot stands."""
     return await missions.coverage()
+
+
+@router.get(
+    "/backup",
+    tags=["exchange"],
+    response_class=StreamingResponse,
+    responses={200: {"content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}}}},
+)
+@requires_role(Role.ADMIN)
+async def backup(missions: MissionsDep) -> StreamingResponse:
+    """The history of missions at one moment, as an SQLite file; `X-Schema-Revision` tells its schema. A mission that
+    runs is in it as far as it has come. 409 while another copy is made. `atom backup` asks for it.
+    """
+    return answer_with(await missions.log.snapshot(), "coordinator.db")
+
+
+@router.post(
+    "/restore",
+    tags=["exchange"],
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+@requires_role(Role.ADMIN)
+async def restore(
+    request: Request,
+    missions: MissionsDep,
+    dry_run: Annotated[bool, Query(description="check what is sent, and change nothing")] = False,
+) -> RestoreReply:
+    """The history becomes what the SQLite file that is sent holds, whole or not at all; the one before stays in a file
+    beside it. 409 (`mission_on`) while a mission runs or waits; 422 for what is damaged, not the coordinator's, or of
+    a newer program.
+    """
+    return await missions.restore(request.stream(), dry_run=dry_run)
 
 
 @router.websocket("/events")

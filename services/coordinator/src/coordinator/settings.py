@@ -47,6 +47,9 @@ class Settings(Policy, ServiceSettings):
     missions_kept: int = Field(default=5_000, ge=1, description="in the history; the oldest leave")
     events_kept: int = Field(default=500_000, ge=100, description="lines of all timelines together; the oldest leave")
     recordings_kept: int = Field(default=200, ge=0, description="missions whose recording and pictures are kept")
+    restore_bytes_max: int = Field(
+        default=4_000_000_000, ge=1_000, le=1_000_000_000_000, description="largest history that can be restored"
+    )
 
     queue_max: int = Field(default=20, ge=1, le=50, description="missions that may wait")
     battery_low_percent: float = Field(default=20.0, ge=0.0, le=100.0, description="below: no mission, and to the dock")

@@ -69,7 +69,7 @@ def create_app(
         lifespan=lifespan,
         dependencies=dependencies,
         settings=settings,
-        body_bytes_max_at={"/import": settings.import_bytes_max},
+        body_bytes_max_at={"/import": settings.import_bytes_max, "/restore": None},
         description="Remembers where things were seen, notices what is gone, and tells where to look first.",
     )
     app.include_router(router)

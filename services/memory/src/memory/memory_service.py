@@ -3,11 +3,12 @@
 import asyncio
 from collections import Counter as Counted
 from collections import deque
-from collections.abc import AsyncGenerator, Sequence
+from collections.abc import AsyncGenerator, AsyncIterable, Sequence
 from dataclasses import replace
 
 import structlog
 
+from contracts.backup import RestoreReply
 from contracts.description import RobotDescription
 from contracts.memory import (
     DeletedReply,
@@ -43,6 +44,8 @@ from memory.whereabouts import Whereabouts
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
+from store.backup import Snapshot
+from store.turnstile import Turnstile
 
 log = structlog.get_logger()
 
@@ -64,7 +67,9 @@ class MemoryService:
         self._clock = clock
         self._senses = senses
         self._excluded = Exclusion.of(settings.excluded_labels)
-        self._whereabouts = Whereabouts(store, senses, clock)
+        self._turnstile = Turnstile()
+        """Passed by all that writes: numbers of maps that it holds are those of the database it writes to."""
+        self._whereabouts = Whereabouts(store, senses, clock, self._turnstile)
         self._ingest = FrameIngest(settings, store, senses)
         self._blind = FrameIngest(settings, store, None)
         self._pending: deque[Detections] = deque(maxlen=PENDING_MAX)
@@ -139,6 +144,10 @@ class MemoryService:
 
     async def flush(self) -> None:
         """Everything buffered, in one transaction. Raises `UnavailableError` and keeps it all when that fails."""
+        async with self._turnstile.passing():
+            await self._write_buffer()
+
+    async def _write_buffer(self) -> None:
         batch = list(self._buffer)
         if not batch:
             return
@@ -159,17 +168,19 @@ class MemoryService:
         """Durable when it returns."""
         wanted = [one for one in batch.observations if one.label not in self._excluded]
         if wanted:
-            here, now_s = await self._whereabouts.here(), self._clock.now_s()
-            await self._store.remember([not_after(frame, now_s) for frame in frames_of(wanted, here.number)])
+            async with self._turnstile.passing():
+                here, now_s = await self._whereabouts.here(), self._clock.now_s()
+                await self._store.remember([not_after(frame, now_s) for frame in frames_of(wanted, here.number)])
             STORED.labels("http").inc(len(wanted))
         return ObservationsReply(stored=len(wanted), ignored=len(batch.observations) - len(wanted))
 
     async def look(self, batch: LookBatch) -> LooksReply:
         """Durable when it returns. A look confirms nothing: what was seen comes as observations."""
-        here = await self._whereabouts.here()
-        judged = [await self._ingest.judge(look, here.number) for look in batch.looks]
-        now_s = self._clock.now_s()
-        await self._store.remember([not_after(frame, now_s) for frame, _ in judged])
+        async with self._turnstile.passing():
+            here = await self._whereabouts.here()
+            judged = [await self._ingest.judge(look, here.number) for look in batch.looks]
+            now_s = self._clock.now_s()
+            await self._store.remember([not_after(frame, now_s) for frame, _ in judged])
         return LooksReply(
             confirmed=sum(tally.confirmed for _, tally in judged),
             missed=sum(tally.missed for _, tally in judged),
@@ -238,8 +249,9 @@ class MemoryService:
     async def forget(self, what: ForgetRequest) -> DeletedReply:
         """What still waits in the buffer goes too. Raises `NotFoundError` when there was nothing."""
         await self.catch_up()
-        of = (await self._whereabouts.here()).number if what.area is not None else None
-        return _deleted(await self._store.forget(what, of))
+        async with self._turnstile.passing():
+            of = (await self._whereabouts.here()).number if what.area is not None else None
+            return _deleted(await self._store.forget(what, of))
 
     async def forget_object(self, number: int) -> DeletedReply:
         await self.catch_up()
@@ -268,10 +280,29 @@ class MemoryService:
             brought = await asyncio.to_thread(read, data, self._excluded)
         except exchange.MalformedError as error:
             raise UnprocessableError(str(error)) from error
-        here = await self._whereabouts.here()
-        named = tuple(replace(one, id=one.id or here.id) for one in brought.hoard.maps)
-        await self._store.import_batch(replace(brought.hoard, maps=named or (replace(here, number=0),)))
+        async with self._turnstile.passing():
+            here = await self._whereabouts.here()
+            named = tuple(replace(one, id=one.id or here.id) for one in brought.hoard.maps)
+            await self._store.import_batch(replace(brought.hoard, maps=named or (replace(here, number=0),)))
         return ImportReply(objects=len(brought.hoard.things), views=len(brought.hoard.views), ignored=brought.ignored)
+
+    async def snapshot(self) -> Snapshot:
+        """What is remembered at this moment, what waited to be written included, as an SQLite file."""
+        await self.catch_up()
+        return await self._store.snapshot()
+
+    async def restore(self, body: AsyncIterable[bytes], *, dry_run: bool) -> RestoreReply:
+        """What is remembered becomes what a snapshot holds; `dry_run`: it is only checked. What waited to be written
+        belongs to what is replaced, and stays with it."""
+        async with self._store.candidate(body, bytes_max=self._settings.restore_bytes_max) as candidate:
+            kept = ""
+            if not dry_run:
+                async with self._turnstile.alone():
+                    await self._write_buffer()
+                    kept = await self._store.replace(candidate)
+                    await self._whereabouts.know_again()
+                log.warning("what is remembered was replaced by a back-up", rows=candidate.rows, before=kept)
+            return RestoreReply(applied=not dry_run, revision=candidate.revision, rows=candidate.rows, kept_as=kept)
 
     async def map_svg(self, label: str | None, views_max: int) -> str:
         now_s = self._clock.now_s()
@@ -316,13 +347,17 @@ class MemoryService:
         """A frame leaves the line only once it is in the buffer: an ending service finds it in one of the two."""
         async with self._looking:
             while self._pending:
-                message = self._pending[0]
-                frame = await self._frame_of(message, ingest)
-                if self._pending and self._pending[0] is message:
-                    self._pending.popleft()
-                if frame is not None:
-                    LOST.inc(len(self._buffer) == self._buffer.maxlen)
-                    self._buffer.append(not_after(frame, self._clock.now_s()))
+                async with self._turnstile.passing():
+                    await self._look_at_next(ingest)
+
+    async def _look_at_next(self, ingest: FrameIngest) -> None:
+        message = self._pending[0]
+        frame = await self._frame_of(message, ingest)
+        if self._pending and self._pending[0] is message:
+            self._pending.popleft()
+        if frame is not None:
+            LOST.inc(len(self._buffer) == self._buffer.maxlen)
+            self._buffer.append(not_after(frame, self._clock.now_s()))
 
     async def _frame_of(self, message: Detections, ingest: FrameIngest) -> Frame | None:
         try:

@@ -1,6 +1,7 @@
 """What the service needs of the world: a place that keeps things and views, and robot_bridge's senses."""
 
-from collections.abc import AsyncGenerator, Collection, Mapping, Sequence
+from collections.abc import AsyncGenerator, AsyncIterable, Collection, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -11,6 +12,7 @@ from contracts.robot import KnownMap
 from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
 from memory.objects import MapObject
+from store.backup import Candidate, Snapshot
 
 
 @dataclass(slots=True)
@@ -171,6 +173,19 @@ class Store(Protocol):
 
     async def import_batch(self, hoard: ExportBatch) -> None:
         """All or nothing. What is there already is not doubled."""
+        ...
+
+    async def snapshot(self) -> Snapshot:
+        """Everything at one moment, as an SQLite file; others go on writing. `ConflictError` while another copy is
+        made, `UnprocessableError` where the database has a back-up of its own, as for `candidate`."""
+        ...
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+        """A snapshot that came back, judged, for `replace` inside the block. `TooLargeError`, `UnprocessableError`."""
+        ...
+
+    async def replace(self, candidate: Candidate) -> str:
+        """All or nothing; the name of the file that keeps what was there before."""
         ...
 
     async def check(self) -> None:

@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
+from contracts.backup import RestoreReply
 from contracts.base import Label
 from contracts.memory import (
     ColourWord,
@@ -30,6 +31,7 @@ from memory.memory_service import MemoryService
 from memory.metrics import RECALLS
 from mesh.access import Role, requires_role
 from mesh.tracing import TracedRoute
+from store.sending import MEDIA_TYPE, answer_with
 
 router = APIRouter(route_class=TracedRoute)
 
@@ -172,6 +174,42 @@ async def import_batch(
 ) -> ImportReply:
     """Takes an export back, all of it or nothing; doing it twice changes nothing."""
     return await memory.import_batch(form, await request.body())
+
+
+@router.get(
+    "/backup",
+    tags=["exchange"],
+    response_class=StreamingResponse,
+    responses={200: {"content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}}}},
+)
+@requires_role(Role.ADMIN)
+async def backup(memory: MemoryDep) -> StreamingResponse:
+    """Everything remembered at one moment, as an SQLite file; `X-Schema-Revision` tells its schema. 409 while another
+    copy is made; 422 (`use_pg_dump`) where memory is kept in PostgreSQL. `atom backup` asks for it.
+    """
+    return answer_with(await memory.snapshot(), "memory.db")
+
+
+@router.post(
+    "/restore",
+    tags=["exchange"],
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+@requires_role(Role.ADMIN)
+async def restore(
+    request: Request,
+    memory: MemoryDep,
+    dry_run: Annotated[bool, Query(description="check what is sent, and change nothing")] = False,
+) -> RestoreReply:
+    """What is remembered becomes what the SQLite file that is sent holds, whole or not at all; what was remembered
+    before stays in a file beside it. 422 for what is damaged, not memory's, or of a newer program.
+    """
+    return await memory.restore(request.stream(), dry_run=dry_run)
 
 
 @router.get(

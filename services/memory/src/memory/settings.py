@@ -34,6 +34,9 @@ class Settings(ServiceSettings):
     import_bytes_max: int = Field(
         default=64_000_000, ge=1_000, le=1_000_000_000, description="largest file that can be imported"
     )
+    restore_bytes_max: int = Field(
+        default=4_000_000_000, ge=1_000, le=1_000_000_000_000, description="largest database that can be restored"
+    )
 
     look_range_m: float = Field(default=2.3, gt=0.3, le=10.0, description="a cup not seen within it was missing")
     senses_timeout_s: float = Field(default=0.5, gt=0.0, le=5.0, description="for depth and map of one frame")

@@ -6,6 +6,7 @@ from contracts.robot import RobotState
 from memory.ports import DepthAndMap, KeptMap, Store
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError
+from store.turnstile import Turnstile
 
 log = structlog.get_logger()
 
@@ -15,7 +16,9 @@ MAPS_TOLD = 20
 class Whereabouts:
     """robot_bridge says which map it is, on the bus and with its map; until it does, the robot is where it was last."""
 
-    def __init__(self, store: Store, senses: DepthAndMap | None, clock: Clock) -> None:
+    def __init__(self, store: Store, senses: DepthAndMap | None, clock: Clock, turnstile: Turnstile) -> None:
+        """Passes the turnstile to write down where the robot is."""
+        self._turnstile = turnstile
         self._store = store
         self._senses = senses
         self._clock = clock
@@ -59,7 +62,17 @@ class Whereabouts:
         if home is not None and (self._here is None or (home.id, home.was) != (self._here.id, self._was)):
             await self._enter(home.id, home.was)
 
+    async def know_again(self) -> None:
+        """The database is another one: the map has another number there, or none yet."""
+        here, self._here = self._here, None
+        if here is not None and here.id:
+            await self._enter_alone(here.id, self._was)
+
     async def _enter(self, map_id: str, was: tuple[str, ...]) -> None:
+        async with self._turnstile.passing():
+            await self._enter_alone(map_id, was)
+
+    async def _enter_alone(self, map_id: str, was: tuple[str, ...]) -> None:
         try:
             number = await self._store.enter_map(map_id, was, self._clock.now_s())
             await self._know()

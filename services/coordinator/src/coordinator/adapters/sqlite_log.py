@@ -3,7 +3,8 @@
 import asyncio
 import zlib
 from collections import OrderedDict, defaultdict
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterable, AsyncIterator, Sequence
+from contextlib import AbstractAsyncContextManager
 from typing import Any
 
 import structlog
@@ -18,6 +19,7 @@ from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
+from store.backup import Candidate, Snapshot
 from store.connections import Connections
 from store.sqlite_file import SqliteFile
 
@@ -30,6 +32,8 @@ SAVED_WITHIN_S = 20.0
 AGAIN_S = 1.0
 OPEN_AGAIN_S = 10.0
 READERS = 2
+RECORDING_BYTES_MAX = 64_000_000
+"""Of what one flush wrote of it, unpacked."""
 # WAL with NORMAL: safe against a killed process; a power cut may take the last second, which a history can bear.
 PRAGMAS = ("PRAGMA synchronous = NORMAL",)
 
@@ -262,7 +266,7 @@ class SqliteLog:
     async def recording(self, mission_id: str) -> tuple[str, ...]:
         chosen = select(recordings.c.lines).where(recordings.c.mission_id == mission_id)
         rows = await self._read(chosen.order_by(recordings.c.number))
-        return tuple(line for row in rows for line in zlib.decompress(row.lines).decode().splitlines())
+        return tuple(line for row in rows for line in _unpacked(row.lines))
 
     async def picture(self, mission_id: str, number: int) -> bytes | None:
         chosen = select(pictures.c.jpeg).where(pictures.c.mission_id == mission_id, pictures.c.number == number)
@@ -273,6 +277,35 @@ class SqliteLog:
         rows = await self._read(select(requests).where(requests.c.key == key))
         return KnownRequest(rows[0].digest, tuple(rows[0].mission_ids.split())) if rows else None
 
+    # back-up
+
+    async def snapshot(self) -> Snapshot:
+        await self.flushed()
+        return await self._connections.snapshot()
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+        return self._connections.candidate(body, bytes_max=bytes_max, reads=_everything)
+
+    async def replace(self, candidate: Candidate, now_s: float) -> str:
+        """What comes meanwhile is not kept: its numbers could be taken already in what is restored."""
+        await self.flushed()
+        self._opened = False
+        try:
+            kept = await self._connections.replace(candidate)
+        except BaseException:
+            self._opened = True
+            raise
+        self._recent.clear()
+        self._pending.clear()
+        self._lines.clear()
+        self._beheaded.clear()
+        self._tail.clear()
+        await self.open(now_s)
+        if not self._opened:
+            raise UnavailableError("database", f"it is restored, but not open: {self._trouble}; start it again")
+        await self.flushed()
+        return kept
+
     async def dependency(self) -> Dependency:
         return Dependency.of("database", ok=self._trouble == "", detail=self._trouble[:200])
 
@@ -280,6 +313,33 @@ class SqliteLog:
         """What was written before is seen."""
         await self.flushed()
         return await self._connections.read(lambda connection: connection.execute(query).all())
+
+
+def _everything(connection: Connection) -> None:
+    """A `store.backup.Reads`: raises `ValueError` for what could not be told anybody."""
+    rows = connection.execution_options(yield_per=1000)
+    for row in rows.execute(select(missions.c.id, missions.c.record)):
+        if Mission.model_validate_json(row.record).id != row.id:
+            raise ValueError(f"mission {row.id[:64]!r} is recorded under another name")
+    for row in rows.execute(select(events.c.id, events.c.line)):
+        if MissionEvent.model_validate_json(row.line).id != row.id:
+            raise ValueError(f"event {row.id} is recorded under another number")
+    for row in rows.execute(select(recordings.c.lines)):
+        _unpacked(row.lines)
+
+
+def _unpacked(lines: bytes) -> list[str]:
+    """Raises `ValueError`."""
+    unpacker = zlib.decompressobj()
+    try:
+        text = unpacker.decompress(lines, RECORDING_BYTES_MAX)
+    except zlib.error as error:
+        raise ValueError(f"a recording cannot be unpacked: {error}") from error
+    if not unpacker.eof and not unpacker.unconsumed_tail:
+        raise ValueError("a recording cannot be unpacked: it is cut off")
+    if unpacker.unconsumed_tail:
+        raise ValueError("a part of a recording is larger than any of ours")
+    return text.decode().splitlines()
 
 
 def _what_is_there(connection: Connection) -> tuple[int, list[str]]:

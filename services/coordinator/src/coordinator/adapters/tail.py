@@ -22,6 +22,9 @@ class EventTail:
         self._news.set()
         self._news = asyncio.Event()
 
+    def clear(self) -> None:
+        self.events.clear()
+
     @property
     def first_id(self) -> int | None:
         return self.events[0].id if self.events else None

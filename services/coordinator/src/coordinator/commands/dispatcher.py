@@ -2,10 +2,12 @@
 
 import asyncio
 import uuid
-from collections.abc import Sequence
+from collections.abc import AsyncGenerator, Sequence
+from contextlib import asynccontextmanager
 
 import structlog
 
+from contracts.backup import BackupRefusal
 from contracts.memory import RecalledView, RecallRequest, RememberedObject
 from contracts.mission import EndCause, EventFacts, EventKind, LastSeen, MissionState, Outcome, Report
 from coordinator.belief.clues import clues
@@ -19,7 +21,7 @@ from coordinator.queue.mission_queue import MissionQueue, QueuedMission
 from coordinator.queue.parse_validation import CheckedTask
 from coordinator.settings import Settings
 from mesh.clock import Clock
-from mesh.errors import MeshError
+from mesh.errors import ConflictError, MeshError
 from mesh.tracing import following
 
 log = structlog.get_logger()
@@ -61,6 +63,17 @@ class Dispatcher:
                 self._end_waiting(EndCause.STOPPED, "an emergency stop: nothing begins by itself afterwards")
             elif state is MissionState.IDLE:
                 await self._next()
+
+    @asynccontextmanager
+    async def at_rest(self) -> AsyncGenerator[None]:
+        """Nothing begins inside. Raises `ConflictError` while a mission runs or waits."""
+        async with self._turn:
+            mission = self._runner.mission
+            if mission.running or not mission.state.settled or len(self._queue):  # after a find it may celebrate still
+                raise ConflictError(
+                    "a mission runs or waits: cancel it, or wait for its end", code=BackupRefusal.MISSION_ON.value
+                )
+            yield
 
     def why_no_power(self) -> str:
         return why_too_low(self._runner.robot_state, self._power)

@@ -3,10 +3,11 @@
 import asyncio
 import hashlib
 import uuid
-from collections.abc import Sequence
+from collections.abc import AsyncIterable, Sequence
 
 import structlog
 
+from contracts.backup import RestoreReply
 from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
 from contracts.problem import Dependency
 from contracts.reading import Mood
@@ -180,6 +181,19 @@ class MissionService:
         if not lines:
             raise NotFoundError("this mission has no recording: it never began, or it is no longer kept")
         return "\n".join(lines) + "\n"
+
+    async def restore(self, body: AsyncIterable[bytes], *, dry_run: bool) -> RestoreReply:
+        """The history becomes what a snapshot holds; `dry_run`: it is only checked. Raises `ConflictError` while a
+        mission runs or waits; one that is asked for meanwhile begins afterwards."""
+        async with self._starting, self._dispatcher.at_rest():
+            pass  # known before anything is sent
+        async with self.log.candidate(body, bytes_max=self._settings.restore_bytes_max) as candidate:
+            kept = ""
+            if not dry_run:
+                async with self._starting, self._dispatcher.at_rest():
+                    kept = await self.log.replace(candidate, self._clock.now_s())
+                log.warning("the history was replaced by a back-up", rows=candidate.rows, before=kept)
+            return RestoreReply(applied=not dry_run, revision=candidate.revision, rows=candidate.rows, kept_as=kept)
 
     async def cancel(self, mission_id: str) -> Mission:
         if not self._dispatcher.cancel(mission_id):

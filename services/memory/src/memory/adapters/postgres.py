@@ -1,16 +1,23 @@
 """A PostgreSQL database under the store, for more than one machine."""
 
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 from sqlalchemy import URL, Engine, create_engine, event, text
 
+from contracts.backup import BackupRefusal
 from memory.adapters.tables import MIGRATIONS
-from store.database import naming_the_database
+from mesh.errors import UnprocessableError
+from store.backup import Candidate, Reads, Snapshot
 from store.migrations import upgrade
+from store.troubles import naming_the_database
 
 WRITERS_LOCK = 0x41544F4D
 """Of PostgreSQL's advisory locks, the one that all writers of ATOM's memory take: one at a time."""
 CHECK_MS = 300
+USE_ITS_OWN = (
+    "memory is kept in PostgreSQL: back it up with `pg_dump --format=custom`, restore it with `pg_restore --clean`"
+)
 
 
 class Postgres:
@@ -55,6 +62,22 @@ class Postgres:
             return connection.execute(
                 text("SELECT pg_total_relation_size('views') + pg_total_relation_size('things')")
             ).scalar_one()
+
+    def snapshot(self) -> Snapshot:
+        self._refuse()
+
+    def place_for_candidate(self) -> Path:
+        self._refuse()
+
+    def judged(self, path: Path, reads: Reads) -> Candidate:
+        self._refuse()
+
+    def replace(self, candidate: Candidate) -> Path:
+        self._refuse()
+
+    def _refuse(self) -> NoReturn:
+        """A server has a back-up of its own, which knows its users and settings too."""
+        raise UnprocessableError(USE_ITS_OWN, code=BackupRefusal.USE_PG_DUMP.value)
 
     def _engine(self, *, connections: int, lock_ms: int, locks: bool) -> Engine:
         """Every transaction of a locking engine is the only one of its kind."""

@@ -4,15 +4,17 @@ from collections.abc import Collection, Sequence
 from operator import itemgetter
 from typing import Any
 
+from pydantic import TypeAdapter
 from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_column, select
 
 from contracts.memory import Area, LabelCount
-from memory.adapters.rows import THING, VIEW, thing_of, view_of
+from memory.adapters.rows import COLOURS_AT, THING, VIEW, thing_of, view_of
 from memory.adapters.tables import things, views
-from memory.objects import MapObject
+from memory.objects import MapObject, to_message
 from memory.ports import Candidates, Counts, ExportBatch, StoredView
 
 PAGE = 2000
+VOTES = TypeAdapter(dict[str, float])
 BY_ID = itemgetter(0)
 """Of rows of `VIEW`."""
 THINGS_A_LABEL = 40
@@ -180,6 +182,16 @@ def page(connection: Connection, kind: str, after: int) -> tuple[ExportBatch, in
     if kind == "things":
         return ExportBatch(things=tuple(thing_of(row) for row in rows)), going_on
     return ExportBatch(views=tuple(_coloured(connection, rows))), going_on
+
+
+def everything(connection: Connection) -> None:
+    """A `store.backup.Reads`: raises `ValueError` for what could not be told anybody."""
+    for row in connection.execute(select(*THING)):
+        VOTES.validate_json(row[COLOURS_AT])
+        thing = thing_of(row)
+        to_message(thing, thing.last_seen_s)
+    for row in connection.execution_options(yield_per=PAGE).execute(select(*VIEW)):
+        view_of(row).to_message()
 
 
 def _coloured(connection: Connection, rows: Sequence[Row[Any]]) -> list[StoredView]:

@@ -1,6 +1,7 @@
 """Things and views in a database."""
 
-from collections.abc import AsyncGenerator, Callable, Collection, Mapping, Sequence
+from collections.abc import AsyncGenerator, AsyncIterable, Callable, Collection, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from memory.frames import Frame, Tally
 from memory.objects import MapObject
 from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView
 from memory.settings import Settings
+from store.backup import Candidate, Snapshot
 from store.connections import Connections
 from store.database import Database
 from store.sqlite_file import SqliteFile
@@ -154,6 +156,17 @@ class SqlStore:
             self._make_room(connection, len(hoard.views) + len(hoard.things))
 
         await self._connections.write(work)
+
+    async def snapshot(self) -> Snapshot:
+        return await self._connections.snapshot()
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+        return self._connections.candidate(body, bytes_max=bytes_max, reads=reading.everything)
+
+    async def replace(self, candidate: Candidate) -> str:
+        kept = await self._connections.replace(candidate)
+        self._at_most.clear()
+        return kept
 
     async def check(self) -> None:
         await self._connections.check()

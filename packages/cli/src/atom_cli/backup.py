@@ -1,0 +1,98 @@
+"""`atom backup` and `atom restore`: what cannot be made again, as one file.
+
+Everything is checked before anything changes: the archive here, each database by the service it is for. Then one
+service after the other takes its own over. Where a later one does not, the earlier ones get back what they had.
+"""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from atom_cli import archive
+from atom_cli.services import AwayError, ServiceError, Services
+from contracts.backup import BackupManifest, BackupService, RestoreReply
+
+EVERY = (BackupService.COORDINATOR, BackupService.MEMORY)
+"""In the order they are restored in: the coordinator is the one that may say no."""
+
+
+class NotPutBackError(Exception):
+    """A restore failed halfway, and what was there before could not be put back either."""
+
+
+class MissionOnError(Exception):
+    pass
+
+
+@dataclass(frozen=True)
+class HalfwayError(Exception):
+    """`failed` did not take its database; `put_back` have again what they had before."""
+
+    failed: BackupService
+    cause: ServiceError
+    put_back: tuple[BackupService, ...]
+
+
+def back_up(services: Services, path: Path, wanted: Sequence[BackupService], made_s: float) -> BackupManifest:
+    """Raises `ServiceError`, `archive.ArchiveError`, `OSError`."""
+    with tempfile.TemporaryDirectory(prefix=".atom-backup-", dir=path.parent) as folder:
+        taken = [(one, *_taken(services, one, Path(folder))) for one in wanted]
+        made = Path(folder) / "archive"
+        manifest = archive.write(made, made_s, taken)
+        made.replace(path)
+        return manifest
+
+
+def restore(
+    services: Services, files: Mapping[BackupService, Path], wanted: Sequence[BackupService], *, dry_run: bool
+) -> dict[BackupService, RestoreReply]:
+    """What each service says. Raises `ServiceError` or `MissionOnError` when nothing has changed, else `HalfwayError`
+    or `NotPutBackError`."""
+    if BackupService.COORDINATOR not in wanted:  # which says so itself
+        _check_at_rest(services)
+    checked = {one: services.restore(one, files[one], dry_run=True) for one in wanted}
+    if dry_run:
+        return checked
+    done: dict[BackupService, RestoreReply] = {}
+    with tempfile.TemporaryDirectory(prefix=".atom-restore-", dir=next(iter(files.values())).parent) as folder:
+        before = {one: _taken(services, one, Path(folder))[1] for one in wanted[:-1]}
+        for one in wanted:
+            try:
+                done[one] = services.restore(one, files[one], dry_run=False)
+            except ServiceError as error:
+                if not done:
+                    raise
+                _put_back(services, {each: before[each] for each in done}, error)
+                raise HalfwayError(one, error, tuple(done)) from error
+            except KeyboardInterrupt as error:
+                _put_back(services, {each: before[each] for each in done}, error)
+                raise
+    return done
+
+
+def _check_at_rest(services: Services) -> None:
+    try:
+        now = services.status()
+    except AwayError:  # no coordinator, no mission
+        return
+    if now.queue or (now.mission is not None and now.mission.outcome is None):
+        raise MissionOnError("a mission runs or waits: cancel it, or wait for its end")
+
+
+def _put_back(services: Services, before: Mapping[BackupService, Path], cause: BaseException) -> None:
+    for one, file in before.items():
+        try:
+            services.restore(one, file, dry_run=False)
+        except ServiceError as error:
+            raise NotPutBackError(
+                f"{cause}; and {one} could not be given back what it had ({error}): it is in the file beside its "
+                "database whose name ends in before-restore-, with the highest number"
+            ) from error
+
+
+def _taken(services: Services, service: BackupService, folder: Path) -> tuple[str, Path]:
+    """The revision of its schema, and the file."""
+    place = folder / f"{service}.db"
+    with archive.sealed(place) as file:
+        return services.back_up(service, file), place
