@@ -15,10 +15,15 @@ from support.waiting import until_true
 HOSTS = ("127.0.0.1", "127.0.0.2")
 PROGRAM = """
 import sys
-from fastapi import FastAPI
+from fastapi import FastAPI, Request
 from mesh import server
 server.HEADER_S_MAX = 0.5
-server.serve(FastAPI(), host=sys.argv[1], port=int(sys.argv[2]))
+app = FastAPI()
+@app.post("/length")
+async def length(request: Request):
+    body = await request.body()
+    return len(body), request.headers.getlist("x-more")
+server.serve(app, host=sys.argv[1], port=int(sys.argv[2]))
 """
 
 
@@ -95,4 +100,35 @@ async def test_the_body_of_a_request_that_was_refused_early_is_no_header(port: i
         while not (line := await reader.readline()).startswith((b"HTTP/1.1", b'{"detail":"Not Found"}HTTP/1.1')):
             assert line
         assert b"HTTP/1.1 200" in line
+    writer.close()
+
+
+def chunked(*parts: bytes) -> bytes:
+    head = b"POST /length HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
+    return head + b"".join(b"%x\r\n%s\r\n" % (len(part), part) for part in parts)
+
+
+async def test_trailers_are_no_headers(port: int) -> None:
+    """A long body in short parts, and a field behind it that an app must not take for one of those before."""
+    reader, writer = await served_at(port)
+    writer.write(chunked(*[b"ab"] * 50_000) + b"0\r\nX-More: yes\r\nAuthorization: Bearer x\r\n\r\n")
+    async with asyncio.timeout(20.0):
+        while (line := await reader.readline()) != b"\r\n":
+            assert line
+        assert await reader.read(11) == b"[100000,[]]"
+    writer.close()
+
+
+@pytest.mark.parametrize(
+    "endless", [b"0\r\nX-More: " + b"a" * 2_000_000, b"0\r\n" + b"X-More: a\r\n" * 200_000, b"1;" + b"a" * 2_000_000]
+)
+async def test_trailers_and_extensions_without_an_end_are_not_kept(port: int, endless: bytes) -> None:
+    reader, writer = await served_at(port)
+    writer.write(chunked(b"ab") + endless)
+    async with asyncio.timeout(20.0):
+        try:
+            answer = await reader.read()
+        except ConnectionResetError:
+            answer = b""
+    assert b" 200 " not in answer
     writer.close()

@@ -17,10 +17,12 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
 
     Here a connection is closed that has not ended them `HEADER_S_MAX` after it was made, or after its last answer; 431
     answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that). Bodies do not count.
+    What comes between parts of a chunked body and behind its last (extensions, trailers) is bound by the same number of
+    bytes, and belongs to no header: an app would see trailers among those its access was decided by.
     """
 
     _bytes = 0
-    """Of headers, since the last message ended."""
+    """Of headers, since the last message ended; of what is no body, since the last part of one."""
     _read = 0
     _in_body = False
     _deadline: asyncio.TimerHandle | None = None
@@ -36,17 +38,24 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
     def data_received(self, data: bytes) -> None:
         self._read = len(data)
         super().data_received(data)
-        if self._in_body:
-            return
         self._bytes += len(data)
         if self._bytes > HEADER_BYTES_MAX and not self.transport.is_closing():
-            if self._deadline is not None:  # else the answer before is under way
+            if self._deadline is not None:  # else an answer is under way
                 self.transport.write(TOO_LARGE)
             self.transport.close()
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        if not self._in_body:
+            super().on_header(name, value)
+
+    def on_body(self, body: bytes) -> None:
+        super().on_body(body)
+        self._bytes = -self._read
 
     def on_headers_complete(self) -> None:
         self._unset_deadline()
         self._in_body = True
+        self._bytes = -self._read
         super().on_headers_complete()
 
     def on_message_complete(self) -> None:
