@@ -17,7 +17,7 @@ PAGE: Final = ROOT / "docs/licences.md"
 BEGIN, END = "<!-- licences -->\n", "<!-- /licences -->\n"
 TABLE: Final = tomllib.loads((ROOT / "tools/licences.toml").read_text(encoding="utf-8"))
 IMAGES: Final = {
-    "robot_bridge": "atom-robot-bridge[ros-wheels]",
+    "robot_bridge": "atom-robot-bridge[ros-wheels,foxglove]",
     "inference": "atom-inference[openvino]",
     "memory": "atom-memory",
     "coordinator": "atom-coordinator",
@@ -27,7 +27,7 @@ IMAGES: Final = {
     "sim": "atom-sim[ros-wheels]",
     "demo": "atom-demo",
 }
-"""Each image's own package with the extras that its Dockerfile installs; the demo is no image."""
+"""Each image's own package with the extras that its Dockerfile installs, or is told to; the demo is no image."""
 OURS: Final = {
     about["name"]: about
     for pattern in ("packages/*/pyproject.toml", "services/*/pyproject.toml", "*/pyproject.toml")

@@ -30,7 +30,7 @@ PROJECTS = (
     "packages/mesh",
     "packages/store",
     "packages/cli",
-    "services/robot_bridge[ros-wheels]",
+    "services/robot_bridge[ros-wheels,foxglove]",
     "services/inference[openvino,onnx]",
     "services/memory",
     "services/coordinator",

@@ -38,7 +38,7 @@ from contracts.topics import (
     ROBOT_STATE,
 )
 from robot_bridge.app import create_app
-from robot_bridge.ports import Robot
+from robot_bridge.ports import LiveView, Robot
 from robot_bridge.settings import Settings
 from support.bus import MemoryBus
 from support.toy_robot import DOCK, OCCUPIED, ToyRobot
@@ -141,11 +141,14 @@ class Rig:
 
 
 @contextlib.asynccontextmanager
-async def running(tmp_path: Path, toy: ToyRobot, robot: Robot | None, **changes: Any) -> AsyncIterator[Rig]:
+async def running(
+    tmp_path: Path, toy: ToyRobot, robot: Robot | None, *, live_view: LiveView | None = None, **changes: Any
+) -> AsyncIterator[Rig]:
     """The app with an in-memory bus; `robot` none means the real ROS adapter."""
     settings = Settings(state_dir=tmp_path, **changes)
     bus = MemoryBus()
-    async with LifespanManager(create_app(settings, bus=bus, robot=robot), startup_timeout=60) as manager:
+    app = create_app(settings, bus=bus, robot=robot, live_view=live_view)
+    async with LifespanManager(app, startup_timeout=60) as manager:
         transport = httpx.ASGITransport(app=manager.app)
         async with httpx.AsyncClient(transport=transport, base_url="http://bridge", timeout=45) as client:
             rig = Rig(client, toy, bus, settings)

@@ -13,7 +13,8 @@ from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
-from nav_msgs.msg import OccupancyGrid, Odometry
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rcl_interfaces.msg import Log
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
@@ -87,6 +88,8 @@ class RosToyRobot:
         self._tf = publisher(TFMessage, "tf", 100)
         self._tf_static = publisher(TFMessage, "tf_static", LATCHED)
         self._map = publisher(OccupancyGrid, "map", LATCHED)
+        self._planned = publisher(Path, "plan", 1)
+        self._rosout = publisher(Log, "/rosout", LATCHED)
         velocity = TwistStamped if self._stamped else Twist
         self._cmd_vel_nav = publisher(velocity, "cmd_vel_nav", 1)
         self._publish_fixed()
@@ -117,6 +120,7 @@ class RosToyRobot:
         grid.info.origin.orientation.w = 1.0
         grid.data = cells.flatten().tolist()
         self._map.publish(grid)
+        self._rosout.publish(Log(level=Log.INFO[0], name="toy", msg="the toy is awake"))
 
     def _step(self) -> None:
         toy, now = self.toy, self._node.get_clock().now().to_msg()
@@ -240,6 +244,7 @@ class RosToyRobot:
         corner = pose_stamped(START, "map")
         corner.pose.position.x = goal.pose.position.x
         result.path.poses = [begin, corner, goal]
+        self._planned.publish(result.path)
         handle.succeed()
         return result
 

@@ -32,6 +32,8 @@ NOT_RUN = {
     "make demo": LONG,
     "make demo COMMAND=\"find the blue cup\" SEED=4": LONG,
     "make demo ONCE=1": LONG,
+    "ROBOT_BRIDGE_FOXGLOVE_PORT=8765 make demo": LONG,
+    "ssh -N -L 8765:127.0.0.1:8765 robot": ROBOT,
     "make demo TOUR=0": LONG,
     "make doctor": ROBOT,
     "make setup": LONG,

@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from contracts.recording import Recording
-from support.bridge_behaviour import Rig
+from support.bridge_behaviour import INSIDE, Rig
 from support.waiting import until_true
 
 pytestmark = pytest.mark.filterwarnings("ignore:failed to send response:RuntimeWarning")
@@ -19,6 +19,8 @@ WANTED = {
     "/tf": "tf2_msgs/msg/TFMessage",
     "/tf_static": "tf2_msgs/msg/TFMessage",
     "/map": "nav_msgs/msg/OccupancyGrid",
+    "/plan": "nav_msgs/msg/Path",
+    "/rosout": "rcl_interfaces/msg/Log",
     "/battery_state": "sensor_msgs/msg/BatteryState",
     "/dock_status": "irobot_create_msgs/msg/DockStatus",
     "/hazard_detection": "irobot_create_msgs/msg/HazardDetectionVector",
@@ -35,6 +37,7 @@ async def test_every_topic_of_the_robot_is_recorded_with_the_definition_that_rea
     recording_id = (await rig.post("/recordings", {"images": True})).json()["id"]
 
     async def heard() -> bool:
+        await rig.post("/navigation/path", {"goal": INSIDE})
         told = Recording.model_validate_json((await rig.client.get(f"/recordings/{recording_id}")).content)
         return {*WANTED, "robot.state"} <= told.topics.keys()
 
@@ -53,6 +56,8 @@ async def test_every_topic_of_the_robot_is_recorded_with_the_definition_that_rea
     assert decoded["/odom"].child_frame_id == "base_link"
     assert {each.child_frame_id for each in decoded["/tf_static"].transforms} == {"laser", "optical"}
     assert (decoded["/map"].info.width, decoded["/map"].info.height) == (80, 60)
+    assert decoded["/plan"].poses[-1].pose.position.x == INSIDE["x"]
+    assert decoded["/rosout"].msg == "the toy is awake"
     assert decoded["/hazard_detection"].detections[0].type == 1
     picture = decoded["/oakd/rgb/preview/image_raw"]
     assert (picture.encoding, len(picture.data)) == ("rgb8", 250 * 250 * 3)

@@ -1,22 +1,27 @@
 """Composition root: the bridge's app from its settings, a bus and a robot."""
 
+import asyncio
 import contextlib
 from collections.abc import AsyncGenerator, Callable, Sequence
 from typing import TypedDict
 
+import structlog
 from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
 from mesh.app import make_app
 from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock
+from mesh.errors import UnavailableError
 from mesh.tasks import Tasks, end_this_process
 from robot_bridge.bridge import Bridge, open_bridge
 from robot_bridge.metrics import measure
-from robot_bridge.ports import Robot
+from robot_bridge.ports import LiveView, Robot
 from robot_bridge.routes import routers
 from robot_bridge.routes.stop import STOP_PATHS
 from robot_bridge.settings import Settings
+
+log = structlog.get_logger()
 
 
 class State(TypedDict):
@@ -29,6 +34,7 @@ def create_app(
     bus: Bus | None = None,
     robot: Robot | None = None,
     clock: Clock | None = None,
+    live_view: LiveView | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
     """The real bus and the real robot unless others are given; nothing is opened before the app starts."""
@@ -44,7 +50,12 @@ def create_app(
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
             the_clock = clock if clock is not None else SystemClock()
             the_robot = robot if robot is not None else _ros_robot(settings, the_clock, on_death)
-            bridge = await stack.enter_async_context(open_bridge(settings, the_robot, the_bus, the_clock, tasks))
+            view = live_view if live_view is not None else await _live_view(settings)
+            if view is not None:
+                stack.push_async_callback(asyncio.to_thread, view.close)  # once the robot stands
+            bridge = await stack.enter_async_context(
+                open_bridge(settings, the_robot, the_bus, the_clock, tasks, live_view=view)
+            )
             yield {"bridge": bridge}
 
     app = make_app(
@@ -70,6 +81,21 @@ async def _dependencies(request: Request) -> Sequence[Dependency]:
 
 async def _measure(request: Request) -> None:
     measure(request.state.bridge)
+
+
+async def _live_view(settings: Settings) -> LiveView | None:
+    """None where none is wanted, or none can be had: the log says why, and the robot is served all the same."""
+    if (port := settings.foxglove_port) is None:
+        return None
+    try:
+        from robot_bridge.adapters.foxglove import open_foxglove
+
+        return await asyncio.to_thread(open_foxglove, port)
+    except ImportError as error:
+        log.error("no live view: pip install 'atom-robot-bridge[foxglove]'", error=str(error))  # noqa: TRY400
+    except UnavailableError as error:
+        log.error("no live view", error=str(error))  # noqa: TRY400
+    return None
 
 
 def _ros_robot(settings: Settings, clock: Clock, on_death: Callable[[], None]) -> Robot:

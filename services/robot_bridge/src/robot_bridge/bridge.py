@@ -31,7 +31,8 @@ from robot_bridge.motion.velocity_mux import VelocityMux
 from robot_bridge.navigation.docking import Docking
 from robot_bridge.navigation.goal_executor import GoalExecutor
 from robot_bridge.navigation.map_book import MapBook
-from robot_bridge.ports import Robot
+from robot_bridge.ports import LiveView, Robot
+from robot_bridge.recording.feed import Feed
 from robot_bridge.recording.recordings import Recordings
 from robot_bridge.safety.emergency_stop import LatchFile, StopHistory
 from robot_bridge.safety.obstacles import obstacles
@@ -225,8 +226,10 @@ class NavigationEvents:
 
 
 @contextlib.asynccontextmanager
-async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks) -> AsyncGenerator[Bridge]:
-    """Latched as it was left, connected to the robot, loops running.
+async def open_bridge(
+    settings: Settings, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks, *, live_view: LiveView | None = None
+) -> AsyncGenerator[Bridge]:
+    """Latched as it was left, connected to the robot, loops running; shown on `live_view`, where there is one.
 
     At its end zeros go out first, its last word: what is still to be written is no reason to drive on.
     """
@@ -300,6 +303,7 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
     )
     wheels.connect(loop=asyncio.get_running_loop(), send=robot.send_velocity, on_session_ended=bridge.session_ended)
     await robot.start(tick=wheels.tick, navigation_velocity=wheels.navigation_velocity)
+    shown: Feed | None = None
     try:
         stopping.restore()
         tasks.start("publish-state", bridge.publish_state())
@@ -310,10 +314,17 @@ async def open_bridge(settings: Settings, robot: Robot, bus: Bus, clock: Clock, 
         tasks.start("publish-navigation", events.publish(bus))
         tasks.start("name-map", maps.watch())
         tasks.start("watch-dock", bridge.docking.watch())
+        if live_view is not None:
+            images_hz = settings.foxglove_images_hz
+            shown = Feed(
+                "show", robot=robot, bus=bus, clock=clock, tasks=tasks, sink=live_view.show, images_hz=images_hz
+            )
         yield bridge
     finally:
         navigator.stop(GoalCause.SHUT_DOWN)
         wheels.shut_down()
         await stopping.save()
+        if shown is not None:
+            shown.close()
         await bridge.recordings.close()  # the slowest: a supervisor may not wait for it
         await robot.close()

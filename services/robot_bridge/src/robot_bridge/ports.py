@@ -82,6 +82,18 @@ Sink = Callable[[Raw], None]
 """Takes a message from any thread, at once."""
 
 
+class LiveView(Protocol):
+    """Shows what a recording would hold, while it happens."""
+
+    def show(self, message: Raw) -> None:
+        """From any thread, at once: what nobody looks at in time is dropped, the oldest first."""
+        ...
+
+    def close(self) -> None:
+        """Blocks: not for the event loop."""
+        ...
+
+
 class Robot(Protocol):
     """Raises `UnavailableError` (naming the dependency) from whatever needs an action or service that is away."""
 

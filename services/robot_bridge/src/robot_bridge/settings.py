@@ -71,6 +71,8 @@ class RosSettings(BaseModel):
     amcl_pose: Channel = _kept("amcl_pose", "pose in map from the localiser")
     initial_pose: Channel = _reliable("initialpose", "pose in map for the localiser")
     map: Channel = _kept("map", "occupancy grid")
+    plan: Channel = _reliable("plan", "path that Nav2 planned, for recordings")
+    rosout: Channel = _kept("/rosout", "log lines of every node, for recordings", 100)
     tf: Channel = _reliable("tf", "moving frames", 100)
     tf_static: Channel = _kept("tf_static", "fixed frames", 100)
     battery: Channel = _changing("battery_state", "battery")
@@ -123,6 +125,10 @@ class Settings(Limits, ServiceSettings):
     state_dir: Path = Field(default=Path("var/robot_bridge"), description="holds the emergency stop's latch")
     recordings_dir: Path | None = Field(default=None, description="none = recordings/ in the state directory")
     body_bytes_max: int = Field(default=200_000, ge=1000, description="largest request body; a larger one gets 413")
+    foxglove_port: Port | None = Field(
+        default=None, description="of a live view for Foxglove, on this machine only and without keys; none = off"
+    )
+    foxglove_images_hz: float = Field(default=5.0, ge=0.0, le=30.0, description="of pictures in the live view")
     session_timeout_s: float = Field(
         default=1.0, gt=0.0, le=10.0, description="a session silent for so long ends; a closed socket ends it at once"
     )

@@ -11,6 +11,7 @@ import structlog
 from geometry_msgs.msg import Twist, TwistStamped
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
+from nav_msgs.msg import Path
 from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
@@ -22,6 +23,7 @@ from sim.nav.codes import Code, NavigationError
 from sim.nav.costmap import Costmap
 from sim.nav.follower import Limits
 from sim.nav.navigator import Navigator, Patience
+from sim.nav.planner import Path as Planned
 from sim.ros import messages
 from sim.ros.drives import DEACTIVATED_S, Drive, DriveEnding, Drives, Habits
 from sim.ros.lifecycle import Parameters, make_lifecycle
@@ -44,7 +46,7 @@ _FEEDBACK_PERIOD_S: Final = 0.2
 
 
 class Nav2StandIn:
-    """Actions, services and `cmd_vel_nav` of the stand-in on `node`. `open` is called once the World has a map."""
+    """Actions, services, `cmd_vel_nav` and `plan` of the stand-in on `node`. `open` comes once the World has a map."""
 
     def __init__(
         self,
@@ -71,6 +73,7 @@ class Nav2StandIn:
         self.closing = threading.Event()
         velocity = TwistStamped if self._stamped else Twist
         self._velocity = node.create_publisher(velocity, "cmd_vel_nav", QoSProfile(depth=1))
+        self._plan = node.create_publisher(Path, "plan", QoSProfile(depth=1))
         self._group = ReentrantCallbackGroup()
         self._make_services(node)
         self._actions = [
@@ -172,9 +175,11 @@ class Nav2StandIn:
         drive = Drive(goal, lambda: handle.is_cancel_requested)
         drives.submit(drive)
         began_s = time.monotonic()
+        told: Planned | None = None
         self._feed_back(handle, drive, 0.0)  # before there is a path: 0.0 m left
         while not drive.ended.wait(_FEEDBACK_PERIOD_S) and not self.closing.is_set():
             self._feed_back(handle, drive, time.monotonic() - began_s)
+            told = self._tell_plan(told)
         match drive.ending:
             case DriveEnding.SUCCEEDED:
                 handle.succeed()
@@ -197,6 +202,13 @@ class Nav2StandIn:
         )
         handle.publish_feedback(feedback)
 
+    def _tell_plan(self, told: Planned | None) -> Planned | None:
+        """Each new path of the goal under way, for whoever looks."""
+        now = self._navigator.path if self._navigator is not None else None
+        if now is not None and now is not told and self._plan.get_subscription_count():
+            self._plan.publish(messages.path(now.poses(), time.time_ns()))
+        return now
+
     def _compute_path(self, handle: ServerGoalHandle) -> ComputePathToPose.Result:
         navigator, request = self._navigator, handle.request
         assert navigator is not None, "goals are admitted once the World is there"
@@ -211,6 +223,7 @@ class Nav2StandIn:
             handle.abort()
         else:
             result.path = messages.path(found.poses(), time.time_ns())
+            self._plan.publish(result.path)
             handle.succeed()
         result.planning_time = messages.duration(time.monotonic() - began_s)
         return result

@@ -4,28 +4,23 @@ import asyncio
 import contextlib
 import time
 import uuid
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import structlog
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from contracts.base import Message
 from contracts.recording import Recording, RecordingRequest, RecordingState
-from contracts.topics import ALL_TOPICS, Topic
-from contracts.vision import Detections
 from mesh.bus import Bus
 from mesh.clock import Clock
 from mesh.errors import ConflictError, NotFoundError, UnavailableError
 from mesh.tasks import Tasks
-from robot_bridge.ports import Kind, Raw, Robot
-from robot_bridge.recording.mcap_file import McapFile, json_kind
+from robot_bridge.ports import Robot
+from robot_bridge.recording.feed import Feed
+from robot_bridge.recording.mcap_file import McapFile
 
 log = structlog.get_logger()
 
-NEVER_STORED = "person"
-"""The class that is never written anywhere (requirement A18)."""
 RECORDINGS_MAX = 200
 """Kept; the oldest make room."""
 UNFINISHED = {
@@ -46,12 +41,11 @@ class RecordingLimits(BaseModel):
 class _Running:
     """A recording under way and what feeds it."""
 
-    def __init__(self, recording: Recording, file: McapFile, until_s: float, stop_robot: Callable[[], None]) -> None:
+    def __init__(self, recording: Recording, file: McapFile, until_s: float, feed: Feed) -> None:
         self.recording = recording
         self.file = file
         self.until_s = until_s
-        self.stop_robot = stop_robot
-        self.listeners: list[asyncio.Task[Any]] = []
+        self.feed = feed
 
     def told(self, **changes: Any) -> Recording:
         counts = self.file.counts
@@ -98,12 +92,16 @@ class Recordings:
             except OSError as error:
                 raise UnavailableError("disk", error.strerror or str(error)) from error
             seconds = min(request.seconds_max or self._limits.recording_s_max, self._limits.recording_s_max)
-            stop_robot = self._robot.record(file.put, images_hz=self._limits.recording_images_hz * request.images)
-            running = self._running = _Running(recording, file, now_s + seconds, stop_robot)
-            running.listeners = [
-                self._tasks.start(f"record-{topic.name}", self._listen(topic, file), forever=False)
-                for topic in ALL_TOPICS
-            ]
+            feed = Feed(
+                "record",
+                robot=self._robot,
+                bus=self._bus,
+                clock=self._clock,
+                tasks=self._tasks,
+                sink=file.put,
+                images_hz=self._limits.recording_images_hz * request.images,
+            )
+            running = self._running = _Running(recording, file, now_s + seconds, feed)
             self._tasks.start("recording", self._watch(running), forever=False)
             return recording
 
@@ -161,9 +159,7 @@ class Recordings:
     async def _end(self, running: _Running, reason: str) -> Recording:
         async with self._changing:
             if self._running is running:
-                running.stop_robot()
-                for listener in running.listeners:
-                    listener.cancel()
+                running.feed.close()
                 await asyncio.to_thread(running.file.finish, reason)
                 ended = running.told(
                     state=RecordingState.FINISHED, ended_s=self._clock.now_s(), reason=running.file.ended_by
@@ -172,15 +168,6 @@ class Recordings:
                 self._running = None
                 log.info("recorded", id=ended.id, messages=ended.messages, bytes=ended.size_bytes, why=ended.reason)
         return await self.get(running.recording.id)
-
-    async def _listen(self, topic: Topic[Any], file: McapFile) -> None:
-        """The mesh's own topics, as JSON."""
-        kind = json_kind(topic.message)
-
-        async def heard(message: Message) -> None:
-            file.put(_raw(topic, kind, message, self._clock.now_s()))
-
-        await self._bus.listen(topic, heard)
 
     def _open(self, recording_id: str) -> McapFile:
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -237,10 +224,3 @@ class Recordings:
 
     def _path(self, recording_id: str) -> Path:
         return self._folder / f"{recording_id}.mcap"
-
-
-def _raw(topic: Topic[Any], kind: Kind, message: Message, now_s: float) -> Raw:
-    if isinstance(message, Detections):
-        kept = tuple(each for each in message.detections if each.label != NEVER_STORED)
-        message = message.model_copy(update={"detections": kept})
-    return Raw(topic.name, kind, int(now_s * 1e9), message.model_dump_json().encode())

@@ -7,6 +7,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image
 
+from robot_bridge.recording.ros_topics import image_type_name
 from robot_bridge.settings import Channel
 
 _RELIABLE = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": ReliabilityPolicy.BEST_EFFORT}
@@ -24,8 +25,7 @@ def qos_profile(channel: Channel) -> QoSProfile:
 
 def image_type(channel: Channel) -> type[Image] | type[CompressedImage]:
     """By the topic's name, as image_transport gives it."""
-    compressed = channel.name.endswith(("/compressed", "/compressedDepth"))
-    return CompressedImage if compressed else Image
+    return CompressedImage if image_type_name(channel).endswith("CompressedImage") else Image
 
 
 def best_offered(node: Node, channel: Channel) -> QoSProfile | None:
