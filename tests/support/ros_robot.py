@@ -120,7 +120,7 @@ class RosToyRobot:
         grid.info.origin.orientation.w = 1.0
         grid.data = cells.flatten().tolist()
         self._map.publish(grid)
-        self._rosout.publish(Log(level=Log.INFO[0], name="toy", msg="the toy is awake"))
+        self._rosout.publish(Log(level=Log.INFO, name="toy", msg="the toy is awake"))
 
     def _step(self) -> None:
         toy, now = self.toy, self._node.get_clock().now().to_msg()
