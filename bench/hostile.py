@@ -42,6 +42,7 @@ WARM_PART: Final = 0.1
 SOCKETS: Final = {
     "coordinator": ("/events",),
     "robot_bridge": ("/velocity", "/session"),
+    "speech": ("/listen",),
     "ui": ("/live/camera", "/live/scene", "/teleop", "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"),
 }
 POSTS: Final = {
@@ -49,6 +50,7 @@ POSTS: Final = {
     "inference": "/detect",
     "memory": "/recall",
     "robot_bridge": "/velocity",
+    "speech": "/transcribe",
     "ui": "/login",
 }
 
