@@ -183,22 +183,55 @@ class Ids:
         return json.loads(text)
 
 
-def lacking(example: Any, answered: Any, path: str = "") -> Iterator[str]:
-    """What an example's answer has and another answer has not, or has of another type."""
-    match example, answered:
-        case dict(), dict():
-            for key, value in example.items():
-                where = f"{path}.{key}" if path else key
-                if key in answered:
-                    yield from lacking(value, answered[key], where)
-                else:
-                    yield f"{where} is missing"
-        case list(), list():
-            for other in answered if example else []:
-                yield from lacking(example[0], other, f"{path}[]")
-        case (int() | float(), int() | float()) | (None, _) | (_, None):
-            pass
-        case _ if type(example) is not type(answered):
-            yield f"{path} is {type(answered).__name__}, not {type(example).__name__}"
+def lacking(example: Any, answered: Any) -> Iterator[str]:
+    """What an example's answer has and another answer has not, or has as something no example shows.
+
+    Nothing matches everything: null is null, an empty list is empty. Where an example holds several things in a list,
+    each of an answer's is held to all of them together: one may have no colour only where another had none.
+    """
+    yield from _unlike([example], answered, "")
+
+
+def _unlike(shown: list[Any], answered: Any, path: str) -> Iterator[str]:
+    match answered:
+        case dict():
+            like = [one for one in shown if isinstance(one, dict)]
+            for key in {key for one in like for key in one if all(key in other for other in like)} - answered.keys():
+                yield f"{_field(path, key)} is missing"
+            for key, value in answered.items():
+                if known := [one[key] for one in like if key in one]:
+                    yield from _unlike(known, value, _field(path, key))
+        case list():
+            like = [one for one in shown if isinstance(one, list)]
+            items = [item for one in like for item in one]
+            if like and not answered and all(like):
+                yield f"{path} is empty"
+            elif like and answered and not items:
+                yield f"{path} is not empty"
+            for other in answered if items else []:
+                yield from _unlike(items, other, f"{path}[]")
         case _:
-            pass
+            like = [one for one in shown if _kind(one) == _kind(answered)]
+    if not like:
+        yield f"{path} is {_kind(answered)}, not {' or '.join(sorted({_kind(one) for one in shown}))}"
+
+
+def _field(path: str, key: str) -> str:
+    return f"{path}.{key}" if path else key
+
+
+def _kind(value: Any) -> str:
+    """Of JSON, where a whole number is a number."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return "boolean"
+        case int() | float():
+            return "number"
+        case str():
+            return "string"
+        case list():
+            return "list"
+        case _:
+            return "object"
