@@ -6,11 +6,12 @@ COMMAND   ?= find the red bottle
 SEED      ?= 0
 PORT_BASE ?= 8000
 TOUR      ?= 1
+SPEECH    ?=
 COCO      ?=
 PYTEST    := $(PY) -m pytest
 PARALLEL  := -n 2 --dist loadfile --no-loadscope-reorder
 ALONE     := tests/integration/sim tests/e2e
-STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if $(filter 0,$(TOUR)),--no-tour,--tour)
+STACK     := --seed $(SEED) --port-base $(PORT_BASE) --command "$(COMMAND)" $(if $(filter 0,$(TOUR)),--no-tour,--tour) $(if $(filter-out 0,$(SPEECH)),--speech)
 
 export YOLO_OFFLINE ?= 1
 
@@ -26,7 +27,7 @@ help: ## list the targets
 setup: ## make .venv and build the ROS interfaces (quick when nothing changed)
 	@$(PYTHON3) tools/setup.py
 
-demo: setup ## the robot finds something: COMMAND="find the red bottle" SEED=0 ONCE=1 PORT_BASE=8000 TOUR=1
+demo: setup ## the robot finds something: COMMAND="find the red bottle" SEED=0 ONCE=1 PORT_BASE=8000 TOUR=1 SPEECH=1 (the page hears and speaks)
 	@$(PY) -m demo run $(STACK) $(if $(ONCE),--once)
 
 up: setup ## start everything without a mission (same settings as demo)
@@ -149,10 +150,10 @@ bench-memory: setup ## a simulated year of sightings, beside a JSON file: out/be
 
 test-ui: ## the operator's page in real Chromium: on fakes, then against the running mesh
 	@$(PYTHON3) tools/setup.py --tests
-	$(PYTEST) tests/integration/ui tests/e2e/test_page.py
+	$(PYTEST) tests/integration/ui tests/e2e/test_page.py tests/e2e/test_voice.py
 
 screens: setup ## write docs/screens anew: the pictures of the page that the tests take
-	ATOM_SCREENS=docs/screens $(PYTEST) tests/e2e/test_page.py
+	ATOM_SCREENS=docs/screens $(PYTEST) tests/e2e/test_page.py tests/e2e/test_voice.py
 
 bench-ui: setup ## the page: a frame's way from the bridge to the screen, CPU for 1, 5 and 20 viewers (about 4 minutes)
 	$(PY) -m bench.ui

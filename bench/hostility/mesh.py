@@ -60,7 +60,7 @@ def guarded(port_base: int, seed: int) -> Iterator[GuardedMesh]:
         process = stack.start()
         try:
             wait_until_ready(
-                stack.ports, timeout_s=START_S_MAX, on_ready=lambda *_: None, alive=lambda: process.poll() is None
+                stack, timeout_s=START_S_MAX, on_ready=lambda *_: None, alive=lambda: process.poll() is None
             )
             with GuardedMesh(stack, keys) as mesh:
                 yield mesh

@@ -14,15 +14,17 @@ PORT_BASE = 18200
 
 
 @pytest.fixture(scope="module")
-def mesh(tmp_path_factory: pytest.TempPathFactory) -> Iterator[MeshRun]:
-    """A running mesh in a home that holds a red bottle, with an empty memory."""
+def mesh(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[MeshRun]:
+    """In a home that holds a red bottle, with an empty memory; with the speech service where a module says SPEECH."""
     folder: Path = tmp_path_factory.mktemp("mesh")
-    stack = Stack(Ports(PORT_BASE), folder, folder / "home.json", seed=3)
+    stack = Stack(
+        Ports(PORT_BASE), folder, folder / "home.json", seed=3, speech=getattr(request.module, "SPEECH", False)
+    )
     Home.generate(3, wanted=Wanted("bottle", "red")).save(stack.home)
     process = stack.start()
     try:
         wait_until_ready(
-            stack.ports, timeout_s=120.0, on_ready=lambda part, seconds: None, alive=lambda: process.poll() is None
+            stack, timeout_s=120.0, on_ready=lambda part, seconds: None, alive=lambda: process.poll() is None
         )
         with MeshRun(stack) as run:
             yield run

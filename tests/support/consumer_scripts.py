@@ -96,6 +96,7 @@ async def ui_of_coordinator(line: Line) -> None:
         await line.ask(missions.start("find the red bottle", key="k-1"))
         await line.ask(missions.start("stop", key="k-2"))
         await line.ask(missions.ask("where is the cup?"))
+        await line.ask(missions.understand(("find the red bottle", "Find the bread bottle.")))
         await line.ask(missions.status())
 
 

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import httpx
 
-from demo.ready import PARTS, missing
+from demo.ready import missing, parts_of
 from demo.stack import Stack
 
 STILL_M_S = 0.005
@@ -63,7 +63,7 @@ class MeshRun:
         return at_s
 
     def ready(self) -> bool:
-        return all(missing(self.http, self.ports, part) is None for part in PARTS)
+        return all(missing(self.http, self.ports, part) is None for part in parts_of(self.stack))
 
     def until(self, condition: Callable[[], bool], *, timeout_s: float, what: str) -> None:
         """Returns as soon as the condition holds; a service that is away counts as not yet."""

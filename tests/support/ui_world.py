@@ -16,11 +16,13 @@ from PIL import Image, ImageDraw
 from contracts.asking import About, Answer
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
+from contracts.intent import Choice, Intent, Understood, WantedAction
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, ObjectState, RememberedObject, View
 from contracts.mission import Heard, Mission, MissionEvent, MissionState, MissionStatus, Outcome
 from contracts.motion import BaseEnd, BaseReply, EndedMotion, MotionEnd, RotateReply, RotateRequest
 from contracts.problem import Dependency, DependencyState
+from contracts.reading import Mood
 from contracts.robot import (
     Battery,
     EmergencyStop,
@@ -39,10 +41,12 @@ from contracts.robot import (
     VelocityReply,
     VelocityRequest,
 )
+from contracts.speech import Hearing, SpeakRequest, Transcript
 from contracts.vision import Target, Verdict, Vote
 from geometry.grids import OccupancyGrid, encode
 from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
+from speech.sound import to_wav
 from support.bus import MemoryBus
 from support.described import described_bus
 from ui.overlay import CameraFrame
@@ -265,6 +269,69 @@ class FakeRobot(Service):
 
 
 @dataclass
+class FakeEars:
+    """Says the prepared readings: all but the last when sound comes, the last when it ends."""
+
+    speech: "FakeSpeech"
+    heard: bytearray = field(default_factory=bytearray)
+    ended: asyncio.Event = field(default_factory=asyncio.Event)
+    begun: asyncio.Event = field(default_factory=asyncio.Event)
+
+    async def send(self, samples: bytes) -> None:
+        self.heard += samples
+        self.begun.set()
+
+    async def end(self) -> None:
+        self.begun.set()
+        self.ended.set()
+
+    async def hearings(self) -> AsyncIterator[Hearing]:
+        await self.begun.wait()
+        *partial, final = self.speech.readings
+        for one in partial:
+            yield one
+        if not self.speech.ends_by_itself:
+            await self.ended.wait()
+        self.speech.answer()
+        yield final
+
+
+@dataclass
+class FakeSpeech(Service):
+    name: str = "speech"
+    readings: tuple[Hearing, ...] = ()
+    ends_by_itself: bool = False
+    ears: list[FakeEars] = field(default_factory=list)
+    hot_words: list[str] = field(default_factory=list)
+    spoken: list[str] = field(default_factory=list)
+
+    @asynccontextmanager
+    async def listen(self, hot_words: Sequence[str]) -> AsyncIterator[FakeEars]:
+        self.answer()
+        self.hot_words = list(hot_words)
+        self.ears.append(FakeEars(self))
+        yield self.ears[-1]
+
+    async def speak(self, request: SpeakRequest) -> bytes:
+        self.answer()
+        self.spoken.append(request.text)
+        return to_wav(np.zeros(2400, np.float32), 24_000)
+
+
+def hearing(text: str, hot: str | None = None, *, final: bool = True, stop: bool = False) -> Hearing:
+    """A reading as the speech service tells it."""
+    hot = text if hot is None else hot
+    return Hearing(
+        final=final,
+        stop=stop,
+        transcript=Transcript(
+            text=text, hot_text=hot, agree=text == hot, stop=stop, no_speech=not text, language="en", duration_s=1.0,
+            took_ms=300.0, engine="fake",
+        ),
+    )  # fmt: skip
+
+
+@dataclass
 class FakeWheels:
     """Refuses what the bridge would: another epoch's requests, and all while stopped."""
 
@@ -313,6 +380,7 @@ def camera_jpeg(number: int) -> bytes:
 class FakeMissions(Service):
     name: str = "coordinator"
     commands: list[str] = field(default_factory=list)
+    understands: list[tuple[str, ...]] = field(default_factory=list)
     acted: list[tuple[str, str]] = field(default_factory=list)
     keys: list[str] = field(default_factory=list)
     past: tuple[Mission, ...] = ()
@@ -335,6 +403,15 @@ class FakeMissions(Service):
     async def ask(self, question: str) -> Answer:
         self.answer()
         return Answer(answer=f"You asked: {question}", about=About.LAST_SEEN, phrased_by="template")
+
+    async def understand(self, readings: Sequence[str]) -> Understood:
+        self.answer()
+        self.understands.append(tuple(readings))
+        intents = [Intent(action=WantedAction.FIND, command=one, mood=Mood.FIND) for one in readings]
+        if len(intents) == 1:
+            return Understood(intent=intents[0])
+        choices = tuple(Choice(text=one.command, intent=one) for one in intents)
+        return Understood(question=f"Did you mean: {', or '.join(readings)}?", choices=choices)
 
     async def newest(self, limit: int) -> Sequence[Mission]:
         self.answer()
@@ -433,6 +510,7 @@ class UiWorld:
     inference: FakeInference = field(default_factory=FakeInference)
     missions: FakeMissions = field(default_factory=FakeMissions)
     memory: FakeMemory = field(default_factory=FakeMemory)
+    speech: FakeSpeech = field(default_factory=FakeSpeech)
 
 
 def fresh_nicegui() -> None:

@@ -25,10 +25,13 @@ app = typer.Typer(add_completion=False, help="The whole mesh with a simulated ro
 console = Console(highlight=False)
 
 OUT = Path("out/demo")
-PortBase = Annotated[int, typer.Option(help="ports are this + 1..6 and + 80 (the page)", min=1024, max=65000)]
+PortBase = Annotated[int, typer.Option(help="ports are this + 1..7 and + 80 (the page)", min=1024, max=65000)]
 Seed = Annotated[int, typer.Option(help="of the generated home")]
 Command = Annotated[str, typer.Option(help="what to say to the robot")]
 WithTour = Annotated[bool, typer.Option("--tour/--no-tour", help="start with the memory of a mapping tour")]
+WithSpeech = Annotated[
+    bool, typer.Option("--speech/--no-speech", help="start the speech service: the page hears and speaks")
+]
 
 
 @app.command()
@@ -38,10 +41,11 @@ def run(
     port_base: PortBase = 8000,
     once: Annotated[bool, typer.Option(help="exit when done: 0 only if ground truth agrees")] = False,
     with_tour: WithTour = True,
+    with_speech: WithSpeech = False,
     mission_timeout_s: Annotated[float, typer.Option(help="give up watching after this time")] = 1200.0,
 ) -> None:
     """Starts everything, sends the command, tells what happens, scores it against ground truth."""
-    stack = _stack(port_base, seed, command)
+    stack = _stack(port_base, seed, command, with_speech=with_speech)
     told: dict[str, Any] = {}
     try:
         process = _start(stack, with_tour=with_tour)
@@ -69,10 +73,14 @@ def run(
 
 @app.command()
 def up(
-    seed: Seed = 0, port_base: PortBase = 8000, command: Command = "find the red bottle", with_tour: WithTour = True
+    seed: Seed = 0,
+    port_base: PortBase = 8000,
+    command: Command = "find the red bottle",
+    with_tour: WithTour = True,
+    with_speech: WithSpeech = False,
 ) -> None:
     """Starts everything and returns; `down` ends it. The home holds what the command names."""
-    stack = _stack(port_base, seed, command)
+    stack = _stack(port_base, seed, command, with_speech=with_speech)
     try:
         _start(stack, with_tour=with_tour)
     except StackError as error:
@@ -95,10 +103,10 @@ def _folder(port_base: int) -> Path:
     return (OUT / str(port_base)).resolve()
 
 
-def _stack(port_base: int, seed: int, command: str) -> Stack:
+def _stack(port_base: int, seed: int, command: str, *, with_speech: bool) -> Stack:
     """A stack with a freshly generated home, an empty memory and an empty history."""
     folder = _folder(port_base)
-    stack = Stack(Ports(port_base), folder, folder / "home.json", seed)
+    stack = Stack(Ports(port_base), folder, folder / "home.json", seed, speech=with_speech)
     if stack.running():
         _fail(f"a mesh already runs on port base {port_base}: make down PORT_BASE={port_base}")
     folder.mkdir(parents=True, exist_ok=True)
@@ -116,7 +124,7 @@ def _start(stack: Stack, *, with_tour: bool) -> Any:
     with ExitStack() as unless_started:
         unless_started.callback(stack.stop, process)
         seconds = wait_until_ready(
-            stack.ports,
+            stack,
             timeout_s=120.0,
             on_ready=lambda part, s: _say("ready", f"{part} after {s:.1f} s"),
             alive=lambda: process.poll() is None,

@@ -7,9 +7,12 @@ import httpx
 from pydantic import ValidationError
 
 from contracts.problem import Readiness
-from demo.stack import SERVICES, Ports, StackError
+from demo.stack import Ports, Stack, StackError
 
-PARTS = ("truth", *SERVICES)
+
+def parts_of(stack: Stack) -> tuple[str, ...]:
+    """Whatever has to be ready."""
+    return ("truth", *stack.calls)
 
 
 def missing(client: httpx.Client, ports: Ports, part: str) -> str | None:
@@ -28,15 +31,15 @@ def missing(client: httpx.Client, ports: Ports, part: str) -> str | None:
 
 
 def wait_until_ready(
-    ports: Ports, *, timeout_s: float, on_ready: Callable[[str, float], None], alive: Callable[[], bool]
+    stack: Stack, *, timeout_s: float, on_ready: Callable[[str, float], None], alive: Callable[[], bool]
 ) -> float:
     """Returns the seconds it took. Raises StackError naming what is missing when the time is over."""
     started = time.monotonic()
-    lacking: dict[str, str] = dict.fromkeys(PARTS, "not asked yet")
+    lacking: dict[str, str] = dict.fromkeys(parts_of(stack), "not asked yet")
     with httpx.Client(trust_env=False) as client:
         while lacking:
             for part in tuple(lacking):
-                lack = missing(client, ports, part)
+                lack = missing(client, stack.ports, part)
                 if lack is None:
                     del lacking[part]
                     on_ready(part, time.monotonic() - started)

@@ -55,6 +55,10 @@ class Ports:
         return self.base + 6
 
     @property
+    def speech(self) -> int:
+        return self.base + 7
+
+    @property
     def ui(self) -> int:
         return self.base + 80
 
@@ -74,6 +78,8 @@ CALLS = {
     "ui": ("robot_bridge", "inference", "memory", "coordinator"),
 }
 SERVICES = tuple(CALLS)
+"""Those a mesh cannot do without; speech is started where it is wanted."""
+SPEECH = "speech"
 
 
 def redis_server() -> str:
@@ -91,7 +97,8 @@ def redis_server() -> str:
 class Stack:
     """One mesh with its simulated robot in the home file at `home`; state and logs under `folder`.
 
-    `keys` is a folder that `atom keys make` has filled: then nobody is answered without one.
+    `keys` is a folder that `atom keys make` has filled: then nobody is answered without one. `speech` starts the speech
+    service too, and tells the page of it.
     """
 
     ports: Ports
@@ -99,6 +106,12 @@ class Stack:
     home: Path
     seed: int
     keys: Path | None = None
+    speech: bool = False
+
+    @property
+    def calls(self) -> Mapping[str, tuple[str, ...]]:
+        """Each service of this mesh, in the order of their start, and whom it asks."""
+        return CALLS | {SPEECH: (), "ui": (*CALLS["ui"], SPEECH)} if self.speech else CALLS
 
     @property
     def _config(self) -> Path:
@@ -196,7 +209,7 @@ class Stack:
             ' --save "" --appendonly no'
         ) + (f" --aclfile {self.keys / 'redis.acl'}" if self.keys is not None else "")
         simulator = f"{python} -m sim --home {self.home} --seed {self.seed} --port {self.ports.truth}"
-        return {"redis": redis, "sim": simulator} | {service: f"{python} -m {service}" for service in SERVICES}
+        return {"redis": redis, "sim": simulator} | {service: f"{python} -m {service}" for service in self.calls}
 
     def _environment(self, name: str) -> str:
         variables = {
@@ -208,7 +221,7 @@ class Stack:
             "OMP_NUM_THREADS": "1",
             "OPENBLAS_NUM_THREADS": "1",
         }
-        if name in SERVICES:
+        if name in self.calls:
             prefix = name.upper()
             variables |= {
                 "ATOM_TRACES": os.environ.get("ATOM_TRACES", str(self.folder / "traces")),
@@ -222,7 +235,7 @@ class Stack:
                     f"{prefix}_KEY_FILE": str(self.keys / f"{name}.key"),
                     f"{prefix}_REDIS_URL": f"redis://{name}@127.0.0.1:{self.ports.redis}/0",
                 }
-            variables |= {f"{prefix}_{other.upper()}_URL": self.ports.url(other) for other in CALLS[name]}
+            variables |= {f"{prefix}_{other.upper()}_URL": self.ports.url(other) for other in self.calls[name]}
         if name == "memory":
             variables["MEMORY_DATABASE_URL"] = f"sqlite:///{self.folder}/memory.db"
         if name == "coordinator":
@@ -234,7 +247,7 @@ class Stack:
 
 def inherited(environment: Mapping[str, str]) -> dict[str, str]:
     """Settings of the shell reach the demo's services, but keys: it asks on this machine, without one."""
-    keys = {f"{name.upper()}_{what}" for name in SERVICES for what in ("KEY", "KEY_FILE", "KEYS_FILE")}
+    keys = {f"{name.upper()}_{what}" for name in (*SERVICES, SPEECH) for what in ("KEY", "KEY_FILE", "KEYS_FILE")}
     return {name: value for name, value in environment.items() if name not in keys}
 
 

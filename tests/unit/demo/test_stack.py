@@ -1,11 +1,13 @@
 import configparser
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from demo.stack import SERVICES, Ports, Stack, StackError, inherited
+from demo.ready import parts_of
+from demo.stack import SERVICES, SPEECH, Ports, Stack, StackError, inherited
 
 
 def stack(folder: Path) -> Stack:
@@ -15,7 +17,7 @@ def stack(folder: Path) -> Stack:
 @given(st.integers(min_value=1024, max_value=65000))
 def test_every_part_has_a_port_of_its_own_and_ros_a_domain_it_can_have(base: int) -> None:
     ports = Ports(base)
-    named = [ports.coordinator, ports.inference, ports.memory, ports.robot_bridge, ports.redis, ports.truth, ports.ui]
+    named = [getattr(ports, name) for name in (*SERVICES, SPEECH, "redis", "truth")]
     assert len(set(named)) == len(named)
     assert 1 <= ports.ros_domain_id <= 101
 
@@ -35,6 +37,24 @@ def test_supervisord_restarts_each_process_and_tells_it_where_the_others_are(tmp
     told = config["program:coordinator"]["environment"]
     assert 'COORDINATOR_ROBOT_BRIDGE_URL="http://127.0.0.1:9004"' in told
     assert 'COORDINATOR_REDIS_URL="redis://127.0.0.1:9005/0"' in told
+
+
+def test_speech_is_started_where_it_is_wanted_like_every_service_and_the_page_alone_is_told_of_it(
+    tmp_path: Path,
+) -> None:
+    without, wanted = configparser.RawConfigParser(strict=False), configparser.RawConfigParser(strict=False)
+    without.read_string(stack(tmp_path)._configuration())
+    wanted.read_string(replace(stack(tmp_path), speech=True, keys=tmp_path)._configuration())
+    assert set(wanted.sections()) - set(without.sections()) == {"program:speech"}
+    speech, page = wanted["program:speech"]["environment"], wanted["program:ui"]["environment"]
+    assert 'SPEECH_PORT="9007"' in speech
+    assert f'SPEECH_KEY_FILE="{tmp_path}/speech.key"' in speech
+    assert f'ATOM_TRACES="{tmp_path}/traces"' in speech
+    assert 'UI_SPEECH_URL="http://127.0.0.1:9007"' in page
+    others = [name for name in wanted.sections() if "SPEECH_URL" in wanted[name].get("environment", "")]
+    assert others == ["program:ui"]
+    assert "SPEECH" not in without["program:ui"]["environment"]
+    assert parts_of(replace(stack(tmp_path), speech=True)) == ("truth", *SERVICES[:-1], "ui", "speech")
 
 
 def test_the_shells_settings_reach_the_demo_but_its_keys() -> None:

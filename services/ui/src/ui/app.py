@@ -17,8 +17,9 @@ from ui import i18n, page
 from ui.adapters.coordinator import CoordinatorClient
 from ui.adapters.memory import MemoryClient
 from ui.adapters.robot_bridge import RobotBridgeClient
+from ui.adapters.speech import SpeechClient
 from ui.desk import Desk
-from ui.ports import Memory, Missions, Robot
+from ui.ports import Memory, Missions, Robot, Speech
 from ui.prefix import BelowPrefix
 from ui.routes import routers
 from ui.routes.deps import desk_of
@@ -41,6 +42,7 @@ def create_app(
     inference: ServiceClient | None = None,
     missions: Missions | None = None,
     memory: Memory | None = None,
+    speech: Speech | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
@@ -68,6 +70,9 @@ def create_app(
                 ),
                 missions=missions if missions is not None else await closing(aclosing(CoordinatorClient(settings))),
                 memory=memory if memory is not None else await closing(aclosing(MemoryClient(settings))),
+                speech=speech
+                if speech is not None or not settings.speech_url
+                else await closing(aclosing(SpeechClient(settings))),
                 clock=clock if clock is not None else SystemClock(),
             )
             stack.push_async_callback(desk.frames.close)

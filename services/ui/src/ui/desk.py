@@ -35,7 +35,7 @@ from ui.i18n import _
 from ui.latest_facts import LatestFacts, Remembered
 from ui.map_layers import MapLayers
 from ui.notifications import Notifications
-from ui.ports import Memory, Missions, Robot
+from ui.ports import Memory, Missions, Robot, Speech
 from ui.settings import Settings
 from ui.stop_probe import StopProbe
 from ui.thumbnails import Thumbnails
@@ -61,12 +61,15 @@ class Desk:
         missions: Missions,
         memory: Memory,
         clock: Clock,
+        speech: Speech | None = None,
     ) -> None:
         self.settings = settings
         self.clock = clock
         self.robot = robot
         self.missions = missions
         self.memory = memory
+        self.speech = speech
+        """None where there is none: the page neither hears nor speaks."""
         self.facts = LatestFacts(
             events_kept=settings.events_kept,
             trail_points_max=settings.trail_points_max,
@@ -168,6 +171,14 @@ class Desk:
     # what is asked for
 
     async def dependencies(self) -> Sequence[Dependency]:
+        """Those of `/ready`. The page does its work without speech, so that its lack is a warning."""
+        speech = [one.model_copy(update={"state": DependencyState.WARNING}) for one in await self._ears() if not one.ok]
+        return (*await self._needed(), *speech)
+
+    async def _ears(self) -> Sequence[Dependency]:
+        return () if self.speech is None else (await self.speech.dependency(),)
+
+    async def _needed(self) -> Sequence[Dependency]:
         answers = await asyncio.gather(
             self.missions.dependency(), self._inference.dependency(), self.memory.dependency(), self.robot.dependency()
         )
@@ -178,7 +189,7 @@ class Desk:
         if self._refreshing.locked() or not self._due("health", self.settings.health_period_s):
             return
         async with self._refreshing:
-            services = await self.dependencies()
+            services = (*await self._needed(), *await self._ears())
             self.facts.bus_connected = self._bus.connected
             self.facts.services = tuple(services)
             away = {service.name for service in services if service.state is DependencyState.UNREACHABLE}

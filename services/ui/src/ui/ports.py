@@ -3,11 +3,12 @@
 Every call raises `UnavailableError` when the service is away and `UpstreamError` when it says no.
 """
 
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
 from contextlib import AbstractAsyncContextManager
 from typing import Protocol
 
 from contracts.asking import Answer
+from contracts.intent import Understood
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, RememberedObject, View
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus
@@ -26,6 +27,7 @@ from contracts.robot import (
     VelocityReply,
     VelocityRequest,
 )
+from contracts.speech import Hearing, SpeakRequest
 from ui.overlay import CameraFrame
 
 
@@ -74,6 +76,10 @@ class Missions(Protocol):
         ...
 
     async def ask(self, question: str) -> Answer: ...
+    async def understand(self, readings: Sequence[str]) -> Understood:
+        """What a saying means that was heard in up to four ways. It begins nothing."""
+        ...
+
     async def pause(self, mission_id: str) -> Mission: ...
     async def resume(self, mission_id: str) -> Mission: ...
     async def cancel(self, mission_id: str) -> Mission: ...
@@ -100,4 +106,34 @@ class Memory(Protocol):
     async def forget_label(self, label: str) -> int: ...
     async def export(self) -> bytes: ...
     async def import_(self, data: bytes) -> ImportReply: ...
+    async def dependency(self) -> Dependency: ...
+
+
+class Ears(Protocol):
+    """An open line to the speech service, for one saying."""
+
+    async def send(self, samples: bytes) -> None:
+        """Little-endian 16-bit mono samples of 16 kHz, two seconds at most."""
+        ...
+
+    async def end(self) -> None:
+        """Nothing more is said: the final reading comes."""
+        ...
+
+    def hearings(self) -> AsyncIterator[Hearing]:
+        """Readings as they come; ends after the final one."""
+        ...
+
+
+class Speech(Protocol):
+    """speech."""
+
+    def listen(self, hot_words: Sequence[str]) -> AbstractAsyncContextManager[Ears]:
+        """`hot_words`: names that may well be said."""
+        ...
+
+    async def speak(self, request: SpeakRequest) -> bytes:
+        """A WAV."""
+        ...
+
     async def dependency(self) -> Dependency: ...

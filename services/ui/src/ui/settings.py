@@ -19,6 +19,7 @@ class Settings(ServiceSettings):
     inference_url: str = Field(default="http://127.0.0.1:8002", description="of the inference service")
     memory_url: str = Field(default="http://127.0.0.1:8003", description="of the memory service")
     robot_bridge_url: str = Field(default="http://127.0.0.1:8004", description="of the bridge to the robot")
+    speech_url: str = Field(default="", description="of the speech service; empty = the page neither hears nor speaks")
     prefix: str = Field(
         default="", description="of the page behind a proxy that serves it below a path and cannot say so, e.g. /robot"
     )
@@ -30,6 +31,7 @@ class Settings(ServiceSettings):
 
     call_timeout_s: float = Field(default=5.0, gt=0.0, description="of an ordinary call")
     command_timeout_s: float = Field(default=30.0, gt=0.0, description="reading a command may ask a language model")
+    speak_timeout_s: float = Field(default=15.0, gt=0.0, description="of an answer read aloud")
     dock_timeout_s: float = Field(default=100.0, gt=0.0, description="for the robot to reach its dock")
     stop_timeout_s: float = Field(default=1.5, gt=0.0, description="of one try")
     stop_tries: int = Field(default=3, ge=1, le=10, description="of one emergency stop")

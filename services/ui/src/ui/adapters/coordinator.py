@@ -6,6 +6,7 @@ import httpx
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
+from contracts.intent import Understand, Understood
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from mesh.errors import NotFoundError, UpstreamError
 from mesh.http import ServiceClient
@@ -42,6 +43,10 @@ class CoordinatorClient(ServiceClient):
 
     async def ask(self, question: str) -> Answer:
         return await self.post("/ask", Question(question=question), Answer, timeout_s=self._command_timeout_s)
+
+    async def understand(self, readings: Sequence[str]) -> Understood:
+        body = Understand(readings=tuple(readings))
+        return await self.post("/understand", body, Understood, timeout_s=self._command_timeout_s)
 
     async def pause(self, mission_id: str) -> Mission:
         return await self.post(f"/missions/{mission_id}/pause", None, Mission)
