@@ -23,6 +23,8 @@ CHROMIUM_ARGS = [
     "--no-first-run",
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # the network cable is pulled
 ]
+FAKE_MICROPHONE = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]
+"""A beep each second, given without a question; `--use-file-for-fake-audio-capture=FILE.wav%noloop` speaks the file."""
 DESKTOP = {"width": 1280, "height": 800}
 PHONE = {"width": 390, "height": 844}
 SCREENS = Path(os.environ.get("ATOM_SCREENS", "out/screens"))

@@ -32,6 +32,7 @@ NOT_RUN = {
     "make demo": LONG,
     "make demo COMMAND=\"find the blue cup\" SEED=4": LONG,
     "make demo ONCE=1": LONG,
+    "make demo SPEECH=1": LONG,
     "ROBOT_BRIDGE_FOXGLOVE_PORT=8765 make demo": LONG,
     "ssh -N -L 8765:127.0.0.1:8765 robot": ROBOT,
     "make demo TOUR=0": LONG,
@@ -45,7 +46,7 @@ NOT_RUN = {
     "redis-server --save \"\" &": STAYS,
 }  # fmt: skip
 NOT_RUN_ALL = {
-    r"(ATOM_SITE=\S+ )?docker compose .*": "needs Docker",
+    r"((ATOM_SITE|UI_SPEECH_URL)=\S+ )*docker compose .*": "needs Docker",
     r"echo '.*' >> \.env": "is for docker compose",
     r"ros2 .*": ROBOT,
     r"([ER]=\$\()?curl .*": MESH,

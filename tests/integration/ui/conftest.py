@@ -10,9 +10,9 @@ from playwright.async_api import Browser, Page, WebSocketRoute, async_playwright
 
 from contracts.robot import EmergencyStop
 from contracts.topics import MISSION_STATE, ROBOT_STATE
-from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP
+from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP, FAKE_MICROPHONE
 from support.served import served
-from support.ui_world import UiWorld, fresh_nicegui, mission, robot_state, status, thing
+from support.ui_world import UiWorld, fresh_nicegui, hearing, mission, robot_state, status, thing
 from ui.app import create_app
 from ui.settings import Settings
 
@@ -35,9 +35,13 @@ class Site:
         """Everyone there, the robot free to move and telling where it is, a mission of its own under way."""
         world = self.world
         world.bus.connected = True
-        for service in (world.robot, world.inference, world.missions, world.memory):
+        for service in (world.robot, world.inference, world.missions, world.memory, world.speech):
             service.away = False
         world.missions.refusal = ""
+        world.missions.commands.clear()
+        world.speech.readings, world.speech.ends_by_itself = (hearing(""),), False
+        world.speech.ears.clear()
+        world.speech.spoken.clear()
         world.missions.past = ()
         world.memory.things = [thing(1), thing(2, "blue cup", belief=0.3)]
         world.robot.stop = EmergencyStop(latched=False, epoch=len(world.robot.stops))
@@ -63,6 +67,7 @@ class Site:
         *,
         dark: bool = False,
         connects: asyncio.Event | None = None,
+        touch: bool = False,
         at: str = "",
     ) -> AsyncIterator[Page]:
         """The page, connected; fails when it asks for anything from outside, or a script of it fails.
@@ -74,6 +79,7 @@ class Site:
         context = await browser.new_context(
             viewport=size,  # pyright: ignore[reportArgumentType]
             color_scheme="dark" if dark else "light",
+            has_touch=touch,
         )
         try:
             page = await context.new_page()
@@ -111,6 +117,7 @@ async def site() -> AsyncIterator[Site]:
         inference=world.inference.client(),
         missions=world.missions,
         memory=world.memory,
+        speech=world.speech,
     )
     async with served(app) as url:
         yield Site(url, world)
@@ -119,7 +126,7 @@ async def site() -> AsyncIterator[Site]:
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
 async def browser() -> AsyncIterator[Browser]:
     async with async_playwright() as playwright:
-        opened = await playwright.chromium.launch(executable_path=CHROMIUM, args=CHROMIUM_ARGS)
+        opened = await playwright.chromium.launch(executable_path=CHROMIUM, args=[*CHROMIUM_ARGS, *FAKE_MICROPHONE])
         yield opened
         await opened.close()
 

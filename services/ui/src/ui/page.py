@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Final, Literal
@@ -25,13 +26,15 @@ from ui.panels.history_panel import HistoryPanel
 from ui.panels.map_panel import MapPanel
 from ui.panels.memory_panel import MemoryPanel
 from ui.panels.robot_panel import RobotPanel
+from ui.panels.speech_panel import read_aloud
 from ui.panels.stop import StoppedPanel, stop_html
 from ui.panels.timeline import Timeline
 from ui.panels.widgets import box
 from ui.routes.deps import desk_of, operator, who_logged_in
 
 ASSETS: Final = Path(__file__).parent / "assets"
-SCRIPTS: Final = ("camera.js", "map.js", "drive.js", "memory.js", "speech.js")
+SCRIPTS: Final = ("camera.js", "map.js", "drive.js", "memory.js")
+SPEECH_SCRIPT: Final = "speech.js"
 RECONNECT_S: Final = 5.0
 NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {
     words.Tone.GOOD: "positive",
@@ -70,13 +73,13 @@ class OperatorPage:
         who, root_path = operator(request), request.scope.get("root_path", "")
         self._news_shown = desk.notifications.newest
         actions = OperatorActions(desk, lambda: current_principal(request))
-        nicegui_ui.add_head_html(_head(root_path))
+        nicegui_ui.add_head_html(_head(root_path, (*SCRIPTS, SPEECH_SCRIPT) if desk.speech is not None else SCRIPTS))
         nicegui_ui.add_body_html(stop_html(desk.settings.robot_bridge_url))
         nicegui_ui.colors(primary="#1d56cf", negative="#c81e1e", positive="#15803d", warning="#a15c07")
         self._top = Header(who_logged_in(request))
         with box("board"):
             with box("say-or-stopped"):
-                self._command = CommandPanel(actions)
+                self._command = CommandPanel(actions, with_speech=desk.speech is not None)
                 self._stopped = StoppedPanel(actions, who)
             self._live = CameraPanel()
             self._map = MapPanel(desk)
@@ -132,6 +135,8 @@ class OperatorPage:
             nicegui_ui.notify(
                 item.text, type=NOTES.get(item.tone), position="bottom-left", timeout=12_000, close_button=_("Close")
             )
+            if self._desk.speech is not None:
+                read_aloud(item.text)
 
     async def _show_tab(self) -> None:
         match self._tabs.value:
@@ -143,7 +148,7 @@ class OperatorPage:
                 pass
 
 
-def _head(root_path: str) -> str:
+def _head(root_path: str, scripts: Sequence[str]) -> str:
     """The base of every address of ours, none of which begins with a slash; style and scripts, named by their content
     so that a browser never keeps old ones; the scripts' words.
 
@@ -159,7 +164,7 @@ def _head(root_path: str) -> str:
         f'{base}<script type="application/json" id="atom-texts">{said}</script>'
         f"<script>{(ASSETS / 'base.js').read_text(encoding='utf-8')}</script>"
         f'<link rel="stylesheet" href="{named("ui.css")}">'
-        + "".join(f'<script defer src="{named(name)}"></script>' for name in SCRIPTS)
+        + "".join(f'<script defer src="{named(name)}"></script>' for name in scripts)
         + '<meta name="theme-color" content="#f4f6f9" media="(prefers-color-scheme: light)">'
         '<meta name="theme-color" content="#0e1318" media="(prefers-color-scheme: dark)">'
     )

@@ -11,6 +11,7 @@ from ui.i18n import _
 from ui.latest_facts import Remembered
 from ui.operator_actions import COMMAND_MAX, ActionResult, OperatorActions
 from ui.page_model import PageModel
+from ui.panels.speech_panel import SpeechPanel, microphone_button, read_aloud
 from ui.panels.widgets import ChipRow, box, result_classes, section
 from ui.suggestions import is_question, suggestions
 
@@ -19,8 +20,10 @@ WHAT_IS_SAID = "() => emit(window.atom.said())"
 
 
 class CommandPanel:
-    def __init__(self, actions: OperatorActions) -> None:
+    def __init__(self, actions: OperatorActions, *, with_speech: bool) -> None:
+        """`with_speech`: there is a service that hears and speaks."""
         self._actions = actions
+        self._with_speech = with_speech
         self._remembered: Remembered | None = None
         self._queued: tuple[tuple[str, str], ...] = ()
         self._begun = self._running = False
@@ -35,10 +38,9 @@ class CommandPanel:
                     .on("keydown.enter", self._entered, js_handler=WHAT_IS_SAID)
                 )
                 self._suggestions = nicegui_ui.element("datalist").props(f"id={self._input.html_id}-datalist")
-                nicegui_ui.element("button").classes("mic").props(
-                    f'type=button hidden data-atom=mic aria-label="{_("Hold to speak")}"'
-                )
-                self._find = nicegui_ui.button(_("Find")).props("unelevated no-caps").classes("send")
+                if with_speech:
+                    microphone_button()
+                self._find = nicegui_ui.button(_("Find")).props("unelevated no-caps data-atom=find").classes("send")
                 self._find.on("click", self._entered, js_handler=WHAT_IS_SAID)
                 self._ask = nicegui_ui.button(_("Ask"), color=None).props("outline no-caps").classes("act ask")
                 self._ask.on("click", self._question, js_handler=WHAT_IS_SAID)
@@ -48,6 +50,8 @@ class CommandPanel:
                     self._pause = self._act(_("Pause"), _("Pause the mission"), actions.pause)
                     self._resume = self._act(_("Continue"), _("Continue the mission"), actions.resume)
                     self._cancel = self._act(_("Cancel"), _("Cancel the mission"), actions.cancel)
+            if with_speech:
+                SpeechPanel()
             self._answer = nicegui_ui.label().classes("answer").props("role=status aria-live=assertive")
             self._queue = nicegui_ui.element("ol").classes("queue").props(f'aria-label="{_("Queue")}"')
 
@@ -83,6 +87,8 @@ class CommandPanel:
         self._begun = begun
         self._answer.set_text(result.text if result.ok else _("Refused: {why}", why=result.text))
         self._answer.classes(replace=result_classes(result))
+        if self._with_speech and result.text:
+            read_aloud(result.text)
 
     def show(self, view: PageModel, remembered: Remembered) -> None:
         self._root.set_visibility(not view.stopped)
