@@ -191,7 +191,7 @@ async def test_the_client_hears_and_speaks_through_the_real_service() -> None:
             heard = [one async for one in ears.hearings()]
             await ears.send(loud[:3200])  # too late, and no harm
         assert (heard[-1].final, heard[-1].transcript.hot_text) == (True, "find the cup")
-        assert "tea pot" in recognizer.hot_words[-1]
+        assert any("tea pot" in one for one in recognizer.hot_words)
         assert (await client.speak(SpeakRequest(text="hello")))[:4] == b"RIFF"
         assert (await client.dependency()).ok
         async with client.listen([]) as ears:
