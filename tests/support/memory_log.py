@@ -9,7 +9,7 @@ from contracts.problem import Dependency
 from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
 from mesh.errors import NotFoundError, UnprocessableError
-from store.backup import Candidate, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase
 
 
 class MemoryLog:
@@ -75,13 +75,13 @@ class MemoryLog:
     async def dependency(self) -> Dependency:
         return Dependency.of("database", ok=True, detail="in memory: gone with the process")
 
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         raise UnprocessableError("a dict has no back-up")
 
-    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
         raise UnprocessableError("a dict has no back-up")
 
-    async def replace(self, candidate: Candidate, now_s: float) -> str:
+    async def replace(self, candidate: JudgedDatabase, now_s: float) -> str:
         raise UnprocessableError("a dict has no back-up")
 
 

@@ -16,7 +16,7 @@ from memory.objects import MapObject
 from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView, in_maps
 from memory.views import AggregatedView, ViewCell, contradicted, merged, view_at
 from mesh.errors import UnavailableError, UnprocessableError
-from store.backup import Candidate, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -218,13 +218,13 @@ class FakeStore:
             )
             self._sight(sighting, numbers, max)
 
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         raise UnprocessableError("a dict has no back-up")
 
-    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
         raise UnprocessableError("a dict has no back-up")
 
-    async def replace(self, candidate: Candidate) -> str:
+    async def replace(self, candidate: JudgedDatabase) -> str:
         raise UnprocessableError("a dict has no back-up")
 
     async def check(self) -> None:

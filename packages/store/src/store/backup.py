@@ -49,7 +49,7 @@ Shape = dict[str, frozenset[tuple[object, ...]]]
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class DatabaseCopy:
     """`file` has no name any more: it is gone once it is closed, also when the process is killed."""
 
     file: BinaryIO
@@ -58,7 +58,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class JudgedDatabase:
     """A sound database of ours, brought to the newest schema; `revision` is the one it came with."""
 
     path: Path
@@ -66,7 +66,7 @@ class Candidate:
     rows: dict[str, int]
 
 
-def snapshot(path: Path) -> Snapshot:
+def snapshot(path: Path) -> DatabaseCopy:
     """Of the database in use at `path`, as it is at one moment; lies beside it while it is made."""
     with naming_the_database():
         made = path.with_name(f"{path.name}.snapshot")
@@ -74,12 +74,12 @@ def snapshot(path: Path) -> Snapshot:
             _vacuum_into(path, made)
             with closing(_opened(made)) as connection:
                 revision = str(connection.execute("SELECT version_num FROM alembic_version").fetchone()[0])
-            return Snapshot(made.open("rb"), made.stat().st_size, revision)
+            return DatabaseCopy(made.open("rb"), made.stat().st_size, revision)
         finally:
             made.unlink(missing_ok=True)
 
 
-def judged(path: Path, migrations: Path, *, page_bytes: int, reads: Reads) -> Candidate:
+def judged(path: Path, migrations: Path, *, page_bytes: int, reads: Reads) -> JudgedDatabase:
     """The file at `path`, checked in every way before it is believed, and migrated. Only that file is written to."""
     with naming_the_database(), path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
@@ -93,7 +93,7 @@ def judged(path: Path, migrations: Path, *, page_bytes: int, reads: Reads) -> Ca
             if connection.execute("PRAGMA page_size").fetchone()[0] != page_bytes:
                 connection.execute(f"PRAGMA page_size = {page_bytes}")
                 connection.execute("VACUUM")
-    return Candidate(path, revision, rows)
+    return JudgedDatabase(path, revision, rows)
 
 
 def page_bytes_of(path: Path) -> int:

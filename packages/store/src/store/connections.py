@@ -10,7 +10,7 @@ from typing import TypeVar
 from sqlalchemy import Connection
 
 from mesh.errors import ConflictError, TooLargeError, UnavailableError
-from store.backup import Candidate, Reads, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase, Reads
 from store.database import CHECK_S, Database
 from store.sqlite_file import owners_alone, remove
 from store.troubles import naming_the_database
@@ -59,7 +59,7 @@ class Connections:
         loop = asyncio.get_running_loop()
         await loop.run_in_executor(self._writing, self._database.after_forgetting, self._writer)
 
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         """The content at one moment; writers go on. Raises `ConflictError` while another copy is being made, and
         `UnprocessableError` where the database is no file."""
         await self._prepare(self._busy_timeout_s)
@@ -67,7 +67,9 @@ class Connections:
             return await asyncio.to_thread(self._database.snapshot)
 
     @asynccontextmanager
-    async def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int, reads: Reads) -> AsyncGenerator[Candidate]:
+    async def candidate(
+        self, body: AsyncIterable[bytes], *, bytes_max: int, reads: Reads
+    ) -> AsyncGenerator[JudgedDatabase]:
         """What came in `body`, checked, for `replace` inside the block; it is gone afterwards. Besides what `snapshot`
         raises: `TooLargeError`, and `UnprocessableError` for what cannot be this database."""
         await self._prepare(self._busy_timeout_s)
@@ -79,7 +81,7 @@ class Connections:
             finally:
                 remove(place)
 
-    async def replace(self, candidate: Candidate) -> str:
+    async def replace(self, candidate: JudgedDatabase) -> str:
         """The database becomes the candidate, between two writes; the name of the file that keeps what it was."""
         work = self._database.replace
         kept = await asyncio.get_running_loop().run_in_executor(self._writing, work, candidate)

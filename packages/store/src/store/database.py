@@ -5,7 +5,7 @@ from typing import Protocol
 
 from sqlalchemy import Engine
 
-from store.backup import Candidate, Reads, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase, Reads
 
 CHECK_S = 0.3
 """A check waits so long for a lock."""
@@ -36,7 +36,7 @@ class Database(Protocol):
 
     def size_bytes(self, reader: Engine) -> int | None: ...
 
-    def snapshot(self) -> Snapshot:
+    def snapshot(self) -> DatabaseCopy:
         """Its content at one moment, as an SQLite file; like what follows it raises `UnprocessableError` where the
         database is no file."""
         ...
@@ -45,10 +45,10 @@ class Database(Protocol):
         """A file beside it, of a name that nothing else has; nothing of it is left from before."""
         ...
 
-    def judged(self, path: Path, reads: Reads) -> Candidate:
+    def judged(self, path: Path, reads: Reads) -> JudgedDatabase:
         """The file there, believed and migrated; `UnprocessableError` says what is wrong with it."""
         ...
 
-    def replace(self, candidate: Candidate) -> Path:
+    def replace(self, candidate: JudgedDatabase) -> Path:
         """All or nothing; while nothing else of this process writes. Returns what keeps the content from before."""
         ...

@@ -13,7 +13,7 @@ from sqlalchemy import URL, Engine, create_engine, event
 
 from mesh.errors import UnavailableError
 from store import backup
-from store.backup import Candidate, Reads, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase, Reads
 from store.database import CHECK_S
 from store.migrations import upgrade
 from store.troubles import naming_the_database
@@ -78,7 +78,7 @@ class SqliteFile:
     def size_bytes(self, reader: Engine) -> int | None:
         return sum(file.stat().st_size for file in self._files() if file.exists())
 
-    def snapshot(self) -> Snapshot:
+    def snapshot(self) -> DatabaseCopy:
         return backup.snapshot(self._path)
 
     def place_for_candidate(self) -> Path:
@@ -87,10 +87,10 @@ class SqliteFile:
             remove(place)
         return place
 
-    def judged(self, path: Path, reads: Reads) -> Candidate:
+    def judged(self, path: Path, reads: Reads) -> JudgedDatabase:
         return backup.judged(path, self._migrations, page_bytes=backup.page_bytes_of(self._path), reads=reads)
 
-    def replace(self, candidate: Candidate) -> Path:
+    def replace(self, candidate: JudgedDatabase) -> Path:
         return backup.replace(self._path, candidate.path, patience_s=self._busy_timeout_s)
 
     def _files(self) -> list[Path]:

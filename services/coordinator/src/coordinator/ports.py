@@ -13,7 +13,7 @@ from contracts.motion import BaseReply, DriveReply, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, Goal, GoalRequest, Map, VelocityReply
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
-from store.backup import Candidate, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase
 
 
 class Robot(Protocol):
@@ -139,15 +139,15 @@ class MissionLog(Protocol):
     async def recording(self, mission_id: str) -> tuple[str, ...]: ...
     async def picture(self, mission_id: str, number: int) -> bytes | None: ...
     async def request(self, key: str) -> KnownRequest | None: ...
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         """Everything at one moment, as an SQLite file; writing goes on. `ConflictError` while another copy is made."""
         ...
 
-    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
         """A snapshot that came back, judged, for `replace` inside the block. `TooLargeError`, `UnprocessableError`."""
         ...
 
-    async def replace(self, candidate: Candidate, now_s: float) -> str:
+    async def replace(self, candidate: JudgedDatabase, now_s: float) -> str:
         """All or nothing, while no mission runs; the name of the file that keeps what was there before. Missions that
         ran when the snapshot was made end as interrupted. Ids of events go on rising."""
         ...

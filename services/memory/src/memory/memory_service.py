@@ -44,8 +44,8 @@ from memory.whereabouts import Whereabouts
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
-from store.backup import Snapshot
-from store.turnstile import Turnstile
+from store.backup import DatabaseCopy
+from store.shared_lock import SharedLock
 
 log = structlog.get_logger()
 
@@ -67,9 +67,9 @@ class MemoryService:
         self._clock = clock
         self._senses = senses
         self._excluded = Exclusion.of(settings.excluded_labels)
-        self._turnstile = Turnstile()
-        """Passed by all that writes: numbers of maps that it holds are those of the database it writes to."""
-        self._whereabouts = Whereabouts(store, senses, clock, self._turnstile)
+        self._writing = SharedLock()
+        """Shared by all that writes: numbers of maps that it holds are those of the database it writes to."""
+        self._whereabouts = Whereabouts(store, senses, clock, self._writing)
         self._ingest = FrameIngest(settings, store, senses)
         self._blind = FrameIngest(settings, store, None)
         self._pending: deque[Detections] = deque(maxlen=PENDING_MAX)
@@ -144,7 +144,7 @@ class MemoryService:
 
     async def flush(self) -> None:
         """Everything buffered, in one transaction. Raises `UnavailableError` and keeps it all when that fails."""
-        async with self._turnstile.passing():
+        async with self._writing.shared():
             await self._write_buffer()
 
     async def _write_buffer(self) -> None:
@@ -168,7 +168,7 @@ class MemoryService:
         """Durable when it returns."""
         wanted = [one for one in batch.observations if one.label not in self._excluded]
         if wanted:
-            async with self._turnstile.passing():
+            async with self._writing.shared():
                 here, now_s = await self._whereabouts.here(), self._clock.now_s()
                 await self._store.remember([not_after(frame, now_s) for frame in frames_of(wanted, here.number)])
             STORED.labels("http").inc(len(wanted))
@@ -176,7 +176,7 @@ class MemoryService:
 
     async def look(self, batch: LookBatch) -> LooksReply:
         """Durable when it returns. A look confirms nothing: what was seen comes as observations."""
-        async with self._turnstile.passing():
+        async with self._writing.shared():
             here = await self._whereabouts.here()
             judged = [await self._ingest.judge(look, here.number) for look in batch.looks]
             now_s = self._clock.now_s()
@@ -249,7 +249,7 @@ class MemoryService:
     async def forget(self, what: ForgetRequest) -> DeletedReply:
         """What still waits in the buffer goes too. Raises `NotFoundError` when there was nothing."""
         await self.catch_up()
-        async with self._turnstile.passing():
+        async with self._writing.shared():
             of = (await self._whereabouts.here()).number if what.area is not None else None
             return _deleted(await self._store.forget(what, of))
 
@@ -280,13 +280,13 @@ class MemoryService:
             brought = await asyncio.to_thread(read, data, self._excluded)
         except exchange.MalformedError as error:
             raise UnprocessableError(str(error)) from error
-        async with self._turnstile.passing():
+        async with self._writing.shared():
             here = await self._whereabouts.here()
             named = tuple(replace(one, id=one.id or here.id) for one in brought.hoard.maps)
             await self._store.import_batch(replace(brought.hoard, maps=named or (replace(here, number=0),)))
         return ImportReply(objects=len(brought.hoard.things), views=len(brought.hoard.views), ignored=brought.ignored)
 
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         """What is remembered at this moment, what waited to be written included, as an SQLite file."""
         await self.catch_up()
         return await self._store.snapshot()
@@ -297,7 +297,7 @@ class MemoryService:
         async with self._store.candidate(body, bytes_max=self._settings.restore_bytes_max) as candidate:
             kept = ""
             if not dry_run:
-                async with self._turnstile.alone():
+                async with self._writing.alone():
                     await self._write_buffer()
                     kept = await self._store.replace(candidate)
                     await self._whereabouts.know_again()
@@ -347,7 +347,7 @@ class MemoryService:
         """A frame leaves the line only once it is in the buffer: an ending service finds it in one of the two."""
         async with self._looking:
             while self._pending:
-                async with self._turnstile.passing():
+                async with self._writing.shared():
                     await self._look_at_next(ingest)
 
     async def _look_at_next(self, ingest: FrameIngest) -> None:

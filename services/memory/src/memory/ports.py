@@ -12,7 +12,7 @@ from contracts.robot import KnownMap
 from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
 from memory.objects import MapObject
-from store.backup import Candidate, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase
 
 
 @dataclass(slots=True)
@@ -175,16 +175,16 @@ class Store(Protocol):
         """All or nothing. What is there already is not doubled."""
         ...
 
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         """Everything at one moment, as an SQLite file; others go on writing. `ConflictError` while another copy is
         made, `UnprocessableError` where the database has a back-up of its own, as for `candidate`."""
         ...
 
-    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
         """A snapshot that came back, judged, for `replace` inside the block. `TooLargeError`, `UnprocessableError`."""
         ...
 
-    async def replace(self, candidate: Candidate) -> str:
+    async def replace(self, candidate: JudgedDatabase) -> str:
         """All or nothing; the name of the file that keeps what was there before."""
         ...
 

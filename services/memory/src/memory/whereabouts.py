@@ -6,7 +6,7 @@ from contracts.robot import RobotState
 from memory.ports import DepthAndMap, KeptMap, Store
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError
-from store.turnstile import Turnstile
+from store.shared_lock import SharedLock
 
 log = structlog.get_logger()
 
@@ -16,9 +16,9 @@ MAPS_TOLD = 20
 class Whereabouts:
     """robot_bridge says which map it is, on the bus and with its map; until it does, the robot is where it was last."""
 
-    def __init__(self, store: Store, senses: DepthAndMap | None, clock: Clock, turnstile: Turnstile) -> None:
-        """Passes the turnstile to write down where the robot is."""
-        self._turnstile = turnstile
+    def __init__(self, store: Store, senses: DepthAndMap | None, clock: Clock, writing: SharedLock) -> None:
+        """Shares the lock to write down where the robot is."""
+        self._writing = writing
         self._store = store
         self._senses = senses
         self._clock = clock
@@ -69,7 +69,7 @@ class Whereabouts:
             await self._enter_alone(here.id, self._was)
 
     async def _enter(self, map_id: str, was: tuple[str, ...]) -> None:
-        async with self._turnstile.passing():
+        async with self._writing.shared():
             await self._enter_alone(map_id, was)
 
     async def _enter_alone(self, map_id: str, was: tuple[str, ...]) -> None:

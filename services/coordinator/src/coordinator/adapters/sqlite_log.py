@@ -19,7 +19,7 @@ from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
-from store.backup import Candidate, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase
 from store.connections import Connections
 from store.sqlite_file import SqliteFile
 
@@ -279,14 +279,14 @@ class SqliteLog:
 
     # back-up
 
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         await self.flushed()
         return await self._connections.snapshot()
 
-    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
         return self._connections.candidate(body, bytes_max=bytes_max, reads=_everything)
 
-    async def replace(self, candidate: Candidate, now_s: float) -> str:
+    async def replace(self, candidate: JudgedDatabase, now_s: float) -> str:
         """What comes meanwhile is not kept: its numbers could be taken already in what is restored."""
         await self.flushed()
         self._opened = False

@@ -8,7 +8,7 @@ from sqlalchemy import URL, Engine, create_engine, event, text
 from contracts.backup import BackupRefusal
 from memory.adapters.tables import MIGRATIONS
 from mesh.errors import UnprocessableError
-from store.backup import Candidate, Reads, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase, Reads
 from store.migrations import upgrade
 from store.troubles import naming_the_database
 
@@ -63,16 +63,16 @@ class Postgres:
                 text("SELECT pg_total_relation_size('views') + pg_total_relation_size('things')")
             ).scalar_one()
 
-    def snapshot(self) -> Snapshot:
+    def snapshot(self) -> DatabaseCopy:
         self._refuse()
 
     def place_for_candidate(self) -> Path:
         self._refuse()
 
-    def judged(self, path: Path, reads: Reads) -> Candidate:
+    def judged(self, path: Path, reads: Reads) -> JudgedDatabase:
         self._refuse()
 
-    def replace(self, candidate: Candidate) -> Path:
+    def replace(self, candidate: JudgedDatabase) -> Path:
         self._refuse()
 
     def _refuse(self) -> NoReturn:

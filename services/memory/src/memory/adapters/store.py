@@ -15,7 +15,7 @@ from memory.frames import Frame, Tally
 from memory.objects import MapObject
 from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView
 from memory.settings import Settings
-from store.backup import Candidate, Snapshot
+from store.backup import DatabaseCopy, JudgedDatabase
 from store.connections import Connections
 from store.database import Database
 from store.sqlite_file import SqliteFile
@@ -157,13 +157,13 @@ class SqlStore:
 
         await self._connections.write(work)
 
-    async def snapshot(self) -> Snapshot:
+    async def snapshot(self) -> DatabaseCopy:
         return await self._connections.snapshot()
 
-    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[Candidate]:
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
         return self._connections.candidate(body, bytes_max=bytes_max, reads=reading.everything)
 
-    async def replace(self, candidate: Candidate) -> str:
+    async def replace(self, candidate: JudgedDatabase) -> str:
         kept = await self._connections.replace(candidate)
         self._at_most.clear()
         return kept

@@ -1,12 +1,12 @@
-"""Many may write, or one alone may exchange what is written to."""
+"""A lock that many share, or one holds alone."""
 
 import asyncio
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
 
-class Turnstile:
-    """`passing` blocks run side by side, an `alone` block without any of them. `passing` blocks must not be nested:
+class SharedLock:
+    """`shared` blocks run side by side, an `alone` block without any of them. `shared` blocks must not be nested:
     the inner one would wait for whoever waits for the outer one."""
 
     def __init__(self) -> None:
@@ -15,7 +15,7 @@ class Turnstile:
         self._changed = asyncio.Condition()
 
     @asynccontextmanager
-    async def passing(self) -> AsyncGenerator[None]:
+    async def shared(self) -> AsyncGenerator[None]:
         async with self._alone:
             self._inside += 1
         try:
