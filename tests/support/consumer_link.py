@@ -29,7 +29,7 @@ def body_of(content: bytes, kind: str) -> dict[str, Any]:
         return {}
     if "json" in kind and "ndjson" not in kind:
         return {"type": kind, "json": json.loads(content)}
-    if kind.startswith("image/"):
+    if kind.startswith(("image/", "audio/")):
         return {"type": kind, "base64": base64.b64encode(content).decode()}
     return {"type": kind, "text": content.decode()}
 

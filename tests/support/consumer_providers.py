@@ -18,6 +18,8 @@ from memory.app import create_app as create_memory
 from memory.settings import Settings as MemorySettings
 from robot_bridge.app import create_app as create_bridge
 from robot_bridge.settings import Settings as BridgeSettings
+from speech.app import create_app as create_speech
+from speech.settings import Settings as SpeechSettings
 from support import coordinator_world
 from support.bus import MemoryBus
 from support.described import described_bus
@@ -27,6 +29,7 @@ from support.inference_fakes import FakeCamera, FakeClip, FakeDetector, FakeLang
 from support.memory_log import MemoryLog
 from support.memory_store import FakeStore
 from support.observations import seen
+from support.speech_fakes import FakeRecognizer, FakeSynthesizer, LoudActivity
 from support.toy_robot import DOCK, ToyRobot
 from support.waiting import until_true
 
@@ -135,6 +138,16 @@ async def _coordinator(_: Path) -> AsyncIterator[Served]:
             await asyncio.gather(*running, return_exceptions=True)
 
 
+@contextlib.asynccontextmanager
+async def _speech(_: Path) -> AsyncIterator[Served]:
+    app = create_speech(
+        SpeechSettings(), recognizer=FakeRecognizer(), activity=LoudActivity(), synthesizers=[FakeSynthesizer()]
+    )
+    async with served("speech", app, Counter()) as service:
+        await _ready(service)
+        yield service
+
+
 async def _time_passes(clock: FakeClock) -> None:
     """Ten times as fast as outside."""
     while True:
@@ -142,4 +155,10 @@ async def _time_passes(clock: FakeClock) -> None:
         await asyncio.sleep(0.01)
 
 
-PROVIDERS = {"coordinator": _coordinator, "inference": _inference, "memory": _memory, "robot_bridge": _robot_bridge}
+PROVIDERS = {
+    "coordinator": _coordinator,
+    "inference": _inference,
+    "memory": _memory,
+    "robot_bridge": _robot_bridge,
+    "speech": _speech,
+}

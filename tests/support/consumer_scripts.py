@@ -6,6 +6,8 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import aclosing
 from typing import Any, Final
 
+import numpy as np
+
 from atom_cli.services import Services
 from contracts.geometry import Pose2D, Twist2D
 from contracts.language import ReasonRequest
@@ -20,6 +22,7 @@ from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.settings import Settings
 from inference.adapters.bridge_camera import BridgeCamera
 from memory.adapters.robot_bridge import MAP_AGE_S_MAX, RobotBridge
+from speech.sound import RATE_HZ, to_wav
 from support.consumer_link import InThread, Line
 from support.fake_clock import FakeClock
 from support.observations import look
@@ -32,6 +35,7 @@ from ui.settings import Settings as PageSettings
 CUP: Final = Target(label="cup", description="red cup")
 NEAR: Final = Pose2D(x=1.35, y=2.0, yaw=0.0)
 OFF_THE_MAP: Final = Pose2D(x=400.0, y=2.0, yaw=0.0)
+SOUND: Final = to_wav(np.full(RATE_HZ // 4, 0.3, np.float32), RATE_HZ)
 BOXES: Final = LocalizeRequest(boxes_xyxy=((105.0, 105.0, 145.0, 145.0),), image_width_px=250, image_height_px=250)
 
 
@@ -155,6 +159,7 @@ async def cli_of_coordinator(line: Line) -> None:
         await line.ask_in_thread(services.events, started.id, after=-1)  # type: ignore[union-attr]
         await line.ask_in_thread(services.ask, "where is the cup?")
         await line.ask_in_thread(services.status)
+        await line.ask_in_thread(services.understand, ("find the cup", "find the cap"))
         await line.ask_in_thread(services.start, "stop")
 
 
@@ -170,6 +175,11 @@ async def cli_of_robot_bridge(line: Line) -> None:
         await line.ask_in_thread(services.robot)
         await line.ask_in_thread(services.stop)
         await line.ask_in_thread(services.resume)
+
+
+async def cli_of_speech(line: Line) -> None:
+    with _terminal(line) as services:
+        await line.ask_in_thread(services.transcribe, SOUND, ["tea pot"])
 
 
 def _terminal(line: Line) -> Services:
@@ -194,6 +204,7 @@ SCRIPTS: Final[dict[tuple[str, str], Script]] = {
     ("cli", "coordinator"): cli_of_coordinator,
     ("cli", "memory"): cli_of_memory,
     ("cli", "robot_bridge"): cli_of_robot_bridge,
+    ("cli", "speech"): cli_of_speech,
 }
 
 CLIENTS: Final[dict[type[Any], tuple[tuple[str, str], ...]]] = {
@@ -205,6 +216,6 @@ CLIENTS: Final[dict[type[Any], tuple[tuple[str, str], ...]]] = {
     PageBridge: (("ui", "robot_bridge"),),
     BridgeCamera: (("inference", "robot_bridge"),),
     RobotBridge: (("memory", "robot_bridge"),),
-    Services: (("cli", "coordinator"), ("cli", "memory"), ("cli", "robot_bridge")),
+    Services: (("cli", "coordinator"), ("cli", "memory"), ("cli", "robot_bridge"), ("cli", "speech")),
 }
 """Whose calls the scripts of these pairs make."""

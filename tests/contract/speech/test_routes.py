@@ -119,6 +119,13 @@ async def test_a_stop_in_either_reading_is_told_as_one(plain: str, hot: str) -> 
     assert heard.stop
 
 
+async def test_in_a_long_saying_only_the_plain_reading_is_a_stop() -> None:
+    async with asked(made(recognizer=FakeRecognizer("I will be at the shop", "stop, I will be"))) as speech:
+        long = to_wav(np.tile(LOUD, 4), RATE_HZ)
+        heard = Transcript.model_validate_json((await speech.post("/transcribe", content=long)).content)
+    assert not heard.stop
+
+
 async def test_sixteen_minutes_and_a_hundred_megabytes_are_too_long(speech: httpx.AsyncClient) -> None:
     raw = {"content-type": "audio/L16"}
     for body in (bytes(2 * RATE_HZ * 20), bytes(2 * RATE_HZ * 960), bytes(100_000_000)):

@@ -1,4 +1,4 @@
-"""`atom`: find, ask, stop, resume, status, memory, backup, restore, keys. Exit codes are told by `atom --help`."""
+"""`atom`: find, ask, listen, stop, resume, status, memory, backup, restore, keys. Exit codes: `atom --help`."""
 
 import contextlib
 import os
@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from atom_cli import archive, keys
+from atom_cli import archive, keys, listening
 from atom_cli import backup as copies
 from atom_cli.services import OBEYED_S, AwayError, ServiceError, Services, host_of
 from contracts.backup import BackupService
@@ -45,7 +45,8 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     help="The robot from a terminal. Exit codes: 0 done (found) · 10 not found · 11 unsure · 12 cancelled · "
-    "13 aborted · 1 not confirmed · 2 wrong usage · 3 refused (no key, a wrong one, not now, or a bad back-up) · "
+    "13 aborted · 1 not confirmed, or nobody spoke · 2 wrong usage · "
+    "3 refused (no key, a wrong one, not now, or a bad back-up) · "
     "4 a service is away or not ready · 130 interrupted (the mission goes on).",
 )
 app.add_typer(keys.app, name="keys")
@@ -64,7 +65,7 @@ def _host(said: str) -> str:
 Host = Annotated[
     str, typer.Option(envvar="ATOM_HOST", help="where the services listen: a name or an address", callback=_host)
 ]
-PortBase = Annotated[int, typer.Option(envvar="ATOM_PORT_BASE", help="ports are this + 1..4", min=1, max=65000)]
+PortBase = Annotated[int, typer.Option(envvar="ATOM_PORT_BASE", help="ports are this + 1..5", min=1, max=65000)]
 
 Only = Annotated[list[BackupService] | None, typer.Option(help="this service's alone; several: said again")]
 
@@ -116,6 +117,32 @@ def ask(
     console.print(escape(answer.answer), soft_wrap=True)
     if answer.notes:
         console.print(f"[dim]{escape(answer.notes)}[/]", soft_wrap=True)
+
+
+@app.command()
+def listen(
+    file: Annotated[
+        Path | None, typer.Option("--file", help="a WAV instead of the microphone (pip install 'atom-cli[listen]')")
+    ] = None,
+    send: Annotated[bool, typer.Option("--send", help="do not ask before it is sent")] = False,
+    host: Host = "127.0.0.1",
+    port_base: PortBase = 8000,
+) -> None:
+    """Listens once, says what it heard, and sends it when you agree. An order to stop acts at once."""
+    sound = listening.sound_of(file, console)
+    with _services(host, port_base) as services:
+        transcript = _or_exit(lambda: listening.heard_by(services, sound))
+        if transcript.stop:
+            _or_exit(services.stop)
+        listening.told(console, transcript)
+        if transcript.stop:
+            console.print("[bold red]stopped[/]. `atom resume` permits motion again.")
+            return
+        if transcript.no_speech:
+            console.print("Nobody spoke.")
+            raise typer.Exit(listening.EXIT_NOTHING_MEANT)
+        understood = _or_exit(lambda: services.understand((transcript.hot_text, transcript.text)))
+    find(listening.meant(console, understood, send=send).command, host, port_base)
 
 
 @app.command()

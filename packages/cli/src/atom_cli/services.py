@@ -7,7 +7,7 @@ ServiceError
 
 import contextlib
 import uuid
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from ipaddress import IPv6Address
 from pathlib import Path
 from types import TracebackType
@@ -18,19 +18,24 @@ from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
 from contracts.backup import SCHEMA_HEADER, BackupService, RestoreReply
+from contracts.intent import Understand, Understood
 from contracts.memory import LabelCount, RememberedObject
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.problem import Problem, Readiness
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest, RobotState
+from contracts.speech import Transcript
 
 T = TypeVar("T")
 
-PORTS: Final = {"coordinator": 1, "inference": 2, "memory": 3, "robot_bridge": 4}
+PORTS: Final = {"coordinator": 1, "inference": 2, "memory": 3, "robot_bridge": 4, "speech": 5}
 STOP_TRIES: Final = 3
 STARTING_S: Final = 60.0
 """Reading a command may ask a language model."""
 COPYING: Final = httpx.Timeout(300.0, connect=2.0)
 """A database is read, or judged whole, before an answer begins."""
+HEARING_S: Final = 20.0
+
+
 STARTED: Final[TypeAdapter[Mission | Heard]] = TypeAdapter(Mission | Heard)
 OBEYED_S: Final = 2.5
 """So long the coordinator may take to say that an order was obeyed."""
@@ -63,7 +68,7 @@ def host_of(said: str) -> str:
     if url.scheme != "http":
         raise ValueError(f"the services speak http, not {url.scheme}")
     if url.port is not None:
-        raise ValueError(f"say {url.host} alone: the ports of the services are --port-base + 1 to + 4")
+        raise ValueError(f"say {url.host} alone: the ports of the services are --port-base + 1 to + 5")
     if not url.host or "%20" in url.host or url.userinfo or url.path != "/" or url.query or url.fragment:
         raise ValueError(f"{said!r} is no name or address of a host")
     return url.host
@@ -105,6 +110,26 @@ class Services:
         headers = {"content-type": "application/json"}
         answer = self._call("coordinator", "POST", "/ask", content=body, headers=headers, timeout=STARTING_S)
         return self._parsed("coordinator", answer, TypeAdapter(Answer))
+
+    def transcribe(self, wav: bytes, hot_words: Sequence[str]) -> Transcript:
+        headers = {"content-type": "audio/wav"}
+        answer = self._call(
+            "speech",
+            "POST",
+            "/transcribe",
+            content=wav,
+            params={"hot_words": list(hot_words)},
+            headers=headers,
+            timeout=HEARING_S,
+        )
+        return self._parsed("speech", answer, TypeAdapter(Transcript))
+
+    def understand(self, readings: Sequence[str]) -> Understood:
+        """The likeliest reading first."""
+        body = Understand(readings=tuple(readings)).model_dump_json()
+        headers = {"content-type": "application/json"}
+        answer = self._call("coordinator", "POST", "/understand", content=body, headers=headers, timeout=STARTING_S)
+        return self._parsed("coordinator", answer, TypeAdapter(Understood))
 
     def mission(self, mission_id: str) -> Mission:
         return self._get("coordinator", f"/missions/{mission_id}", Mission)

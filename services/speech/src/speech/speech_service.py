@@ -1,7 +1,7 @@
 """Listens and speaks, one call at a time; keeps neither sound nor words."""
 
 import asyncio
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -170,16 +170,16 @@ class SpeechService:
         hints = ("", fitting(names, self.recognizer.tokens_of), self._stop_hint)
         readings = self.recognizer.readings(samples, hints)
         plain, hot = next(readings), next(readings)
-        return plain, hot, stop_in(plain.text) or stop_in(hot.text) or self._leans_to_stop(samples, readings)
+        short = duration_s(samples) <= STOP_S_MAX
+        leaning = short and (stop_in(hot.text) or stop_in(next(readings).text, whole=False))
+        return plain, hot, stop_in(plain.text) or leaning
 
     def _read_plain(self, samples: Samples, look_for_stop: bool) -> tuple[Reading, bool]:
         readings = self.recognizer.readings(samples, ("", self._stop_hint))
         plain = next(readings)
         stop = stop_in(plain.text, whole=False)
-        return plain, stop or (look_for_stop and self._leans_to_stop(samples, readings))
-
-    def _leans_to_stop(self, samples: Samples, readings: Iterator[Reading]) -> bool:
-        return duration_s(samples) <= STOP_S_MAX and stop_in(next(readings).text, whole=False)
+        short = duration_s(samples) <= STOP_S_MAX
+        return plain, stop or (look_for_stop and short and stop_in(next(readings).text, whole=False))
 
     def _require(self, part: str) -> None:
         if part in self._away:
