@@ -85,20 +85,20 @@ async def listened(speech: SpeechService, sound: Sound) -> tuple[int, list[str]]
 
 
 def pieces(sounds: Path) -> Iterator[tuple[str, str, int, Sound]]:
-    """(kind, voice, number, sound), noise first."""
+    """(kind, voice, number, sound): noise, then people one at a time, then several at once."""
     draw = np.random.default_rng(SEED)
     for name, made in noises().items():
         for number in range(round(NOISE_MINUTES)):
             yield name, "noise", number, made(draw, int(PIECE_S * RATE))
-    speakers = [_joined(KINDS[1], voice, 0, sounds) for voice in voices()]
-    for number in range(round(NOISE_MINUTES)):
-        yield "babble", "noise", number, babble(speakers, int(PIECE_S * RATE), draw)
     for number in range(max(round(kind.minutes) for kind in KINDS)):
         for kind in KINDS:
             for voice in voices():
                 if number < kind.minutes:
                     sound = _joined(kind, voice, number, sounds)
                     yield kind.name, voice, number, spoiled(sound, NOISES_DB[number % 2], number)
+    speakers = [_joined(KINDS[1], voice, 0, sounds) for voice in voices()]
+    for number in range(round(NOISE_MINUTES)):
+        yield "babble", "noise", number, babble(speakers, int(PIECE_S * RATE), draw)
 
 
 def _joined(kind: Kind, voice: str, number: int, sounds: Path) -> Sound:
