@@ -19,7 +19,7 @@ export YOLO_OFFLINE ?= 1
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
 .PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
 .PHONY: docs sbom audit
-.PHONY: bench-hostile bench-calibration test-ui screens bench-ui
+.PHONY: bench-hostile bench-soak bench-calibration test-ui screens bench-ui
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-16s %s\n", $$1, $$2}'
@@ -121,6 +121,9 @@ bench-faults: setup ## do to the running mesh what may happen to it, and tell wh
 
 bench-hostile: setup ## hostile requests to every service of the running mesh, stops asked meanwhile: REQUESTS=100000 MINUTES=240; out/bench/hostile.json
 	$(PY) -m bench.hostile --requests $(or $(REQUESTS),100000) --minutes $(or $(MINUTES),240)
+
+bench-soak: setup ## missions one after another, two viewers of the page: does any process grow? MINUTES=120; out/bench/soak.json and .png
+	$(PY) -m bench.soak --minutes $(or $(MINUTES),120)
 
 bench-votes: setup ## the votes on held-out homes: COCO=folder of a COCO detector to judge beside ours
 	$(PY) -m bench.votes $(if $(COCO),--coco $(COCO))

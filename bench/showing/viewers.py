@@ -1,8 +1,12 @@
-"""Viewers without a screen: each speaks to the ui as an open page does (NiceGUI's socket, camera, map marks)."""
+"""Viewers without a screen: each speaks to the ui as an open page does (NiceGUI's socket, camera, map marks).
+
+Where there are keys, ATOM_KEY is theirs.
+"""
 
 import argparse
 import asyncio
 import contextlib
+import os
 import re
 import signal
 import sys
@@ -16,9 +20,13 @@ from websockets.exceptions import WebSocketException
 CLIENT_ID = re.compile(r"[\"']client_id[\"']\s*:\s*[\"']([0-9a-f-]{36})[\"']")
 
 
+def headers() -> dict[str, str]:
+    return {"Authorization": f"Bearer {key}"} if (key := os.environ.get("ATOM_KEY")) else {}
+
+
 async def page(url: str) -> socketio.AsyncClient:
     """The page's own connection, its handshake done; its timers run from here on."""
-    async with httpx.AsyncClient(trust_env=False, timeout=30.0) as http:
+    async with httpx.AsyncClient(trust_env=False, timeout=30.0, headers=headers()) as http:
         text = (await http.get(url)).text
     found = CLIENT_ID.search(text)
     if found is None:
@@ -26,15 +34,19 @@ async def page(url: str) -> socketio.AsyncClient:
     query = f"client_id={found[1]}&tab_id={uuid.uuid4()}&document_id={uuid.uuid4()}&next_message_id=0"
     client = socketio.AsyncClient()
     await client.connect(
-        f"{url}?{query}&implicit_handshake=true", socketio_path="/_nicegui_ws/socket.io", transports=["websocket"]
+        f"{url}?{query}&implicit_handshake=true",
+        headers=headers(),
+        socketio_path="/_nicegui_ws/socket.io",
+        transports=["websocket"],
     )
     return client
 
 
 async def pull(url: str, path: str, counts: dict[str, int]) -> None:
     """Asks for the next when the last has come, as the page's scripts do."""
+    address = url.replace("http", "ws", 1) + path
     with contextlib.suppress(WebSocketException):
-        async with connect(url.replace("http", "ws", 1) + path, proxy=None, max_size=None) as socket:
+        async with connect(address, additional_headers=headers(), proxy=None, max_size=None) as socket:
             while True:
                 await socket.send("next")
                 if isinstance(await socket.recv(), bytes):

@@ -4,6 +4,8 @@ import logging
 
 import pytest
 
+from bench.hostility.holding import holdings
+from bench.soak import HANDLES_MORE_MAX, Soak, round_of
 from demo.stack import SERVICES
 from support.mesh_run import MeshRun
 
@@ -41,6 +43,21 @@ def test_the_emergency_stop_stops_and_it_stays_stopped(mesh: MeshRun) -> None:
     assert refused.status_code == 409
     mesh.post("robot_bridge", "/emergency-stop/reset").raise_for_status()
     mesh.stays_at_rest_for(2.0)
+
+
+def test_missions_that_are_stopped_leave_no_handle_open(mesh: MeshRun) -> None:
+    """`make bench-soak` does more of it, for hours."""
+    soak = Soak()
+    stopped_in_mid_drive = 3
+    round_of(mesh, soak, stopped_in_mid_drive)
+    before = holdings(mesh.stack)
+    for _ in range(2):
+        round_of(mesh, soak, stopped_in_mid_drive)
+    after = holdings(mesh.stack)
+    assert soak.ended == {"aborted": 3}
+    assert {name: one.pid for name, one in after.items()} == {name: one.pid for name, one in before.items()}
+    more = {name: after[name].handles - before[name].handles for name in before}
+    assert max(more.values()) <= HANDLES_MORE_MAX, more
 
 
 def test_killing_the_coordinator_brings_the_robot_to_rest_and_nothing_resumes(mesh: MeshRun) -> None:

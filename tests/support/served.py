@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 import uvicorn
 from fastapi import FastAPI
 
-from mesh.server import HeaderLimitsProtocol
+from mesh.server import CheckedTextProtocol, RequestLimitsProtocol
 from support.redis_server import free_port
 from support.waiting import until
 
@@ -17,7 +17,13 @@ async def served(app: FastAPI) -> AsyncIterator[str]:
     """Yields its base URL once it answers."""
     port = free_port()
     config = uvicorn.Config(
-        app, host="127.0.0.1", port=port, http=HeaderLimitsProtocol, log_level="warning", timeout_graceful_shutdown=1
+        app,
+        host="127.0.0.1",
+        port=port,
+        http=RequestLimitsProtocol,
+        ws=CheckedTextProtocol,
+        log_level="warning",
+        timeout_graceful_shutdown=1,
     )
     server = uvicorn.Server(config)
     server.capture_signals = contextlib.nullcontext  # type: ignore[method-assign]  # the test runner keeps its own

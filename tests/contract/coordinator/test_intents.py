@@ -144,3 +144,11 @@ async def test_a_stop_in_one_reading_is_enough(open_mesh: OpenMesh, readings: tu
         told = await understand(mesh, *readings)
         assert told.intent is not None
         assert told.intent.action is WantedAction.STOP
+
+
+@pytest.mark.parametrize("readings", [(",",), ("find the cup", ","), ("red", "", "\u2068"), ("'", '"')])
+async def test_a_reading_without_a_word_is_none(open_mesh: OpenMesh, readings: tuple[str, ...]) -> None:
+    async with open_mesh(BOTTLE) as mesh:
+        whole = await understand(mesh, *readings)
+        worded = [reading for reading in readings if any(letter.isalpha() for letter in reading)]
+        assert whole == (await understand(mesh, *worded) if worded else await understand(mesh, " "))

@@ -5,20 +5,48 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import httpx
 import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosedError
+from websockets.frames import Frame, Opcode
 
 from support.redis_server import free_port
 from support.waiting import until_true
 
 HOSTS = ("127.0.0.1", "127.0.0.2")
 PROGRAM = """
-import sys
-from fastapi import FastAPI
+import asyncio, sys
+from fastapi import FastAPI, WebSocket
+from fastapi.responses import StreamingResponse
 from mesh import server
-server.HEADER_S_MAX = 0.5
+
 pages = FastAPI()
+released = asyncio.Event()
+
+@pages.get("/held")
+async def held() -> StreamingResponse:
+    async def late():
+        await released.wait()
+        for letter in "late":
+            yield letter
+            await asyncio.sleep(0)
+
+    return StreamingResponse(late())
+
+@pages.get("/release")
+async def release() -> str:
+    released.set()
+    return "released"
+
+@pages.websocket("/socket")
+async def socket(socket: WebSocket) -> None:
+    await socket.accept()
+    async for _ in socket.iter_text():
+        pass
+
 async def app(scope, receive, send):
     # /length answers with how much came, and with the fields it sees once all has come
     if scope["type"] != "http" or scope["path"] != "/length":
@@ -30,17 +58,23 @@ async def app(scope, receive, send):
     told = b"%d %s" % (size, b",".join(name for name, _ in scope["headers"]))
     await send({"type": "http.response.start", "status": 200, "headers": []})
     await send({"type": "http.response.body", "body": told})
+
+server.HEADER_S_MAX = 0.5
+server.BODY_WAIT_S_MAX = 0.5
 server.serve(app, host=sys.argv[1], port=int(sys.argv[2]))
 """
 
 
 @pytest.fixture
-def port() -> Iterator[int]:
-    port = free_port()
-    server = subprocess.Popen([sys.executable, "-c", PROGRAM, ",".join(HOSTS), str(port)])
+def port(tmp_path: Path) -> Iterator[int]:
+    """Of a server; whatever was done to it, it has nothing to complain of."""
+    port, complaints = free_port(), tmp_path / "stderr"
+    with complaints.open("wb") as stderr:
+        server = subprocess.Popen([sys.executable, "-c", PROGRAM, ",".join(HOSTS), str(port)], stderr=stderr)
     yield port
     server.send_signal(signal.SIGTERM)
     assert server.wait(30.0) == 0
+    assert "Traceback" not in complaints.read_text()
 
 
 async def test_a_service_listens_at_every_address_named_and_at_no_other(port: int) -> None:
@@ -138,3 +172,35 @@ async def test_trailers_and_extensions_without_an_end_are_not_kept(port: int, en
             answer = b""
     assert b" 200 " not in answer
     writer.close()
+
+
+async def test_a_body_that_stops_coming_is_answered_408(port: int) -> None:
+    reader, writer = await served_at(port)
+    writer.write(b"POST /length HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n1\r\na\r\n")
+    async with asyncio.timeout(20.0):
+        assert (await reader.readline()).startswith(b"HTTP/1.1 408")
+        assert (await reader.read()).endswith(b"\r\n\r\n")
+    writer.close()
+
+
+async def test_answers_to_a_connection_that_is_gone_are_dropped(port: int) -> None:
+    reader, writer = await served_at(port)
+    async with asyncio.timeout(20.0), httpx.AsyncClient(base_url=f"http://{HOSTS[0]}:{port}") as client:
+        writer.write(b"GET /held HTTP/1.1\r\nHost: localhost\r\n\r\n" * 2)
+        assert await reader.readline() == b"HTTP/1.1 200 OK\r\n"
+        writer.transport.abort()
+        for _ in range(3):
+            assert (await client.get("/release")).json() == "released"
+        assert (await client.get("/held")).text == "late"
+
+
+async def test_text_that_is_no_utf8_closes_a_socket_with_1007(port: int) -> None:
+    _, writer = await served_at(port)
+    writer.close()
+    async with connect(f"ws://{HOSTS[0]}:{port}/socket", proxy=None) as socket:
+        socket.protocol.writes.append(Frame(Opcode.TEXT, b"\xff").serialize(mask=True))
+        await socket.send("and more")
+        with pytest.raises(ConnectionClosedError) as closed:
+            await socket.recv()
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1007

@@ -94,7 +94,7 @@ class ValidateRequest(Message):
 
     target: Target
     bbox_xyxy: BboxXyxy | None = None
-    after_stamp_s: float | None = None
+    after_stamp_s: StampS | None = None
     moving: bool = Field(
         default=False, description="the robot drives on: the vision-language model, which takes seconds, abstains"
     )

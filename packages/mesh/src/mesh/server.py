@@ -8,20 +8,25 @@ from typing import Any, Final
 
 import uvicorn
 from fastapi import FastAPI
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 HEADER_BYTES_MAX: Final = 64 * 1024
 HEADER_S_MAX = 10.0
+BODY_WAIT_S_MAX = 20.0
+TIMED_OUT: Final = b"HTTP/1.1 408 Request Timeout\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 
-class HeaderLimitsProtocol(HttpToolsProtocol):
-    """uvicorn's own waits for the end of a request's headers for ever, and keeps all that comes of them.
+class RequestLimitsProtocol(HttpToolsProtocol):
+    """uvicorn's own waits for the end of a request for ever, and keeps all that comes of its headers.
 
-    Here a connection is closed that has not ended them `HEADER_S_MAX` after it was made, or after its last answer; 431
-    answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that). Bodies do not count.
-    What comes between parts of a chunked body and behind its last (extensions, trailers) is bound by the same number of
-    bytes, and belongs to no header: an app would see trailers among those its access was decided by.
+    Here a connection is closed that has not ended its headers `HEADER_S_MAX` after it was made, or after its last
+    answer; 431 answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that), 408 a
+    body of which nothing came for `BODY_WAIT_S_MAX`. What comes between parts of a chunked body and behind its last
+    (extensions, trailers) is bound by the same number of bytes, and belongs to no header: an app would see trailers
+    among those its access was decided by. Every request that waits on a connection which closes is told so: uvicorn
+    tells the last one read, and what writes for the others gets a RuntimeError of uvloop.
     """
 
     _bytes = 0
@@ -29,6 +34,13 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
     _read = 0
     _in_body = False
     _deadline: asyncio.TimerHandle | None = None
+    """Of the headers."""
+    _body_deadline: asyncio.TimerHandle | None = None
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._answering = list[RequestResponseCycle]()
+        """The requests read and not answered yet: the one that is being answered, then those pipelined behind it."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         super().connection_made(transport)
@@ -36,16 +48,22 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._unset_deadline()
+        self._unset_body_deadline()
         super().connection_lost(exc)
+        self._tell_answering()
 
     def data_received(self, data: bytes) -> None:
         self._read = len(data)
         super().data_received(data)
+        if self.transport.is_closing():  # what came is not HTTP
+            self._close()
+        if self._in_body:
+            self._expect_body()
         self._bytes += len(data)
         if self._bytes > HEADER_BYTES_MAX and not self.transport.is_closing():
             if self._deadline is not None:  # else an answer is under way
                 self.transport.write(TOO_LARGE)
-            self.transport.close()
+            self._close()
 
     def on_header(self, name: bytes, value: bytes) -> None:
         if not self._in_body:
@@ -59,26 +77,73 @@ class HeaderLimitsProtocol(HttpToolsProtocol):
         self._unset_deadline()
         self._in_body = True
         self._bytes = -self._read
+        before: object = self.cycle
         super().on_headers_complete()
+        if self.cycle is not before:  # else it asked for another protocol
+            self._answering.append(self.cycle)
 
     def on_message_complete(self) -> None:
         super().on_message_complete()
         self._in_body = False
+        self._unset_body_deadline()
         self._bytes = -self._read  # what was read with the end of this one counts for nothing
 
     def on_response_complete(self) -> None:
+        self._answering = [one for one in self._answering if not one.response_complete]
         super().on_response_complete()
         if self.timeout_keep_alive_task is not None:  # nothing more to answer
             self._expect_headers()
 
     def _expect_headers(self) -> None:
         self._unset_deadline()
-        self._deadline = self.loop.call_later(HEADER_S_MAX, self.transport.close)
+        self._deadline = self.loop.call_later(HEADER_S_MAX, self._close)
+
+    def _expect_body(self) -> None:
+        self._unset_body_deadline()
+        self._body_deadline = self.loop.call_later(BODY_WAIT_S_MAX, self._give_up_body)
+
+    def _give_up_body(self) -> None:
+        if self.flow.read_paused:  # it is the service that has not read what came
+            self._expect_body()
+            return
+        begun = any(one.response_started for one in self._answering)
+        if self._answering and not begun and not self.transport.is_closing():
+            self.transport.write(TIMED_OUT)
+        self._close()
+
+    def _close(self) -> None:
+        self.transport.close()
+        self._tell_answering()
+
+    def _tell_answering(self) -> None:
+        for cycle in self._answering:
+            cycle.disconnected = True
+            cycle.message_event.set()
 
     def _unset_deadline(self) -> None:
         if self._deadline is not None:
             self._deadline.cancel()
             self._deadline = None
+
+    def _unset_body_deadline(self) -> None:
+        if self._body_deadline is not None:
+            self._body_deadline.cancel()
+            self._body_deadline = None
+
+
+class CheckedTextProtocol(WebSocketsSansIOProtocol):
+    """Closes with 1007 what sends text that is no UTF-8, as uvicorn's own does, but for the traceback it logs each."""
+
+    def send_receive_event_to_app(self) -> None:
+        if self.curr_msg_data_type == "text" and not self.close_sent:
+            try:
+                b"".join(self.frames).decode()
+            except UnicodeDecodeError:
+                self.frames = []
+                self.conn.send_close(1007)
+                self.handle_parser_exception()
+                return
+        super().send_receive_event_to_app()
 
 
 def serve(app: FastAPI, *, host: str, port: int) -> None:
@@ -93,7 +158,8 @@ def serve(app: FastAPI, *, host: str, port: int) -> None:
         app,
         host=hosts,
         port=port,
-        http=HeaderLimitsProtocol,
+        http=RequestLimitsProtocol,
+        ws=CheckedTextProtocol,
         log_level="warning",
         access_log=False,
         timeout_graceful_shutdown=2,

@@ -19,6 +19,7 @@ from ui.adapters.memory import MemoryClient
 from ui.adapters.robot_bridge import RobotBridgeClient
 from ui.adapters.speech import SpeechClient
 from ui.desk import Desk
+from ui.page_socket import PageSocketErrors
 from ui.ports import Memory, Missions, Robot, Speech
 from ui.prefix import BelowPrefix
 from ui.routes import routers
@@ -100,6 +101,7 @@ def create_app(
     for router in routers():
         app.include_router(router)
     page.mount(app, language=settings.language)
+    app.add_middleware(PageSocketErrors)
     app.add_middleware(BelowPrefix, prefix=settings.prefix)
     return app
 

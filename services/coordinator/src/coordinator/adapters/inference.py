@@ -6,7 +6,7 @@ from contracts.language import ReasonReply, ReasonRequest
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
 from coordinator.settings import Settings
 from mesh.errors import UnavailableError, UpstreamError
-from mesh.http import ServiceClient
+from mesh.http import ServiceClient, path_of
 
 
 class InferenceClient(ServiceClient):
@@ -30,7 +30,7 @@ class InferenceClient(ServiceClient):
         return await self.post("/validate", request, Validation, timeout_s=timeout_s)
 
     async def evidence(self, validation_id: str) -> bytes:
-        return (await self.call("GET", f"/validations/{validation_id}.jpg")).content
+        return (await self.call("GET", path_of("validations", f"{validation_id}.jpg"))).content
 
     async def reason(self, request: ReasonRequest) -> ReasonReply:
         try:

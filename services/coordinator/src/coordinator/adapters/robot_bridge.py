@@ -31,7 +31,7 @@ from contracts.robot import (
 )
 from coordinator.settings import Settings
 from mesh.errors import UnavailableError, UpstreamError
-from mesh.http import ServiceClient, bearer
+from mesh.http import ServiceClient, bearer, path_of
 
 log = structlog.get_logger()
 
@@ -141,10 +141,10 @@ class RobotBridgeClient(ServiceClient):
             return Goal(id="", pose=pose, status=GoalStatus.ABORTED, cause=cause, error_msg=error.detail, stamp_s=0.0)
 
     async def goal(self, goal_id: str) -> Goal:
-        return await self.get(f"/navigation/goals/{goal_id}", Goal)
+        return await self.get(path_of("navigation", "goals", goal_id), Goal)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
-        return await self.delete(f"/navigation/goals/{goal_id}", Goal)
+        return await self.delete(path_of("navigation", "goals", goal_id), Goal)
 
     async def rotate(self, angle_rad: float, *, speed_rad_s: float, timeout_s: float, epoch: int) -> RotateReply:
         request = RotateRequest(

@@ -70,7 +70,7 @@ class CommandReader:
 
     async def understand(self, readings: Sequence[str]) -> Understood:
         """What several readings of one saying mean together; the first is the likeliest, the last the plainest."""
-        some = [one for one in readings if one.strip()]
+        some = [one for one in readings if words_of(one)]
         if not some:
             return Understood(question=NOT_UNDERSTOOD)
         if len(some) == 1:

@@ -9,7 +9,7 @@ from contracts.asking import Answer, Question
 from contracts.intent import Understand, Understood
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from mesh.errors import NotFoundError, UpstreamError
-from mesh.http import ServiceClient
+from mesh.http import ServiceClient, path_of
 from ui.settings import Settings
 
 STARTED: TypeAdapter[Mission | Heard] = TypeAdapter(Mission | Heard)
@@ -49,13 +49,13 @@ class CoordinatorClient(ServiceClient):
         return await self.post("/understand", body, Understood, timeout_s=self._command_timeout_s)
 
     async def pause(self, mission_id: str) -> Mission:
-        return await self.post(f"/missions/{mission_id}/pause", None, Mission)
+        return await self.post(path_of("missions", mission_id, "pause"), None, Mission)
 
     async def resume(self, mission_id: str) -> Mission:
-        return await self.post(f"/missions/{mission_id}/resume", None, Mission)
+        return await self.post(path_of("missions", mission_id, "resume"), None, Mission)
 
     async def cancel(self, mission_id: str) -> Mission:
-        return await self.post(f"/missions/{mission_id}/cancel", None, Mission)
+        return await self.post(path_of("missions", mission_id, "cancel"), None, Mission)
 
     async def status(self) -> MissionStatus:
         return await self.get("/state", MissionStatus, timeout_s=1.0)
@@ -64,11 +64,11 @@ class CoordinatorClient(ServiceClient):
         return await self.get_list("/missions", Mission, limit=limit)
 
     async def events(self, mission_id: str) -> Sequence[MissionEvent]:
-        return await self.get_list(f"/missions/{mission_id}/events", MissionEvent, limit=2000)
+        return await self.get_list(path_of("missions", mission_id, "events"), MissionEvent, limit=2000)
 
     async def picture(self, mission_id: str, number: int) -> bytes:
         try:
-            return (await self.call("GET", f"/missions/{mission_id}/pictures/{number}")).content
+            return (await self.call("GET", path_of("missions", mission_id, "pictures", str(number)))).content
         except UpstreamError as error:
             if error.upstream_status in {404, 422}:  # no such number: a failure of who asked, not of the coordinator
                 raise NotFoundError(error.said) from error

@@ -1,12 +1,11 @@
 """memory over HTTP: what is remembered, forgetting, and carrying it elsewhere."""
 
 from collections.abc import Sequence
-from urllib.parse import quote
 
 import httpx
 
 from contracts.memory import DeletedReply, ImportReply, LabelCount, RememberedObject, View
-from mesh.http import ServiceClient
+from mesh.http import ServiceClient, path_of
 from ui.settings import Settings
 
 OBJECTS_MAX = 500
@@ -35,7 +34,7 @@ class MemoryClient(ServiceClient):
         return (await self.delete(f"/objects/{object_id}", DeletedReply)).deleted
 
     async def forget_label(self, label: str) -> int:
-        return (await self.delete(f"/labels/{quote(label, safe='')}", DeletedReply)).deleted
+        return (await self.delete(path_of("labels", label), DeletedReply)).deleted
 
     async def export(self) -> bytes:
         return (await self.call("GET", "/export", timeout_s=self._transfer_timeout_s)).content

@@ -29,7 +29,7 @@ from contracts.robot import (
     VelocityRequest,
 )
 from mesh.errors import UnavailableError, UpstreamError
-from mesh.http import ServiceClient, bearer
+from mesh.http import ServiceClient, bearer, path_of
 from ui.overlay import CameraFrame
 from ui.settings import Settings
 
@@ -130,7 +130,7 @@ class RobotBridgeClient(ServiceClient):
         return await self.post("/navigation/goals", request, Goal, timeout_s=GOAL_ANSWER_S)
 
     async def cancel_goal(self, goal_id: str) -> Goal:
-        return await self.delete(f"/navigation/goals/{goal_id}", Goal)
+        return await self.delete(path_of("navigation", "goals", goal_id), Goal)
 
     async def path(self, request: PathRequest) -> PathReply:
         return await self.post("/navigation/path", request, PathReply)

@@ -1,0 +1,23 @@
+"""NiceGUI's socket, sent what is no engine.io packet."""
+
+import asyncio
+import logging
+
+import pytest
+from websockets.asyncio.client import connect
+
+from .conftest import Site
+
+PATH = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+
+
+@pytest.mark.asyncio(loop_scope="module")
+async def test_what_is_no_packet_ends_the_socket_and_is_no_error_of_ours(
+    site: Site, caplog: pytest.LogCaptureFixture
+) -> None:
+    for garbage in ("{", "[1]", "x" * 2000):
+        async with connect(site.url.replace("http", "ws", 1) + PATH, proxy=None) as socket:
+            await socket.send(garbage)
+            await asyncio.wait_for(socket.wait_closed(), 30.0)
+            assert socket.close_code in {1003, 1005}
+    assert [record.message for record in caplog.records if record.levelno >= logging.ERROR] == []
