@@ -56,7 +56,7 @@ def listen(seat: Seat) -> None:
     expect(seat.page.get_by_text("Microphone open")).to_be_visible()
 
 
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)  # the mesh starts and is toured within it
 def test_a_spoken_command_makes_the_robot_find_the_red_bottle(
     mesh: MeshRun, playwright: Playwright, tmp_path: Path
 ) -> None:
