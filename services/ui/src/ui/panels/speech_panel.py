@@ -37,5 +37,5 @@ def _choice(name: str, text: str) -> None:
 
 
 def read_aloud(text: str) -> None:
-    """On the page of this call, where its setting says so."""
+    """On the page of this call, where its setting (`assets/speech.js`) says so."""
     nicegui_ui.run_javascript(f"window.atom.aloud && window.atom.aloud({json.dumps(text)})")
