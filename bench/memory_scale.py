@@ -27,6 +27,7 @@ from contracts.memory import Look, LookBatch, Observation, ObservationBatch, Rec
 from contracts.vision import Target
 from memory.adapters.store import SqlStore
 from memory.memory_service import MemoryService
+from memory.retention import Retention
 from memory.settings import Settings
 from mesh.bus import open_bus
 from mesh.clock import SystemClock
@@ -150,6 +151,7 @@ async def measure(
     theirs_by_size: list[dict[str, Any]] = []
     async with open_bus("redis://127.0.0.1:1/0") as bus:
         memory = MemoryService(settings, store, bus, SystemClock(), None)
+        retention = Retention(settings, store, SystemClock())
         await memory.labels(1)
         taken, looking_s, observe_cpu_s, acknowledged_s = 0, 0.0, 0.0, list[float]()
         source = batches(sightings, seed)
@@ -164,7 +166,7 @@ async def measure(
                 began_s = time.perf_counter()
                 await memory.look(look)
                 if taken // TIDY_EVERY != (taken + len(batch)) // TIDY_EVERY:
-                    await memory.tidy()
+                    await retention.tidy()
                 looking_s += time.perf_counter() - began_s
                 theirs.add(batch)
                 gc.freeze()  # the other design's records are not for our garbage collector to look through

@@ -36,6 +36,8 @@ MIB_MORE_MAX: Final = 16.0
 """From the second third to the last: a page of SQLite's cache, a picture that waits."""
 HANDLES_MORE_MAX: Final = 4
 THREADS_MORE_MAX: Final = 2
+FAULTS_MAX: Final = 10
+"""Rounds that failed: then it ends, and tells what it has."""
 COMMANDS: Final = ("find the red bottle", "find the blue cup", "find the teddy bear", "bring me a book")
 
 
@@ -110,6 +112,12 @@ def _idle(mesh: MeshRun, soak: Soak) -> bool:
     return mesh.get("coordinator", "/state")["state"] == "IDLE"
 
 
+def _looked(mesh: MeshRun, soak: Soak) -> bool:
+    soak.look(mesh)
+    time.sleep(1.0)
+    return True
+
+
 def _begin(mesh: MeshRun, command: str) -> str:
     return str(mesh.post("coordinator", "/missions", {"command": command}).raise_for_status().json()["id"])
 
@@ -145,6 +153,7 @@ def round_of(mesh: MeshRun, soak: Soak, number: int) -> None:
 def soaked(mesh: GuardedMesh, minutes: float) -> dict[str, Any]:
     """Rounds until the time is over; `faults` is empty when everything went well."""
     soak, faults = Soak(), list[str]()
+    soak.look(mesh)
     for number in count():
         if time.monotonic() - soak.began_s > minutes * 60.0:
             break
@@ -152,6 +161,9 @@ def soaked(mesh: GuardedMesh, minutes: float) -> dict[str, Any]:
             round_of(mesh, soak, number)
         except (AssertionError, httpx.HTTPError) as error:
             faults.append(f"round {number}: {error}")
+            if len(faults) == FAULTS_MAX:
+                break
+            mesh.until(lambda: _looked(mesh, soak) and mesh.ready(), timeout_s=300.0, what="every service ready again")
     faults += growth(soak.samples) + [f"{name}: {lines}" for name, lines in complaints(mesh.stack).items()]
     if soak.ended["hangs"]:
         faults.append(f"{soak.ended['hangs']} missions did not end when cancelled")
@@ -163,7 +175,11 @@ def soaked(mesh: GuardedMesh, minutes: float) -> dict[str, Any]:
             (round(at_s), round(size / 2**20, 2)) for at_s, size in soak.disk[:: max(1, len(soak.disk) // 60)]
         ],
         "held": {
-            name: [(round(at_s), one[name].rss_mib, one[name].handles, one[name].threads) for at_s, one in soak.samples]
+            name: [
+                (round(at_s), one[name].rss_mib, one[name].handles, one[name].threads)
+                for at_s, one in soak.samples
+                if name in one
+            ]
             for name in soak.samples[0][1]
         },
         "faults": faults,

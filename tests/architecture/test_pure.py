@@ -105,6 +105,10 @@ WORLDLY = frozenset({
 """Of the standard library, what reaches outside: a pure module is given the time and its random numbers."""
 
 
+DATA_OF_OTHERS = {"mesh", "mesh.latest_value", "store", "store.copies"}
+"""Types that ports name beside those of pure modules: a reading (of asyncio alone), a copy of a database."""
+
+
 @cache
 def by_name() -> dict[str, Module]:
     return {one.name: one for one in all_modules()}
@@ -151,4 +155,4 @@ def test_what_a_pure_module_brings_along_needs_no_other_library_either(name: str
     foreign = {one: module.third_party - LIBRARIES for one, module in brought.items() if module.third_party - LIBRARIES}
     assert foreign == {}
     others = {one for one in brought if one.partition(".")[0] not in own}
-    assert others <= {"mesh", "mesh.latest_value"}, "the readings' type, of asyncio alone"
+    assert others <= DATA_OF_OTHERS

@@ -14,8 +14,9 @@ from support.consumer_providers import provider
 from support.consumer_scripts import CLIENTS, SCRIPTS
 
 PAIRS = sorted(SCRIPTS)
-NO_ROUTES = {"aclose", "dependency", "drop_session", "wheels"}
-"""What a client has besides; GET /ready, which `dependency` asks for, all services have from one place."""
+NO_ROUTES = {"aclose", "dependency", "drop_session", "wheels", "back_up", "restore"}
+"""What a client has besides; GET /ready, which `dependency` asks for, all services have from one place. A back-up is a
+file of bytes: `tests/contract/cli/test_backup.py` plays it against the services themselves."""
 
 
 def test_the_committed_pairs_are_those_there_are() -> None:

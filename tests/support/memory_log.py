@@ -9,7 +9,7 @@ from contracts.problem import Dependency
 from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
 from mesh.errors import NotFoundError, UnprocessableError
-from store.backup import DatabaseCopy, JudgedDatabase
+from store.copies import DatabaseCopy, JudgedDatabase
 
 
 class MemoryLog:

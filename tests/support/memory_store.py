@@ -16,7 +16,7 @@ from memory.objects import MapObject
 from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView, in_maps
 from memory.views import AggregatedView, ViewCell, contradicted, merged, view_at
 from mesh.errors import UnavailableError, UnprocessableError
-from store.backup import DatabaseCopy, JudgedDatabase
+from store.copies import DatabaseCopy, JudgedDatabase
 
 K = TypeVar("K")
 V = TypeVar("V")

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 import uvicorn
 from fastapi import FastAPI
 
-from mesh.server import CheckedTextProtocol, RequestLimitsProtocol
+from mesh.server import RequestLimitsProtocol, WebSocketLimitsProtocol
 from support.redis_server import free_port
 from support.waiting import until
 
@@ -21,7 +21,7 @@ async def served(app: FastAPI) -> AsyncIterator[str]:
         host="127.0.0.1",
         port=port,
         http=RequestLimitsProtocol,
-        ws=CheckedTextProtocol,
+        ws=WebSocketLimitsProtocol,
         log_level="warning",
         timeout_graceful_shutdown=1,
     )

@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from atom_cli import __main__ as cli
+from atom_cli import following
 from contracts.asking import About, Answer
 from contracts.base import Message
 from contracts.mission import Heard, Outcome
@@ -77,7 +78,7 @@ class Played:
 def played(monkeypatch: pytest.MonkeyPatch) -> Played:
     services = Played()
     monkeypatch.setattr(cli, "transport", httpx.MockTransport(services))
-    monkeypatch.setattr(cli, "POLL_S", 0.0)
+    monkeypatch.setattr(following, "POLL_S", 0.0)
     return services
 
 
@@ -129,7 +130,7 @@ def test_the_line_below_the_timeline_tells_phase_seconds_and_what_is_next(
     changes: dict[str, object], now: dict[str, object], said: str
 ) -> None:
     of = mission(reason="so far", **changes)
-    assert cli._at(of, status(of, **now)) == said  # pyright: ignore[reportPrivateUsage]
+    assert following.progress_of(of, status(of, **now)) == said  # pyright: ignore[reportPrivateUsage]
 
 
 def test_a_refusal_is_told_in_the_services_words(played: Played) -> None:

@@ -204,3 +204,14 @@ async def test_text_that_is_no_utf8_closes_a_socket_with_1007(port: int) -> None
             await socket.recv()
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1007
+
+
+async def test_an_upgrade_that_is_no_handshake_is_answered_400(port: int) -> None:
+    upgrade = b"GET /socket HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    for rest in (b"Content-Length: 3\r\n", b"".join(b"X-%d: 1\r\n" % number for number in range(200))):
+        reader, writer = await served_at(port)
+        writer.write(upgrade + rest + b"\r\n")
+        async with asyncio.timeout(20.0):
+            assert (await reader.readline()).startswith(b"HTTP/1.1 400")
+            await reader.read()
+        writer.close()

@@ -96,7 +96,8 @@ async def test_the_coordinator_serves_the_history_of_the_release_before(release:
         events = [MissionEvent.model_validate(one) for one in (await client.get(f"/missions/{found.id}/events")).json()]
         assert Outcome.FOUND in {one.data.outcome for one in events}
         assert (await client.get(f"/missions/{found.id}/pictures/0")).content.startswith(b"\xff\xd8")
-        lines = (await client.get(f"/missions/{ran.id}/recording")).text.splitlines()
+        lines = (await client.get(f"/missions/{ran.id}/recording")).raise_for_status().text.splitlines()
+        assert len(lines) > 1
         assert all(isinstance(json.loads(line), dict) for line in lines)
         command, key = {"command": "find the red bottle"}, {"Idempotency-Key": "once"}
         answer = await client.post("/missions", json=command, headers=key)

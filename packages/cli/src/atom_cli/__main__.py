@@ -17,11 +17,12 @@ from rich.table import Table
 
 from atom_cli import archive, keys, listening
 from atom_cli import backup as copies
+from atom_cli.following import watched
 from atom_cli.services import OBEYED_S, AwayError, ServiceError, Services, host_of
+from atom_cli.wording import ago, command_of, robot_lines
 from contracts.backup import BackupService
-from contracts.mission import Heard, Mission, MissionStatus, Outcome
+from contracts.mission import Heard, Mission, Outcome
 from contracts.reading import Mood
-from contracts.robot import RobotState
 from vocabulary.moods import read
 from vocabulary.orders import order_in
 
@@ -39,7 +40,6 @@ EXIT: Final = {
 EXIT_REFUSED: Final = 3
 EXIT_AWAY: Final = 4
 TONES: Final = {0: "bold green", 10: "bold yellow", 11: "bold yellow"}
-POLL_S: Final = 0.4
 
 app = typer.Typer(
     add_completion=False,
@@ -85,14 +85,14 @@ def find(
         if order is not None and order.mood is not Mood.RESUME:
             mission = _or_exit(lambda: _obeyed(services, what, order.mood))
         else:
-            mission = _or_exit(lambda: services.start(_command(what)))
+            mission = _or_exit(lambda: services.start(command_of(what)))
         if isinstance(mission, Heard):
             console.print(f"[bold]{mission.mood.value}[/]  {escape(mission.text)}", soft_wrap=True)
             return
         waiting = " (queued)" if mission.queue_position is not None else ""
         console.print(f"[bold]mission[/]  {escape(mission.command)}{waiting}  [dim]{mission.id}[/]", soft_wrap=True)
         try:
-            ended = _or_exit(lambda: _watched(services, mission))
+            ended = _or_exit(lambda: watched(console, services, mission))
         except KeyboardInterrupt:
             console.print("The mission goes on. `atom stop` stops the robot.")
             raise typer.Exit(130) from None
@@ -185,7 +185,7 @@ def status(host: Host = "127.0.0.1", port_base: PortBase = 8000) -> None:
             codes.add(_code(error))
             table.add_row("mission", f"[red]{escape(str(error))}[/]")
         try:
-            for name, value in _robot(services.robot()):
+            for name, value in robot_lines(services.robot()):
                 table.add_row(name, escape(value))
         except ServiceError as error:
             codes.add(_code(error))
@@ -212,7 +212,7 @@ def memory(
     for one in sorted(things, key=lambda one: -one.belief):
         place = f"{one.position.x:.2f} / {one.position.y:.2f} m"
         table.add_row(
-            escape(one.description), one.state.value, f"{100 * one.belief:.0f} %", _ago(one.last_seen_s), place
+            escape(one.description), one.state.value, f"{100 * one.belief:.0f} %", ago(one.last_seen_s), place
         )
     console.print(table if things else "No thing is remembered with a place.")
     kinds = ", ".join(f"{one.label} ({one.views})" for one in labels if label in {None, one.label})
@@ -316,74 +316,6 @@ def _obeyed(services: Services, what: str, mood: Mood) -> Mission | Heard:
                 return heard
     services.stop()
     return Heard(mood=Mood.EMERGENCY, text="the emergency stop is set; `atom resume` permits motion again", still=True)
-
-
-def _watched(services: Services, mission: Mission) -> Mission:
-    """Tells each event as it comes, below them what it is at; returns the mission when it has ended."""
-    with console.status("…") as line:  # says nothing where the output is not a terminal
-        return _told(services, mission, lambda text: line.update(escape(text)))
-
-
-def _told(services: Services, mission: Mission, at: Callable[[str], None]) -> Mission:
-    after, silent = -1, 0
-    while True:
-        ended = mission.outcome is not None
-        try:
-            for event in services.events(mission.id, after=after):
-                after = event.id
-                at_s = max(0.0, event.stamp_s - mission.started_s)
-                console.print(
-                    f"[dim]{at_s:6.1f} s[/]  [cyan]{event.state.value:<15}[/] {escape(event.text)}", soft_wrap=True
-                )
-            if ended:
-                return mission
-            time.sleep(POLL_S)
-            mission = services.mission(mission.id)
-            at(_at(mission, services.status()))
-            silent = 0
-        except AwayError:
-            at("the coordinator does not answer")
-            silent += 1
-            if silent > 30:
-                raise
-            time.sleep(POLL_S)
-
-
-def _at(mission: Mission, now: MissionStatus) -> str:
-    """Phase, seconds and what is next, for as long as the mission runs."""
-    if mission.queue_position is not None:
-        return f"queued, {mission.queue_position} before it"
-    if now.mission is None or now.mission.id != mission.id:
-        return mission.state.value
-    what = f"waiting for {now.waiting_for}" if now.waiting_for else now.progress or mission.reason
-    paused = "paused, " if mission.paused else ""
-    return f"{max(0.0, now.stamp_s - mission.started_s):.0f} s  {paused}{mission.state.value}  {what}"
-
-
-def _robot(state: RobotState) -> list[tuple[str, str]]:
-    stop = state.emergency_stop
-    pose, battery = state.pose, state.battery
-    stale = [name for name, sensor in state.sensors.items() if not sensor.valid]
-    return [
-        ("robot", f"stopped: {stop.reason} ({stop.by})" if stop.latched else "free to move"),
-        ("place", "unknown" if pose is None else f"{pose.x:.2f} / {pose.y:.2f} m"),
-        ("battery", "unknown" if battery is None or battery.percentage is None else f"{battery.percentage:.0f} %"),
-        ("dock", {True: "docked", False: "undocked", None: "unknown"}[state.docked]),
-        ("sensors", f"not fresh: {', '.join(sorted(stale))}" if stale else "fresh"),
-    ]
-
-
-def _command(what: str) -> str:
-    """One or a few words become a command; a whole sentence stays as it is."""
-    words = what.lower().split()
-    if read(what).mood is not Mood.FIND or len(words) > 3 or words[:1] in (["find"], ["bring"], ["where"], ["get"]):
-        return what
-    return f"find {what}" if words[:1] in (["the"], ["a"], ["an"], ["my"]) else f"find the {what}"
-
-
-def _ago(stamp_s: float) -> str:
-    minutes = max(0.0, time.time() - stamp_s) / 60.0
-    return f"{minutes:.0f} min ago" if minutes < 120.0 else f"{minutes / 60.0:.0f} h ago"
 
 
 def _or_exit(ask: Callable[[], T]) -> T:

@@ -15,6 +15,7 @@ HEADER_BYTES_MAX: Final = 64 * 1024
 HEADER_S_MAX = 10.0
 BODY_WAIT_S_MAX = 20.0
 TIMED_OUT: Final = b"HTTP/1.1 408 Request Timeout\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+NO_HANDSHAKE: Final = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 
@@ -131,8 +132,18 @@ class RequestLimitsProtocol(HttpToolsProtocol):
             self._body_deadline = None
 
 
-class CheckedTextProtocol(WebSocketsSansIOProtocol):
-    """Closes with 1007 what sends text that is no UTF-8, as uvicorn's own does, but for the traceback it logs each."""
+class WebSocketLimitsProtocol(WebSocketsSansIOProtocol):
+    """Answers an upgrade that is no WebSocket handshake (a body, too many headers) with 400: uvicorn's own keeps it for
+    ever without an answer, and cannot shut down beside it. Closes with 1007 what sends text that is no UTF-8, as
+    uvicorn's own does, but for the traceback it logs each.
+    """
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        if not self.handshake_initiated and not self.transport.is_closing():  # the whole head came in one piece
+            self.close_sent = True
+            self.transport.write(NO_HANDSHAKE)
+            self.transport.close()
 
     def send_receive_event_to_app(self) -> None:
         if self.curr_msg_data_type == "text" and not self.close_sent:
@@ -159,7 +170,7 @@ def serve(app: FastAPI, *, host: str, port: int) -> None:
         host=hosts,
         port=port,
         http=RequestLimitsProtocol,
-        ws=CheckedTextProtocol,
+        ws=WebSocketLimitsProtocol,
         log_level="warning",
         access_log=False,
         timeout_graceful_shutdown=2,

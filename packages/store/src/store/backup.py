@@ -12,15 +12,15 @@ import sqlite3
 import time
 from collections.abc import Callable, Generator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Final
 
 from alembic.util.exc import CommandError
 from sqlalchemy import URL, Connection, create_engine, event
 from sqlalchemy.exc import DBAPIError
 
 from mesh.errors import UnavailableError, UnprocessableError
+from store.copies import DatabaseCopy, JudgedDatabase
 from store.migrations import UnknownSchemaError, current_revision, upgrade
 from store.troubles import naming_the_database
 
@@ -46,24 +46,6 @@ Reads = Callable[[Connection], None]
 """Reads all that its service has to understand, and raises `ValueError` for what it does not."""
 Shape = dict[str, frozenset[tuple[object, ...]]]
 """Of each table its columns (name, type, NOT NULL, place in the key) and the names of its indexes."""
-
-
-@dataclass(frozen=True)
-class DatabaseCopy:
-    """`file` has no name any more: it is gone once it is closed, also when the process is killed."""
-
-    file: BinaryIO
-    size_bytes: int
-    revision: str
-
-
-@dataclass(frozen=True)
-class JudgedDatabase:
-    """A sound database of ours, brought to the newest schema; `revision` is the one it came with."""
-
-    path: Path
-    revision: str
-    rows: dict[str, int]
 
 
 def snapshot(path: Path) -> DatabaseCopy:

@@ -10,7 +10,8 @@ from typing import TypeVar
 from sqlalchemy import Connection
 
 from mesh.errors import ConflictError, TooLargeError, UnavailableError
-from store.backup import DatabaseCopy, JudgedDatabase, Reads
+from store.backup import Reads
+from store.copies import DatabaseCopy, JudgedDatabase
 from store.database import CHECK_S, Database
 from store.sqlite_file import owners_alone, remove
 from store.troubles import naming_the_database

@@ -5,7 +5,8 @@ from typing import Protocol
 
 from sqlalchemy import Engine
 
-from store.backup import DatabaseCopy, JudgedDatabase, Reads
+from store.backup import Reads
+from store.copies import DatabaseCopy, JudgedDatabase
 
 CHECK_S = 0.3
 """A check waits so long for a lock."""

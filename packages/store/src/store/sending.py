@@ -7,7 +7,7 @@ from typing import Final
 from fastapi.responses import StreamingResponse
 
 from contracts.backup import SCHEMA_HEADER
-from store.backup import DatabaseCopy
+from store.copies import DatabaseCopy
 
 PART_BYTES: Final = 1 << 20
 MEDIA_TYPE: Final = "application/octet-stream"

@@ -13,7 +13,8 @@ from sqlalchemy import URL, Engine, create_engine, event
 
 from mesh.errors import UnavailableError
 from store import backup
-from store.backup import DatabaseCopy, JudgedDatabase, Reads
+from store.backup import Reads
+from store.copies import DatabaseCopy, JudgedDatabase
 from store.database import CHECK_S
 from store.migrations import upgrade
 from store.troubles import naming_the_database

@@ -13,7 +13,7 @@ from contracts.motion import BaseReply, DriveReply, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, Goal, GoalRequest, Map, VelocityReply
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
-from store.backup import DatabaseCopy, JudgedDatabase
+from store.copies import DatabaseCopy, JudgedDatabase
 
 
 class Robot(Protocol):

@@ -12,6 +12,7 @@ from memory.adapters.robot_bridge import RobotBridge
 from memory.adapters.store import SqlStore
 from memory.memory_service import MemoryService
 from memory.ports import DepthAndMap, Store
+from memory.retention import Retention
 from memory.routes import get_memory, router
 from memory.settings import Settings
 from mesh.app import make_app
@@ -58,7 +59,7 @@ def create_app(
             tasks.start("hear-description", real_bus.listen(ROBOT_DESCRIPTION, memory.describe))
             tasks.start("watch-map", memory.watch_map_forever())
             tasks.start("flush", memory.flush_forever())
-            tasks.start("tidy", memory.tidy_forever())
+            tasks.start("tidy", Retention(settings, real_store, real_clock).tidy_forever())
             yield {"memory": memory}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:

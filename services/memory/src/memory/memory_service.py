@@ -1,7 +1,6 @@
 """What the service does: takes frames in, keeps out what is excluded, writes in batches, recalls, forgets."""
 
 import asyncio
-from collections import Counter as Counted
 from collections import deque
 from collections.abc import AsyncGenerator, AsyncIterable, Sequence
 from dataclasses import replace
@@ -44,14 +43,13 @@ from memory.whereabouts import Whereabouts
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
-from store.backup import DatabaseCopy
+from store.copies import DatabaseCopy
 from store.shared_lock import SharedLock
 
 log = structlog.get_logger()
 
 PENDING_MAX = 20
 """Frames that wait to be looked at; perception makes two to five a second."""
-DAY_S = 86_400.0
 MAP_PERIOD_S = 2.0
 NOT_KNOWN_YET = -1
 """A frame's map while the database has not yet been read once: it is found out when the frame is written."""
@@ -109,27 +107,6 @@ class MemoryService:
         while True:
             await self._clock.sleep(self._settings.flush_period_s)
             await self.try_flush()
-
-    async def tidy_forever(self) -> None:
-        """Now and then forgets what is over: ghosts, what is too old, and labels that have since been excluded."""
-        while True:
-            try:
-                await self.tidy()
-            except UnavailableError as error:
-                log.warning("could not tidy up; trying again", error=error.detail)
-            await self._clock.sleep(self._settings.tidy_period_s)
-
-    async def tidy(self) -> int:
-        """Ages count back from the newest sighting: a clock that jumps ahead must not wipe out everything."""
-        forgotten, newest_s = 0, 0.0
-        for known in await self._store.labels(10_000):
-            newest_s = max(newest_s, known.last_seen_s)
-            if known.label in self._excluded:
-                forgotten += await self._store.forget(ForgetRequest(label=known.label))
-        return forgotten + await self._store.tidy(
-            lost_before_s=newest_s - self._settings.lost_retention_days * DAY_S,
-            seen_before_s=newest_s - self._settings.retention_days * DAY_S,
-        )
 
     async def close(self) -> None:
         """What waits is written, without asking anybody any more."""
@@ -265,8 +242,7 @@ class MemoryService:
                 yield ("" if begun else exchange.header_line()) + "".join(exchange.lines_of(page))
                 begun = True
             return
-        between = "{\n"
-        here = (await self._whereabouts.here()).number
+        between, here = "{\n", (await self._whereabouts.here()).number
         for known in await self._store.labels(10_000, here):
             views = await self._store.views(known.label, self._settings.views_max, here)
             yield between + exchange.seeds_of(known.label, views)
@@ -313,18 +289,7 @@ class MemoryService:
         return await asyncio.to_thread(map_svg, things, views, ground, now_s)
 
     async def statistics(self) -> MemoryStatistics:
-        counts = await self._store.counts()
-        now_s = self._clock.now_s()
-        return MemoryStatistics(
-            labels=counts.labels,
-            views=counts.views,
-            sightings=counts.sightings,
-            objects=dict(Counted(thing.state_at(now_s) for thing in counts.things)),
-            oldest_s=counts.oldest_s,
-            newest_s=counts.newest_s,
-            database=counts.database,
-            size_bytes=counts.size_bytes,
-        )
+        return (await self._store.counts()).at(self._clock.now_s())
 
     async def dependencies(self) -> Sequence[Dependency]:
         """Ready means: the database can be written, and Redis is there. Without robot_bridge it remembers views."""

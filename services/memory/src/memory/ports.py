@@ -1,5 +1,6 @@
 """What the service needs of the world: a place that keeps things and views, and robot_bridge's senses."""
 
+from collections import Counter
 from collections.abc import AsyncGenerator, AsyncIterable, Collection, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, field, replace
@@ -7,12 +8,12 @@ from typing import Protocol
 
 from contracts.geometry import Pose2D
 from contracts.measuring import LocalizeRequest, Measurement
-from contracts.memory import Area, ForgetRequest, LabelCount, View
+from contracts.memory import Area, ForgetRequest, LabelCount, MemoryStatistics, View
 from contracts.robot import KnownMap
 from geometry.grids import OccupancyGrid
 from memory.frames import Frame, Tally
 from memory.objects import MapObject
-from store.backup import DatabaseCopy, JudgedDatabase
+from store.copies import DatabaseCopy, JudgedDatabase
 
 
 @dataclass(slots=True)
@@ -84,6 +85,19 @@ class Counts:
     newest_s: float | None
     database: str
     size_bytes: int | None
+
+    def at(self, now_s: float) -> MemoryStatistics:
+        """As it is told: how sure a thing is depends on when it is asked."""
+        return MemoryStatistics(
+            labels=self.labels,
+            views=self.views,
+            sightings=self.sightings,
+            objects=dict(Counter(thing.state_at(now_s) for thing in self.things)),
+            oldest_s=self.oldest_s,
+            newest_s=self.newest_s,
+            database=self.database,
+            size_bytes=self.size_bytes,
+        )
 
 
 @dataclass(frozen=True, slots=True)

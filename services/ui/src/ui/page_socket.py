@@ -8,7 +8,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 log = structlog.get_logger()
 
-SOCKET_PATH: Final = "/_nicegui_ws/"
+SOCKET_PATH: Final = "_nicegui_ws/"
 
 
 class PageSocketErrors:

@@ -19,8 +19,8 @@ from coordinator.adapters.tail import EventTail
 from coordinator.ports import KnownRequest
 from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
-from store.backup import DatabaseCopy, JudgedDatabase
 from store.connections import Connections
+from store.copies import DatabaseCopy, JudgedDatabase
 from store.sqlite_file import SqliteFile
 
 log = structlog.get_logger()

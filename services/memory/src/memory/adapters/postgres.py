@@ -8,7 +8,8 @@ from sqlalchemy import URL, Engine, create_engine, event, text
 from contracts.backup import BackupRefusal
 from memory.adapters.tables import MIGRATIONS
 from mesh.errors import UnprocessableError
-from store.backup import DatabaseCopy, JudgedDatabase, Reads
+from store.backup import Reads
+from store.copies import DatabaseCopy, JudgedDatabase
 from store.migrations import upgrade
 from store.troubles import naming_the_database
 

@@ -15,8 +15,8 @@ from memory.frames import Frame, Tally
 from memory.objects import MapObject
 from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView
 from memory.settings import Settings
-from store.backup import DatabaseCopy, JudgedDatabase
 from store.connections import Connections
+from store.copies import DatabaseCopy, JudgedDatabase
 from store.database import Database
 from store.sqlite_file import SqliteFile
 
