@@ -2,6 +2,7 @@
 
 import json
 import socket
+import threading
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from websockets.exceptions import InvalidStatus
 from contracts.robot import RobotState
 from contracts.topics import VISION_DETECTIONS
 from contracts.vision import Detection, Detections
-from robot_bridge.adapters.foxglove import WAITING_MAX, FoxgloveView, open_foxglove
+from robot_bridge.adapters.foxglove import CLOSE_S_MAX, WAITING_MAX, FoxgloveView, open_foxglove
 from robot_bridge.app import create_app
 from robot_bridge.ports import Kind, Raw
 from robot_bridge.settings import Settings
@@ -127,6 +128,28 @@ async def test_nonsense_and_half_an_opening_harm_nobody(view: FoxgloveView) -> N
         await client.socket.send(b"\xff" * 100)
         view.show(scan(1))
         await client.advertised("/scan")
+    half.close()
+
+
+async def test_nobody_who_does_not_answer_holds_up_the_end() -> None:
+    view = open_foxglove(0)
+    port = view.port
+    half = socket.create_connection(("127.0.0.1", port))
+    half.sendall(b"GET / HTTP/1.1\r\nUpgrade: webso")
+    async with foxglove_client(view.port) as stalled:
+        view.show(scan(0))
+        await stalled.advertised("/scan")
+        await stalled.subscribe("/scan")
+        await stalled.next_of("/scan")
+        for number in range(1, 101):  # 20 MB, more than its socket takes
+            view.show(scan(number, size=200_000))
+        closing = threading.Thread(target=view.close, daemon=True)  # a close without an end fails, and does not hang
+        closing.start()
+        closing.join(5.0 * CLOSE_S_MAX)  # nor does this client read meanwhile: it needs the loop
+        stalled.socket.transport.abort()
+    assert not closing.is_alive()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", port))
     half.close()
 
 

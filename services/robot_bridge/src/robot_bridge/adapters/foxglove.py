@@ -23,6 +23,8 @@ WAITING_MAX: Final = 50
 """Messages of one topic on their way to the server; the oldest make room."""
 BACKLOG_MAX: Final = 200
 """Messages on their way to one client; the oldest make room."""
+CLOSE_S_MAX: Final = 1.0
+"""So long a close waits; the SDK's own waits for every client's farewell, and some never answer."""
 
 
 class FoxgloveView(ServerListener):
@@ -75,13 +77,22 @@ class FoxgloveView(ServerListener):
             self._put(self._newest[channel.topic])
 
     def close(self) -> None:
+        """Listening no more, after `CLOSE_S_MAX` at most; a client that does not answer is left to a thread of its own,
+        which the end of the process takes along."""
         with self._changed:
             self._closing = True
             self._changed.notify()
         if self._server is not None:
-            self._thread.join()
-            self._server.stop()
+            stopping = threading.Thread(target=self._stop, args=(self._server,), name="foxglove-stop", daemon=True)
+            stopping.start()
+            stopping.join(CLOSE_S_MAX)
+            if stopping.is_alive():
+                log.warning("a client of the live view does not answer: it is not waited for")
             self._server = None
+
+    def _stop(self, server: WebSocketServer) -> None:
+        self._thread.join()
+        server.stop()
 
     def _put(self, message: Raw) -> None:
         """Holding the lock."""
