@@ -1,6 +1,8 @@
 """The live view for Foxglove, heard by a client of its protocol: what it shows, what it refuses, what it drops."""
 
+import asyncio
 import json
+import os
 import socket
 import threading
 from collections.abc import AsyncIterator, Iterator
@@ -14,12 +16,20 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
 from contracts.robot import RobotState
-from contracts.topics import VISION_DETECTIONS
+from contracts.topics import ALL_TOPICS, VISION_DETECTIONS
 from contracts.vision import Detection, Detections
-from robot_bridge.adapters.foxglove import CLOSE_S_MAX, WAITING_MAX, FoxgloveView, open_foxglove
+from robot_bridge.adapters.foxglove import (
+    BACKLOG_MAX,
+    CLOSE_S_MAX,
+    WAITING_BYTES_MAX,
+    WAITING_MAX,
+    FoxgloveView,
+    open_foxglove,
+)
 from robot_bridge.app import create_app
 from robot_bridge.ports import Kind, Raw
-from robot_bridge.settings import Settings
+from robot_bridge.recording.ros_topics import ros_topics
+from robot_bridge.settings import RosSettings, Settings
 from support.bridge_behaviour import Rig, running
 from support.bus import MemoryBus
 from support.fake_robot import FakeRobot
@@ -28,6 +38,15 @@ from support.toy_robot import ToyRobot
 from support.waiting import until
 
 SCAN = Kind("sensor_msgs/msg/LaserScan", MessageEncoding.CDR, SchemaEncoding.ROS2, b"float32 range_max")
+
+
+PICTURE_BYTES = 921_600
+"""Of 640 times 480 pixels, each three bytes."""
+
+
+def rss_bytes() -> int:
+    """Of this process, where the server is."""
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def scan(number: int, size: int = 8) -> Raw:
@@ -174,6 +193,46 @@ def test_of_one_topic_the_newest_wait_and_of_another_nothing_is_lost() -> None:
         view.show(scan(number))
     assert [each.log_ns for each in view.waiting("/scan")] == list(range(9 * WAITING_MAX, 10 * WAITING_MAX))
     assert view.waiting("/tf_static") == (fixed,)
+
+
+def test_of_pictures_only_a_few_wait_and_always_the_newest() -> None:
+    view = FoxgloveView()  # not opened: nobody takes anything out
+    for number in range(20):
+        view.show(scan(number, size=WAITING_BYTES_MAX // 4))
+    assert [each.log_ns for each in view.waiting("/scan")] == [16, 17, 18, 19]
+    view.show(scan(20, size=2 * WAITING_BYTES_MAX))
+    assert [each.log_ns for each in view.waiting("/scan")] == [20]
+
+
+async def test_clients_that_do_not_read_cost_some_pictures_each(view: FoxgloveView) -> None:
+    view.show(scan(0))
+    async with foxglove_client(view.port) as one, foxglove_client(view.port) as other:
+        for client in (one, other):
+            await client.advertised("/scan")
+            await client.subscribe("/scan")
+            await client.next_of("/scan")
+            client.socket.transport.pause_reading()  # pyright: ignore[reportAttributeAccessIssue]
+        before = rss_bytes()
+        for number in range(250):
+            view.show(scan(number, size=PICTURE_BYTES))
+            await until(lambda: not view.waiting("/scan"))
+        assert rss_bytes() - before < 2 * 2 * BACKLOG_MAX * PICTURE_BYTES
+        one.socket.transport.abort()
+        other.socket.transport.abort()
+    assert BACKLOG_MAX * PICTURE_BYTES < 30e6
+
+
+async def test_a_client_hears_of_every_new_topic_and_is_told_the_newest_of_each(view: FoxgloveView) -> None:
+    topics = [each.channel.name for each in ros_topics(RosSettings(), 1.0)] + [each.name for each in ALL_TOPICS]
+    assert len(topics) < BACKLOG_MAX
+    async with foxglove_client(view.port) as client:
+        for topic in topics:
+            view.show(Raw(topic, SCAN, 0, bytes(2000)))
+        await client.advertised(*topics)
+        await client.subscribe(*topics)
+        async with asyncio.timeout(30.0):
+            while {topic for topic, _, _ in client.heard} != set(topics):
+                await client.take()
 
 
 async def test_without_a_port_nobody_listens_and_one_that_is_taken_costs_the_view_only(tmp_path: Path) -> None:

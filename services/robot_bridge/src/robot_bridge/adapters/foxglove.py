@@ -20,9 +20,11 @@ log = structlog.get_logger()
 
 HOST: Final = "127.0.0.1"
 WAITING_MAX: Final = 50
-"""Messages of one topic on their way to the server; the oldest make room."""
-BACKLOG_MAX: Final = 200
-"""Messages on their way to one client; the oldest make room."""
+WAITING_BYTES_MAX: Final = 4_000_000
+"""Of one topic on its way to the server; the oldest messages make room, the newest always waits: a few pictures."""
+BACKLOG_MAX: Final = 32
+"""Messages on their way to one client; the oldest make room. More than there are topics: a client is told of all of
+them, and the newest of each, in one go. The SDK counts no bytes and no clients: one that does not read costs 32 pictures."""
 CLOSE_S_MAX: Final = 1.0
 """So long a close waits; the SDK's own waits for every client's farewell, and some never answer."""
 
@@ -100,6 +102,8 @@ class FoxgloveView(ServerListener):
         if waiting is None:
             waiting = self._waiting[message.topic] = deque(maxlen=WAITING_MAX)
         waiting.append(message)
+        while len(waiting) > 1 and sum(len(each.data) for each in waiting) > WAITING_BYTES_MAX:
+            waiting.popleft()
         self._changed.notify()
 
     def _forward(self) -> None:
