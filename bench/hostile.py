@@ -1,9 +1,9 @@
 """Hostile requests to every service of the running mesh, while the robot is stopped and reset twice a second.
 
-The real mesh: five services, Redis with its rules, the simulated robot, keys. Requests are drawn from each service's
-OpenAPI document, sensible and senseless, with every role's key, a wrong one and none; between them come malformed
-bodies, slow and silent clients, WebSockets full of garbage (bench/hostility/attacks.py) and messages on Redis. Judged:
-no 500, no traceback, no process ended, memory and handles as before, stops answered, the robot moves and stops.
+The real mesh: every service, speech too, Redis with its rules, the simulated robot, keys. Requests are drawn from each
+service's OpenAPI document, sensible and senseless, with every role's key, a wrong one and none; between them come
+malformed bodies, slow and silent clients, WebSockets full of garbage (bench/hostility/attacks.py), messages on Redis.
+Judged: no 500, no traceback, no process ended, memory and handles as before, stops answered, the robot moves and stops.
 """
 
 import argparse
@@ -25,13 +25,12 @@ from redis.exceptions import RedisError
 
 from bench.hostility import bus
 from bench.hostility.attacks import ATTACKS, Target, attack
-from bench.hostility.drawing import Document
+from bench.hostility.drawing import Document, Request
 from bench.hostility.holding import Holding, complaints, grown, holdings
 from bench.hostility.mesh import GuardedMesh, guarded
 from bench.hostility.wire import ANSWER_S_MAX, answer, connection, encoded
 from bench.processes import ROOT
 from bench.results import save
-from demo.stack import SERVICES
 
 STOP_MS_MAX: Final = 2000.0
 """The mesh, its clients and the simulation share the machine: what `bench.stop` measures is the aim."""
@@ -39,7 +38,6 @@ HANDLES_MORE_MAX: Final = 10
 MIB_MORE_MAX: Final = 64.0
 QUIET_S: Final = 20.0
 WARM_PART: Final = 0.1
-AS_MEANT: Final = {("504", "inference", "POST /validate"): "asked for a frame later than any that comes in time"}
 SOCKETS: Final = {
     "coordinator": ("/events",),
     "robot_bridge": ("/velocity", "/session"),
@@ -65,10 +63,11 @@ class Tally:
     failed: Counter[str] = field(default_factory=Counter[str])
     began_s: float = field(default_factory=time.monotonic)
 
-    def take(self, service: str, what: str, status: str) -> None:
+    def take(self, service: str, what: str, status: str, *, meant: bool = False) -> None:
+        """`meant` is an answer that the request asked for."""
         self.sent += 1
         self.statuses.setdefault(service, Counter())[status] += 1
-        if status in {"500", "502", "504", "silent"} and (status, service, what) not in AS_MEANT:
+        if status in {"500", "502", "504", "silent"} and not meant:
             self.failed[f"{status} {service} {what}"] += 1
 
     def wants(self, until: int) -> bool:
@@ -81,6 +80,18 @@ class Tally:
         return f"{self.sent}/{self.wanted} sent, {rate_hz:.0f} a second, {left_min:.1f} min left, {dict(self.failed)}\n"
 
 
+def too_late_a_frame(service: str, request: Request, status: str, *, now_s: float) -> bool:
+    """Whether a 504 is what was asked for: `POST /validate` of a frame later than `now_s`, when it was sent."""
+    if (service, request.method, request.path, status) != ("inference", "POST", "/validate", "504"):
+        return False
+    try:
+        asked = json.loads(request.body)
+    except ValueError:
+        return False
+    after_s = asked.get("after_stamp_s") if isinstance(asked, dict) else None
+    return isinstance(after_s, int | float) and after_s > now_s
+
+
 class Sender:
     """Workers that send whatever comes to their mind until so many have been sent."""
 
@@ -90,12 +101,13 @@ class Sender:
         self._chance = chance
         self._documents = {
             name: Document(httpx.get(mesh.url(name, "/openapi.json"), trust_env=False).json(), chance)
-            for name in SERVICES
+            for name in mesh.stack.calls
         }
         self._weights = [weight for weight, _ in ATTACKS.values()]
 
     async def send(self, until: int, workers: int) -> None:
-        work = [self._work(SERVICES[number % len(SERVICES)], until) for number in range(workers)]
+        services = tuple(self._documents)
+        work = [self._work(services[number % len(services)], until) for number in range(workers)]
         await asyncio.gather(*work, self._report(until))
 
     async def _report(self, until: int) -> None:
@@ -140,10 +152,12 @@ class Sender:
                 while again and self._tally.wants(until):
                     request = self._documents[service].request()
                     what = f"{request.method} {request.path[:60]}"
+                    sent_s = time.time()
                     writer.write(encoded(request, f"127.0.0.1:{port}", self._header()))
                     async with asyncio.timeout(ANSWER_S_MAX):
                         status, again = await answer(reader, request.method)
-                    self._tally.take(service, what, status)
+                    meant = too_late_a_frame(service, request, status, now_s=sent_s)
+                    self._tally.take(service, what, status, meant=meant)
                     again = again and self._chance.random() < 0.9
         except TimeoutError:  # before OSError, which it is one of
             self._tally.take(service, what, "silent")
@@ -222,7 +236,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/bench/hostile.json"))
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    with guarded(arguments.port_base, seed=3) as mesh:
+    with guarded(arguments.port_base, seed=3, speech=True) as mesh:
         result = campaign(mesh, Tally(arguments.requests, arguments.minutes), arguments.workers, arguments.seed)
         logs = arguments.out.parent / "hostile_logs"
         logs.mkdir(parents=True, exist_ok=True)

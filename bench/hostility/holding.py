@@ -7,9 +7,8 @@ from typing import Any, Final
 
 import psutil
 
-from demo.stack import SERVICES, Stack
+from demo.stack import Stack
 
-PROCESSES: Final = ("redis", "sim", *SERVICES)
 TRACEBACK: Final = re.compile(r"^(?:\S*(?:Error|Exception)\b.*|Traceback .*)$", re.MULTILINE)
 
 
@@ -24,7 +23,7 @@ class Holding:
 def holdings(stack: Stack) -> dict[str, Holding]:
     """Of every process that runs."""
     found = dict[str, Holding]()
-    for name in PROCESSES:
+    for name in ("redis", "sim", *stack.calls):
         if pid := stack.pid(name):
             process = psutil.Process(pid)
             rss_mib = round(process.memory_info().rss / 2**20, 1)
@@ -40,7 +39,7 @@ def grown(before: Mapping[str, Holding], after: Mapping[str, Holding]) -> dict[s
 def complaints(stack: Stack) -> dict[str, list[str]]:
     """Tracebacks in each service's log: their last lines."""
     told = dict[str, list[str]]()
-    for name in SERVICES:
+    for name in stack.calls:
         text = "".join(file.read_text(errors="replace") for file in sorted(stack.logs.glob(f"{name}.log*")))
         if "Traceback" in text or '"exception"' in text:
             told[name] = sorted(set(TRACEBACK.findall(text)))[:20] or ["a traceback"]

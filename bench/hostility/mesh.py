@@ -49,13 +49,13 @@ class GuardedMesh(MeshRun):
 
 
 @contextlib.contextmanager
-def guarded(port_base: int, seed: int) -> Iterator[GuardedMesh]:
+def guarded(port_base: int, seed: int, *, speech: bool = False) -> Iterator[GuardedMesh]:
     """Yields once everything is ready; ends it by its own supervisor."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         keys = {role: _key(folder / "keys", role) for role in ROLES} | {"wrong": secrets.token_urlsafe(32)}
         _make(folder / "keys", "--services")
-        stack = Stack(Ports(port_base), folder, folder / "home.json", seed, folder / "keys")
+        stack = Stack(Ports(port_base), folder, folder / "home.json", seed, folder / "keys", speech=speech)
         Home.generate(seed, wanted=Wanted("bottle", "red")).save(stack.home)
         process = stack.start()
         try:
