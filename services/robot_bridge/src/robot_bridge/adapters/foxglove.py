@@ -24,7 +24,7 @@ WAITING_BYTES_MAX: Final = 4_000_000
 """Of one topic on its way to the server; the oldest messages make room, the newest always waits: a few pictures."""
 BACKLOG_MAX: Final = 32
 """Messages on their way to one client; the oldest make room. More than there are topics: a client is told of all of
-them, and the newest of each, in one go. The SDK counts no bytes and no clients: one that does not read costs 32 pictures."""
+them, and the newest of each, in one go. The SDK counts no bytes and no clients: who does not read costs 32 pictures."""
 CLOSE_S_MAX: Final = 1.0
 """So long a close waits; the SDK's own waits for every client's farewell, and some never answer."""
 

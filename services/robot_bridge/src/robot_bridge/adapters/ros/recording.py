@@ -43,7 +43,7 @@ class RosRecording:
         kind = Kind(wanted.type_name, MessageEncoding.CDR, SchemaEncoding.ROS2, text)
         topic = self._node.resolve_topic_name(channel.name)
         heard = _throttled(topic, kind, sink, period_s=1.0 / wanted.rate_hz if wanted.rate_hz > 0.0 else 0.0)
-        offered = best_offered(self._node, channel) or qos_profile(channel)  # what was told on change, before it began
+        offered = best_offered(self._node, channel) or qos_profile(channel)  # where it is known by now
         return self._node.create_subscription(_class(wanted.type_name), channel.name, heard, offered, raw=True)
 
 
