@@ -15,6 +15,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Final
 
+import structlog
 from alembic.util.exc import CommandError
 from sqlalchemy import URL, Connection, create_engine, event
 from sqlalchemy.exc import DBAPIError
@@ -23,6 +24,8 @@ from mesh.errors import UnavailableError, UnprocessableError
 from store.copies import DatabaseCopy, JudgedDatabase
 from store.migrations import UnknownSchemaError, current_revision, upgrade
 from store.troubles import naming_the_database
+
+log = structlog.get_logger()
 
 KEPT: Final = 3
 """So many of the databases that a restore replaced stay beside it."""
@@ -110,10 +113,13 @@ def _copy(candidate: Path, path: Path, patience_s: float) -> None:
         if status in {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED} and time.monotonic() > until_s:
             raise UnavailableError("database", "another program writes it")
 
-    with closing(_opened(candidate)) as source, closing(_opened(path)) as live:
+    with closing(_opened(candidate, read_only=True)) as source, closing(_opened(path)) as live:
         live.execute("PRAGMA synchronous = FULL")
         source.backup(live, progress=waited, sleep=0.05)
-        live.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # what was there before leaves the log
+        try:
+            live.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # what was there before leaves the log
+        except sqlite3.Error as error:  # e.g. a full disk: the database is the new one all the same
+            log.warning("restored; what was there before is still in the log beside the database", error=str(error))
 
 
 def _kept_of(path: Path) -> list[tuple[int, Path]]:
@@ -135,8 +141,10 @@ def _vacuum_into(path: Path, made: Path) -> None:
         raise
 
 
-def _opened(path: Path) -> sqlite3.Connection:
-    connection = sqlite3.connect(path, isolation_level=None, timeout=2.0)
+def _opened(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
+    """`read_only`: it must be there; else SQLite makes an empty one."""
+    place = f"{path.absolute().as_uri()}?mode={'ro' if read_only else 'rwc'}"
+    connection = sqlite3.connect(place, uri=True, isolation_level=None, timeout=2.0)
     connection.execute("PRAGMA trusted_schema = OFF")
     connection.execute("PRAGMA cell_size_check = ON")
     return connection

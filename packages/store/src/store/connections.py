@@ -13,6 +13,7 @@ from mesh.errors import ConflictError, TooLargeError, UnavailableError
 from store.backup import Reads
 from store.copies import DatabaseCopy, JudgedDatabase
 from store.database import CHECK_S, Database
+from store.finishing import finished
 from store.sqlite_file import owners_alone, remove
 from store.troubles import naming_the_database
 
@@ -65,7 +66,7 @@ class Connections:
         `UnprocessableError` where the database is no file."""
         await self._prepare(self._busy_timeout_s)
         async with self._alone():
-            return await asyncio.to_thread(self._database.snapshot)
+            return await finished(asyncio.to_thread(self._database.snapshot))
 
     @asynccontextmanager
     async def candidate(
@@ -78,14 +79,17 @@ class Connections:
             place = await asyncio.to_thread(self._database.place_for_candidate)
             try:
                 await _received(body, place, bytes_max)
-                yield await asyncio.to_thread(self._database.judged, place, reads)
+                yield await finished(asyncio.to_thread(self._database.judged, place, reads))
             finally:
                 remove(place)
 
     async def replace(self, candidate: JudgedDatabase) -> str:
-        """The database becomes the candidate, between two writes; the name of the file that keeps what it was."""
+        """The database becomes the candidate, between two writes; the name of the file that keeps what it was.
+
+        Once begun it is finished before this returns, also when it is cancelled: the candidate must still be there.
+        """
         work = self._database.replace
-        kept = await asyncio.get_running_loop().run_in_executor(self._writing, work, candidate)
+        kept = await finished(asyncio.get_running_loop().run_in_executor(self._writing, work, candidate))
         return kept.name
 
     @asynccontextmanager
