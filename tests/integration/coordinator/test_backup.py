@@ -2,17 +2,20 @@
 
 import asyncio
 import sqlite3
+import threading
 import zlib
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from contextlib import asynccontextmanager, closing
 from pathlib import Path
 
 import pytest
 
 from contracts.backup import BackupRefusal, RestoreReply
-from contracts.mission import MissionState, Outcome
+from contracts.mission import Mission, MissionState, Outcome
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.settings import Settings
+from store.backup import JudgedDatabase
+from store.sqlite_file import SqliteFile
 from support.coordinator_mesh import Mesh, opened_mesh
 from support.coordinator_world import Thing
 
@@ -174,3 +177,76 @@ async def test_what_is_no_sound_history_is_refused_and_changes_nothing(path: Pat
         assert said in answer.json()["detail"]
         assert await history(mesh) == before
         assert files(tmp_path) <= {"sent.db", *(f"coordinator.db{end}" for end in ("", "-wal", "-shm"))}
+
+
+class HeldUp:
+    """Stands in for `SqliteFile.replace`: copies only when it is let."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.begun, self.go_on = threading.Event(), threading.Event()
+        replace = SqliteFile.replace
+
+        def held_up(file: SqliteFile, candidate: JudgedDatabase) -> Path:
+            self.begun.set()
+            assert self.go_on.wait(30.0)
+            return replace(file, candidate)
+
+        monkeypatch.setattr(SqliteFile, "replace", held_up)
+
+
+def mission(name: str) -> Mission:
+    return Mission(id=name, command="find it", state=MissionState.IDLE, outcome=Outcome.FOUND, started_s=1.0)
+
+
+async def missions_in(path: Path) -> list[str]:
+    log = SqliteLog(Settings.model_validate({"database_url": f"sqlite:///{path}"}))
+    async with writing(log):
+        return [one.id for one in await log.newest(10)]
+
+
+@asynccontextmanager
+async def writing(log: SqliteLog) -> AsyncGenerator[None]:
+    await log.open(0.0)
+    task = asyncio.create_task(log.write_forever())
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        await log.aclose()
+
+
+@pytest.mark.parametrize("cancelled", [True, False])
+async def test_what_comes_during_a_restore_does_not_follow_into_what_is_restored(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, cancelled: bool
+) -> None:
+    """Also when the server that was asked is told to stop."""
+    other = SqliteLog(Settings.model_validate({"database_url": f"sqlite:///{tmp_path / 'other.db'}", "flush_s": 0.0}))
+    async with writing(other):
+        other.upsert(mission("restored"))
+        with (await other.snapshot()).file as file:
+            database = file.read()
+    held_up = HeldUp(monkeypatch)
+    log = SqliteLog(Settings.model_validate({"database_url": f"sqlite:///{path}", "flush_s": 0.0}))
+
+    async def body() -> AsyncIterator[bytes]:
+        yield database
+
+    async def restore() -> None:
+        async with log.candidate(body(), bytes_max=10**8) as candidate:
+            await log.replace(candidate, 1.0)
+
+    async with writing(log):
+        log.upsert(mission("before"))
+        restoring = asyncio.create_task(restore())
+        await asyncio.to_thread(held_up.begun.wait, 30.0)
+        if cancelled:
+            restoring.cancel()
+            await asyncio.wait({restoring}, timeout=0.02)
+        log.upsert(mission("late"))
+        asyncio.get_running_loop().call_later(0.05, held_up.go_on.set)
+        if not cancelled:
+            await restoring
+    await asyncio.gather(restoring, return_exceptions=True)
+    assert restoring.cancelled() is cancelled
+    assert await missions_in(path) == ["restored"]

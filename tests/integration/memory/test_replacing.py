@@ -5,6 +5,7 @@ import sqlite3
 import threading
 from collections.abc import AsyncIterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -107,10 +108,9 @@ def test_a_disk_that_is_full_afterwards_does_not_cost_what_was_there_before(
     database_of(path, "before")
     database_of(tmp_path / "other.db", "restored")
     backup.judged(tmp_path / "other.db", MIGRATIONS, page_bytes=PAGE_BYTES, reads=lambda connection: None)
-    connect = sqlite3.connect
-    with monkeypatch.context() as patched, closing(connect(path)) as other:
+    with monkeypatch.context() as patched, closing(sqlite3.connect(path)) as other:
         other.execute("PRAGMA schema_version")  # somebody else has it open: closing does not empty the log either
-        patched.setattr(sqlite3, "connect", lambda *some, **more: connect(*some, **more, factory=FullDisk))
+        patched.setattr(sqlite3, "connect", partial(sqlite3.connect, factory=FullDisk))
         kept = backup.replace(path, tmp_path / "other.db", patience_s=0.1)
     assert ids_in(path) == ["restored"]
     assert ids_in(kept) == ["before"]

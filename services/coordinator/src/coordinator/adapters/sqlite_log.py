@@ -21,6 +21,7 @@ from coordinator.settings import Settings
 from mesh.errors import NotFoundError, UnavailableError
 from store.connections import Connections
 from store.copies import DatabaseCopy, JudgedDatabase
+from store.finishing import finished
 from store.sqlite_file import SqliteFile
 
 log = structlog.get_logger()
@@ -66,6 +67,8 @@ class SqliteLog:
         self._news = asyncio.Event()
         self._hurry = asyncio.Event()
         self._turned = asyncio.Condition()
+        self._file_is_ours = asyncio.Lock()
+        """Held while it is written, and while it becomes another one: rows of the old one never follow into the new."""
         self._written = 0
         self._asked = 0
         self._opened = False
@@ -190,6 +193,10 @@ class SqliteLog:
 
     async def _flush(self) -> None:
         """One transaction. What could not be written stays to be written."""
+        async with self._file_is_ours:
+            await self._write_what_waits()
+
+    async def _write_what_waits(self) -> None:
         writes, self._pending = self._pending, []
         lines, self._lines = self._lines, defaultdict(list)
         chunks = [
@@ -287,24 +294,36 @@ class SqliteLog:
         return self._connections.candidate(body, bytes_max=bytes_max, reads=_everything)
 
     async def replace(self, candidate: JudgedDatabase, now_s: float) -> str:
-        """What comes meanwhile is not kept: its numbers could be taken already in what is restored."""
+        """What comes meanwhile is not kept: its numbers could be taken already in what is restored. Once begun it is
+        finished, also when it is cancelled."""
         await self.flushed()
-        self._opened = False
-        try:
-            kept = await self._connections.replace(candidate)
-        except BaseException:
-            self._opened = True
-            raise
-        self._recent.clear()
-        self._pending.clear()
-        self._lines.clear()
-        self._beheaded.clear()
-        self._tail.clear()
-        await self.open(now_s)
-        if not self._opened:
-            raise UnavailableError("database", f"it is restored, but not open: {self._trouble}; start it again")
+        kept = await finished(self._exchange(candidate, now_s))
         await self.flushed()
         return kept
+
+    async def _exchange(self, candidate: JudgedDatabase, now_s: float) -> str:
+        async with self._file_is_ours:
+            self._opened = False
+            try:
+                kept = await self._connections.replace(candidate)
+            except asyncio.CancelledError:  # the loop ends: what waits must not follow into what may be another file
+                self._forget_what_waits()
+                raise
+            except Exception:
+                self._opened = True
+                raise
+            self._recent.clear()
+            self._forget_what_waits()
+            self._beheaded.clear()
+            self._tail.clear()
+            await self.open(now_s)
+        if not self._opened:
+            raise UnavailableError("database", f"it is restored, but not open: {self._trouble}; start it again")
+        return kept
+
+    def _forget_what_waits(self) -> None:
+        self._pending.clear()
+        self._lines.clear()
 
     async def dependency(self) -> Dependency:
         return Dependency.of("database", ok=self._trouble == "", detail=self._trouble[:200])
