@@ -198,6 +198,14 @@ def changed(*statements: str) -> Callable[[Path], bytes]:
     return made
 
 
+def rewritten(old: str, new: str) -> Callable[[Path], bytes]:
+    """In the schema itself, as a file that somebody made by hand could have it."""
+    return changed(
+        "PRAGMA writable_schema = ON",
+        f"UPDATE sqlite_master SET sql = replace(sql, '{old}', '{new}') WHERE type = 'table'",
+    )
+
+
 def cut(place: Path) -> bytes:
     data = place.read_bytes()
     return data[: len(data) // 2]
@@ -228,10 +236,35 @@ HOSTILE: dict[str, tuple[Callable[[Path], bytes], str]] = {
     "a table more": (changed("CREATE TABLE more (a INTEGER)"), "tables are not ours: more"),
     "a column more": (changed("ALTER TABLE maps ADD COLUMN a TEXT"), "tables are not ours: maps"),
     "an index less": (changed("DROP INDEX views_place"), "tables are not ours: views"),
+    "a key of less": (
+        changed("DROP INDEX views_place", "CREATE UNIQUE INDEX views_place ON views (map_number, x)"),
+        "tables are not ours: views",
+    ),
+    "a key of other expressions": (
+        changed(
+            "DROP INDEX views_place",
+            "CREATE UNIQUE INDEX views_place ON views"
+            "(map_number, cell_x, cell_y, sector, label, colour, coalesce(thing_id, 1))",
+        ),
+        "tables are not ours: views",
+    ),
+    "an index of fewer rows": (
+        changed(
+            "DROP INDEX views_of_colour",
+            "CREATE INDEX views_of_colour ON views (map_number, label, colour, confidence DESC) WHERE thing_id = 5",
+        ),
+        "tables are not ours: views",
+    ),
+    "a condition": (rewritten("NOT NULL", "NOT NULL CHECK (1)"), "tables are not ours: alembic_version, maps"),
+    "a rule for conflicts": (rewritten("UNIQUE (id)", "UNIQUE (id) ON CONFLICT REPLACE"), "tables are not ours: maps"),
+    "other deletions": (rewritten("ON DELETE SET NULL", "ON DELETE CASCADE"), "tables are not ours: things"),
     "text for a number": (changed("UPDATE views SET x = 'east'"), "another kind"),
     "infinite": (changed("UPDATE views SET y = 9e999"), "another kind"),
     "an orphan": (changed("UPDATE views SET thing_id = 77"), "names another one"),
     "beyond its bounds": (changed("UPDATE views SET confidence = 7.0"), "does not understand"),
+    "without a map": (changed("DELETE FROM maps"), "it holds no map"),
+    "in a map that is not there": (changed("UPDATE maps SET number = 9"), "are in a map 0 that it does not hold"),
+    "a thing astray": (changed("UPDATE things SET map_number = 7"), "things are in a map 7"),
     "without a label": (changed("UPDATE views SET label = ''"), "does not understand"),
 }
 

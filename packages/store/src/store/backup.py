@@ -8,12 +8,14 @@ Everything here blocks. What is wrong with a candidate is an `UnprocessableError
 an `UnavailableError`.
 """
 
+import re
 import sqlite3
 import time
+from collections import Counter
 from collections.abc import Callable, Generator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import structlog
 from alembic.util.exc import CommandError
@@ -48,7 +50,9 @@ KINDS: Final = {
 Reads = Callable[[Connection], None]
 """Reads all that its service has to understand, and raises `ValueError` for what it does not."""
 Shape = dict[str, frozenset[tuple[object, ...]]]
-"""Of each table its columns (name, type, NOT NULL, place in the key) and the names of its indexes."""
+"""Of each table its columns, its indexes with all they are over, what it refers to, and how many `RULES` it has."""
+RULES: Final = frozenset({"CHECK", "CONFLICT", "COLLATE", "STRICT", "WITHOUT", "DEFERRED", "AUTOINCREMENT"})
+"""What a table may demand that no PRAGMA tells of: each could refuse, or drop, what is written to it later."""
 
 
 def snapshot(path: Path) -> DatabaseCopy:
@@ -187,14 +191,32 @@ def _migrated(path: Path, migrations: Path, reads: Reads) -> tuple[dict[str, int
 
 def _shape(connection: Connection) -> Shape:
     names = connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type = 'table'").scalars()
-    tables = [name for name in names if not name.startswith("sqlite_")]
-    return {
-        table: frozenset(
-            [(*tuple(row)[1:4], row[5], row[6]) for row in connection.exec_driver_sql(f'PRAGMA table_xinfo("{table}")')]
-            + [tuple(row)[1:5] for row in connection.exec_driver_sql(f'PRAGMA index_list("{table}")')]
-        )
-        for table in tables
-    }
+    return {name: _shape_of(connection, name) for name in [*names] if not name.startswith("sqlite_")}
+
+
+def _shape_of(connection: Connection, table: str) -> frozenset[tuple[object, ...]]:
+    def told(pragma: str, name: str) -> list[tuple[Any, ...]]:
+        return [tuple(row) for row in connection.exec_driver_sql(f'PRAGMA {pragma}("{name}")')]
+
+    found: list[tuple[object, ...]] = []
+    for _, name, kind, required, _, key, hidden in told("table_xinfo", table):
+        found.append(("column", name, kind, required, key, hidden))
+    for _, name, *of in told("index_list", table):
+        found.append(("index", name, *of))
+        for place, _, column, *how in told("index_xinfo", name):
+            found.append(("indexed", name, place, column, *how))
+    for _, place, *refers in told("foreign_key_list", table):
+        found.append(("refers", place, *refers))
+    statements = connection.exec_driver_sql(
+        "SELECT type, name, sql FROM sqlite_master WHERE tbl_name = ? AND sql IS NOT NULL", (table,)
+    )
+    for kind, name, sql in statements:
+        if kind == "index":  # its expressions, and WHERE
+            found.append(("index", name, "".join(sql.replace('"', "").split())))
+        else:
+            rules = Counter(one for one in re.findall(r"[A-Z]+", sql.upper()) if one in RULES)
+            found += [("rule", *one) for one in rules.items()]
+    return frozenset(found)
 
 
 def _check_values(connection: Connection, table: str) -> None:

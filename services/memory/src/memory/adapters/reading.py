@@ -9,7 +9,7 @@ from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_
 
 from contracts.memory import Area, LabelCount
 from memory.adapters.rows import COLOURS_AT, THING, VIEW, thing_of, view_of
-from memory.adapters.tables import things, views
+from memory.adapters.tables import maps, things, views
 from memory.objects import MapObject, to_message
 from memory.ports import Candidates, Counts, ExportBatch, StoredView
 
@@ -186,6 +186,13 @@ def page(connection: Connection, kind: str, after: int) -> tuple[ExportBatch, in
 
 def everything(connection: Connection) -> None:
     """A `store.backup.Reads`: raises `ValueError` for what could not be told anybody."""
+    known = set(connection.execute(select(maps.c.number)).scalars())
+    if not known:
+        raise ValueError("it holds no map, so nothing can be anywhere")
+    for table in (things, views):
+        astray = set(connection.execute(select(table.c.map_number).distinct()).scalars()) - known
+        if astray:
+            raise ValueError(f"{table.name} are in a map {min(astray)} that it does not hold")
     for row in connection.execute(select(*THING)):
         VOTES.validate_json(row[COLOURS_AT])
         thing = thing_of(row)
