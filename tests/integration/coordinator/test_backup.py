@@ -139,9 +139,12 @@ def statements(*some: str) -> Callable[[Path], None]:
     return change
 
 
-def bomb(place: Path) -> None:
-    with closing(sqlite3.connect(place)) as connection, connection:
-        connection.execute("UPDATE recordings SET lines = ?", (zlib.compress(bytes(300_000_000), 9),))
+def recorded(part: bytes) -> Callable[[Path], None]:
+    def change(place: Path) -> None:
+        with closing(sqlite3.connect(place)) as connection, connection:
+            connection.execute("UPDATE recordings SET lines = ?", (zlib.compress(part, 9),))
+
+    return change
 
 
 HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
@@ -157,7 +160,9 @@ HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
     "another's record": (statements("UPDATE missions SET id = 'other'"), "under another name"),
     "an event of another number": (statements("UPDATE events SET id = id + 1000000"), "under another number"),
     "a recording that cannot be unpacked": (statements("UPDATE recordings SET lines = x'00'"), "cannot be unpacked"),
-    "a recording that unpacks to more than any": (bomb, "larger than any of ours"),
+    "a recording that unpacks to more than any": (recorded(bytes(300_000_000)), "larger than any of ours"),
+    "a recording of more lines than any": (recorded(b"x\n" * 6_000_000), "larger than any of ours"),
+    "a recording that is no text": (recorded(b"\xff\xfe"), "does not understand"),
     "a newer schema": (statements("UPDATE alembic_version SET version_num = '7777'"), "7777 of a newer program"),
 }
 

@@ -304,3 +304,26 @@ async def test_while_the_file_is_locked_nothing_is_lost_and_its_trouble_is_named
         await until_true(well)
         assert len(await log.events("a", after=-1, limit=10)) == 1
         assert [one.outcome for one in await log.newest(10)] == [Outcome.FOUND]
+
+
+async def test_lines_of_a_recording_are_kept_as_they_are_in_parts_that_a_restore_takes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also those with a character in them that other programs end a line at."""
+    monkeypatch.setattr(sqlite_log_module, "PART_LINES_MAX", 3)
+    monkeypatch.setattr(sqlite_log_module, "PART_BYTES_MAX", 20)
+    lines = ["a\u2028b", "c\x0bd\x85e", *(f"line {number}" for number in range(20)), "x" * 20]
+    async with sqlite_log(tmp_path / "missions.db") as log:
+        log.upsert(mission("a"))
+        for line in lines:
+            log.record("a", line)
+        log.record("a", "y" * 21)
+        assert list(await log.recording("a")) == lines
+        with (await log.snapshot()).file as file:
+            database = file.read()
+
+        async def body() -> AsyncIterator[bytes]:
+            yield database
+
+        async with log.candidate(body(), bytes_max=10**8) as candidate:
+            assert candidate.rows["recordings"] > len(lines) // 3

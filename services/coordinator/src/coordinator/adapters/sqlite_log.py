@@ -3,7 +3,7 @@
 import asyncio
 import zlib
 from collections import OrderedDict, defaultdict
-from collections.abc import AsyncIterable, AsyncIterator, Sequence
+from collections.abc import AsyncIterable, AsyncIterator, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager
 from typing import Any
 
@@ -33,8 +33,9 @@ SAVED_WITHIN_S = 20.0
 AGAIN_S = 1.0
 OPEN_AGAIN_S = 10.0
 READERS = 2
-RECORDING_BYTES_MAX = 64_000_000
-"""Of what one flush wrote of it, unpacked."""
+PART_BYTES_MAX = 16_000_000
+PART_LINES_MAX = 100_000
+"""Of a recording's part, unpacked: what one flush writes of it, or less. A line takes far more memory than its text."""
 # WAL with NORMAL: safe against a killed process; a power cut may take the last second, which a history can bear.
 PRAGMAS = ("PRAGMA synchronous = NORMAL",)
 
@@ -200,8 +201,9 @@ class SqliteLog:
         writes, self._pending = self._pending, []
         lines, self._lines = self._lines, defaultdict(list)
         chunks = [
-            {"mission_id": mission_id, "lines": zlib.compress("\n".join(some).encode())}
+            {"mission_id": mission_id, "lines": zlib.compress(part)}
             for mission_id, some in lines.items()
+            for part in _parts(some)
         ]
         batch: list[Write] = [*writes, (insert(recordings), chunks)] if chunks else writes
         if not batch:
@@ -273,7 +275,7 @@ class SqliteLog:
     async def recording(self, mission_id: str) -> tuple[str, ...]:
         chosen = select(recordings.c.lines).where(recordings.c.mission_id == mission_id)
         rows = await self._read(chosen.order_by(recordings.c.number))
-        return tuple(line for row in rows for line in _unpacked(row.lines))
+        return tuple(line for row in rows for line in _unpacked(row.lines).split("\n"))
 
     async def picture(self, mission_id: str, number: int) -> bytes | None:
         chosen = select(pictures.c.jpeg).where(pictures.c.mission_id == mission_id, pictures.c.number == number)
@@ -347,18 +349,36 @@ def _everything(connection: Connection) -> None:
         _unpacked(row.lines)
 
 
-def _unpacked(lines: bytes) -> list[str]:
-    """Raises `ValueError`."""
+def _parts(lines: Sequence[str]) -> Iterator[bytes]:
+    """Each within the bounds of a part; a line that is longer than all of one is left out."""
+    part: list[bytes] = []
+    size_bytes = 0
+    for line in lines:
+        data = line.encode()
+        if len(data) > PART_BYTES_MAX:
+            log.error("a line of a recording is too long to be kept", size_bytes=len(data))
+            continue
+        if part and (size_bytes + len(data) + 1 > PART_BYTES_MAX or len(part) == PART_LINES_MAX):
+            yield b"\n".join(part)
+            part, size_bytes = [], 0
+        part.append(data)
+        size_bytes += len(data) + 1
+    if part:
+        yield b"\n".join(part)
+
+
+def _unpacked(part: bytes) -> str:
+    """Lines, of a number that can be split. Raises `ValueError`."""
     unpacker = zlib.decompressobj()
     try:
-        text = unpacker.decompress(lines, RECORDING_BYTES_MAX)
+        text = unpacker.decompress(part, PART_BYTES_MAX + 1)
     except zlib.error as error:
         raise ValueError(f"a recording cannot be unpacked: {error}") from error
-    if not unpacker.eof and not unpacker.unconsumed_tail:
-        raise ValueError("a recording cannot be unpacked: it is cut off")
-    if unpacker.unconsumed_tail:
+    if len(text) > PART_BYTES_MAX or text.count(b"\n") >= PART_LINES_MAX:
         raise ValueError("a part of a recording is larger than any of ours")
-    return text.decode().splitlines()
+    if not unpacker.eof:
+        raise ValueError("a recording cannot be unpacked: it is cut off")
+    return text.decode()
 
 
 def _what_is_there(connection: Connection) -> tuple[int, list[str]]:
