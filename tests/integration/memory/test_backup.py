@@ -3,7 +3,7 @@
 import asyncio
 import sqlite3
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, closing
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, closing
 from pathlib import Path
 
 import httpx
@@ -12,8 +12,11 @@ from asgi_lifespan import LifespanManager
 
 from contracts.backup import SCHEMA_HEADER, BackupRefusal, RestoreReply
 from contracts.memory import ObservationBatch
+from memory.adapters.store import SqlStore
 from memory.app import create_app
 from memory.settings import Settings
+from store.backup import JudgedDatabase
+from store.shared_lock import SharedLock
 from support.described import described_bus
 from support.observations import seen
 from support.postgres_server import fresh_database
@@ -301,6 +304,67 @@ async def test_what_is_too_large_is_refused_before_it_is_all_here(path: Path) ->
         assert answer.status_code == 413
         assert sent < 100_000
         assert not path.with_name("memory.db.candidate").exists()
+
+
+async def test_an_object_is_forgotten_in_the_database_it_was_seen_in(
+    client: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numbers of things are those of one database: a restore waits for whoever forgets one."""
+    await tell(client, 1.0)
+    database = (await client.get("/backup")).content
+    (thing,) = (await client.get("/objects")).json()
+    done: list[str] = []
+    forgetting, restoring = asyncio.Event(), asyncio.Event()
+    forget, replace, alone = SqlStore.forget_thing, SqlStore.replace, SharedLock.alone
+
+    async def held_up(store: SqlStore, number: int) -> int:
+        forgetting.set()
+        await restoring.wait()
+        for _ in range(20):  # so that a restore that did not wait would have begun
+            await asyncio.sleep(0)
+        done.append("forgotten")
+        return await forget(store, number)
+
+    def wanted(lock: SharedLock) -> AbstractAsyncContextManager[None]:
+        restoring.set()
+        return alone(lock)
+
+    async def replaced(store: SqlStore, candidate: JudgedDatabase) -> str:
+        done.append("replaced")
+        return await replace(store, candidate)
+
+    monkeypatch.setattr(SqlStore, "forget_thing", held_up)
+    monkeypatch.setattr(SqlStore, "replace", replaced)
+    monkeypatch.setattr(SharedLock, "alone", wanted)
+    deleting = asyncio.create_task(client.delete(f"/objects/{thing['id']}"))
+    await forgetting.wait()
+    await restored(client, database)
+    assert (await deleting).is_success
+    assert done == ["forgotten", "replaced"]
+    assert len((await client.get("/objects")).json()) == 1
+
+
+async def test_where_the_robot_is_is_known_again_also_where_whoever_asked_for_the_restore_is_gone(
+    client: httpx.AsyncClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await tell(client, 1.0)
+    place = tmp_path / "other.db"
+    place.write_bytes((await client.get("/backup")).content)
+    moved = changed("UPDATE maps SET number = 5; UPDATE views SET map_number = 5; UPDATE things SET map_number = 5")
+    begun, replace = asyncio.Event(), SqlStore.replace
+
+    async def replaced(store: SqlStore, candidate: JudgedDatabase) -> str:
+        begun.set()
+        return await replace(store, candidate)
+
+    monkeypatch.setattr(SqlStore, "replace", replaced)
+    restoring = asyncio.create_task(client.post("/restore", content=moved(place)))
+    await begun.wait()
+    restoring.cancel()
+    await asyncio.gather(restoring, return_exceptions=True)
+    await tell(client, 2.0)
+    again = (await client.get("/backup")).content
+    assert rows_of(again, place, "SELECT count(*) FROM views WHERE map_number = 5") == 2
 
 
 async def test_a_second_copy_waits_for_its_own_turn(client: httpx.AsyncClient) -> None:

@@ -43,7 +43,8 @@ from memory.whereabouts import Whereabouts
 from mesh.bus import Bus, redis_dependency
 from mesh.clock import Clock
 from mesh.errors import NotFoundError, UnavailableError, UnprocessableError
-from store.copies import DatabaseCopy
+from store.copies import DatabaseCopy, JudgedDatabase
+from store.finishing import finished
 from store.shared_lock import SharedLock
 
 log = structlog.get_logger()
@@ -231,8 +232,10 @@ class MemoryService:
             return _deleted(await self._store.forget(what, of))
 
     async def forget_object(self, number: int) -> DeletedReply:
+        """Raises `NotFoundError` when there was nothing."""
         await self.catch_up()
-        return _deleted(await self._store.forget_thing(number))
+        async with self._writing.shared():
+            return _deleted(await self._store.forget_thing(number))
 
     async def export(self, form: ExportForm) -> AsyncGenerator[str]:
         """Line by line. Raises `UnavailableError` before the first line where the database is away."""
@@ -273,12 +276,16 @@ class MemoryService:
         async with self._store.candidate(body, bytes_max=self._settings.restore_bytes_max) as candidate:
             kept = ""
             if not dry_run:
-                async with self._writing.alone():
-                    await self._write_buffer()
-                    kept = await self._store.replace(candidate)
-                    await self._whereabouts.know_again()
+                kept = await finished(self._exchange(candidate))
                 log.warning("what is remembered was replaced by a back-up", rows=candidate.rows, before=kept)
             return RestoreReply(applied=not dry_run, revision=candidate.revision, rows=candidate.rows, kept_as=kept)
+
+    async def _exchange(self, candidate: JudgedDatabase) -> str:
+        async with self._writing.alone():
+            await self._write_buffer()
+            kept = await self._store.replace(candidate)
+            await self._whereabouts.know_again()
+            return kept
 
     async def map_svg(self, label: str | None, views_max: int) -> str:
         now_s = self._clock.now_s()
