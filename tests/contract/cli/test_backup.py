@@ -180,6 +180,25 @@ async def test_what_the_second_does_not_take_the_first_gives_back(mesh: Mesh, tm
     ]
 
 
+@pytest.mark.parametrize("stopped", [httpx.ReadTimeout("slow"), KeyboardInterrupt()], ids=["timeout", "interrupt"])
+@pytest.mark.parametrize("at", ["coordinator", "memory"])
+async def test_of_a_service_that_nobody_waits_for_any_longer_nobody_says_that_nothing_changed(
+    mesh: Mesh, tmp_path: Path, at: str, stopped: BaseException
+) -> None:
+    file = str(tmp_path / "copy.tar")
+    await mesh.atom("backup", file)
+
+    def stop(service: str, path: str, dry_run: bool) -> None:
+        if (service, path, dry_run) == (at, "/restore", False):
+            raise stopped
+
+    mesh.wire.refuse = stop  # type: ignore[assignment]
+    failed = await mesh.atom("restore", file, "--yes")
+    assert failed.exit_code == (130 if isinstance(stopped, KeyboardInterrupt) else 4), failed.output
+    assert f"{at} may have taken it, or still will: look." in failed.output
+    assert ("coordinator has again what it had before" in failed.output) is (at == "memory")
+
+
 async def test_what_either_does_not_believe_changes_neither(mesh: Mesh, tmp_path: Path) -> None:
     await mesh.see("bottle")
     good, bad = tmp_path / "good.tar", tmp_path / "bad.tar"

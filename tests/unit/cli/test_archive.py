@@ -100,6 +100,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], bytes], str]] = {
     "no manifest": (lambda good: members(("manifest.json", b"{}")), "not ours, or of a newer program"),
     "a huge manifest": (lambda good: members(("manifest.json", b" " * 70_000)), "manifest is too large"),
     "of a newer form": (lambda good: with_manifest(good, **{'"form":1': '"form":2'}), "a newer program made it"),
+    "of no year": (lambda good: with_manifest(good, **{"1000.5": "1e300"}), "not ours, or of a newer program"),
     "another size": (lambda good: with_manifest(good, **{":1000,": ":1001,"}), "another size"),
     "one twice": (lambda good: with_manifest(good, memory="coordinator"), "twice"),
     "a service nobody knows": (lambda good: with_manifest(good, memory="robot"), "not ours, or of a newer program"),

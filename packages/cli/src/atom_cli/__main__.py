@@ -279,11 +279,12 @@ def _saying() -> Generator[None]:
     except copies.HalfwayError as error:
         names = " and ".join(one.value for one in error.put_back)
         console.print(
-            f"[bold red]failed[/]   {escape(str(error.cause))}. {names} has again what it had before."
-            + f" {error.failed.value} may still take it: look." * isinstance(error.cause, AwayError),
+            f"[bold red]failed[/]   {escape(str(error.cause) or 'interrupted')}."
+            + f" {names} has again what it had before." * bool(names)
+            + f" {error.failed.value} may have taken it, or still will: look." * error.unknown,
             soft_wrap=True,
         )
-        raise typer.Exit(_code(error.cause)) from None
+        raise typer.Exit(_code(error.cause) if isinstance(error.cause, ServiceError) else 130) from None
     except (archive.ArchiveError, copies.MissionOnError, copies.NotPutBackError, OSError) as error:
         console.print(f"[bold red]failed[/]   {escape(str(error))}", soft_wrap=True)
         raise typer.Exit(EXIT_REFUSED) from None

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from atom_cli import archive
-from atom_cli.services import AwayError, ServiceError, Services
+from atom_cli.services import AwayError, RefusedError, ServiceError, Services
 from contracts.backup import BackupManifest, BackupService, RestoreReply
 
 EVERY = (BackupService.COORDINATOR, BackupService.MEMORY)
@@ -27,11 +27,16 @@ class MissionOnError(Exception):
 
 @dataclass(frozen=True)
 class HalfwayError(Exception):
-    """`failed` did not take its database; `put_back` have again what they had before."""
+    """`put_back` have again what they had before. `failed` did not take its database, or, where it is `unknown`, did
+    not say so: nobody waited for it any longer."""
 
     failed: BackupService
-    cause: ServiceError
+    cause: ServiceError | KeyboardInterrupt
     put_back: tuple[BackupService, ...]
+
+    @property
+    def unknown(self) -> bool:
+        return not isinstance(self.cause, RefusedError)
 
 
 def back_up(services: Services, path: Path, wanted: Sequence[BackupService], made_s: float) -> BackupManifest:
@@ -48,7 +53,7 @@ def restore(
     services: Services, files: Mapping[BackupService, Path], wanted: Sequence[BackupService], *, dry_run: bool
 ) -> dict[BackupService, RestoreReply]:
     """What each service says. Raises `ServiceError` or `MissionOnError` when nothing has changed, else `HalfwayError`
-    or `NotPutBackError`."""
+    or `NotPutBackError`; `KeyboardInterrupt` only while it is checked."""
     if BackupService.COORDINATOR not in wanted:  # which says so itself
         _check_at_rest(services)
     checked = {one: services.restore(one, files[one], dry_run=True) for one in wanted}
@@ -60,14 +65,11 @@ def restore(
         for one in wanted:
             try:
                 done[one] = services.restore(one, files[one], dry_run=False)
-            except ServiceError as error:
-                if not done:
+            except (ServiceError, KeyboardInterrupt) as error:
+                if not done and isinstance(error, RefusedError):
                     raise
                 _put_back(services, {each: before[each] for each in done}, error)
                 raise HalfwayError(one, error, tuple(done)) from error
-            except KeyboardInterrupt as error:
-                _put_back(services, {each: before[each] for each in done}, error)
-                raise
     return done
 
 
@@ -86,8 +88,8 @@ def _put_back(services: Services, before: Mapping[BackupService, Path], cause: B
             services.restore(one, file, dry_run=False)
         except ServiceError as error:
             raise NotPutBackError(
-                f"{cause}; and {one} could not be given back what it had ({error}): it is in the file beside its "
-                "database whose name ends in before-restore-, with the highest number"
+                f"{str(cause) or 'interrupted'}; and {one} could not be given back what it had ({error}): "
+                "it is in the file beside its database whose name ends in before-restore-, with the highest number"
             ) from error
 
 

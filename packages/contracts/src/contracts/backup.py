@@ -9,6 +9,8 @@ from contracts.base import Message
 
 FORM: Final = 1
 """Of the archive: a reader refuses a newer one."""
+MADE_S_MAX: Final = 253_370_764_800.0
+"""The year 9999, in any time zone: a later one is no date."""
 SCHEMA_HEADER: Final = "X-Schema-Revision"
 """Of a snapshot: the revision of its schema."""
 
@@ -54,5 +56,5 @@ class BackupManifest(Message):
     """The first file of an archive, `manifest.json`; those of the databases follow in this order."""
 
     form: int = Field(ge=1, description="of the archive")
-    made_s: float = Field(ge=0.0, description="seconds since the Unix epoch")
+    made_s: float = Field(ge=0.0, le=MADE_S_MAX, description="seconds since the Unix epoch")
     databases: tuple[BackedUpDatabase, ...] = Field(min_length=1, max_length=len(BackupService))
