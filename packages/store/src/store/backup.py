@@ -113,7 +113,7 @@ def replace(path: Path, candidate: Path, *, patience_s: float) -> Path:
 def _copy(candidate: Path, path: Path, patience_s: float) -> None:
     until_s = time.monotonic() + patience_s
 
-    def waited(status: int, remaining: int, total: int) -> None:
+    def waited(status: int, _remaining: int, _total: int) -> None:
         if status in {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED} and time.monotonic() > until_s:
             raise UnavailableError("database", "another program writes it")
 
