@@ -381,6 +381,7 @@ class FakeMissions(Service):
     name: str = "coordinator"
     commands: list[str] = field(default_factory=list)
     understands: list[tuple[str, ...]] = field(default_factory=list)
+    understood: Understood | None = None
     acted: list[tuple[str, str]] = field(default_factory=list)
     keys: list[str] = field(default_factory=list)
     past: tuple[Mission, ...] = ()
@@ -405,8 +406,12 @@ class FakeMissions(Service):
         return Answer(answer=f"You asked: {question}", about=About.LAST_SEEN, phrased_by="template")
 
     async def understand(self, readings: Sequence[str]) -> Understood:
+        if self.hangs:
+            await asyncio.Event().wait()
         self.answer()
         self.understands.append(tuple(readings))
+        if self.understood is not None:
+            return self.understood
         intents = [Intent(action=WantedAction.FIND, command=one, mood=Mood.FIND) for one in readings]
         if len(intents) == 1:
             return Understood(intent=intents[0])

@@ -1,5 +1,6 @@
 """The page's way to the speech service: what was said comes back, a stop acts first, and who is away is named."""
 
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
 
@@ -7,9 +8,11 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
+from contracts.intent import Intent, Understood, WantedAction
 from contracts.problem import DependencyState
+from contracts.reading import Mood
 from contracts.speech import SPOKEN_CHARACTERS_MAX, SpeakRequest
-from mesh.clock import SystemClock
+from mesh.clock import Clock, SystemClock
 from mesh.errors import UnavailableError
 from speech.app import create_app as create_speech
 from speech.settings import Settings as SpeechSettings
@@ -20,15 +23,30 @@ from support.waiting import until
 from ui.adapters.speech import SpeechClient
 from ui.app import create_app
 from ui.desk import Desk
-from ui.hearing import Saying
-from ui.routes.speech import CHUNK_BYTES_MAX
+from ui.hearing import UNDERSTOOD_S, Saying
+from ui.routes.speech import AGAIN_S, CHUNK_BYTES_MAX, INSIST_S
 from ui.settings import Settings
 
 SOUND = b"\1\0" * 1600
 
 
+class HastyClock(SystemClock):
+    """Whoever sleeps on it is awake at once, and so much later."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.slept_s = 0.0
+
+    def now_s(self) -> float:
+        return super().now_s() + self.slept_s
+
+    async def sleep(self, seconds: float) -> None:
+        self.slept_s += seconds if seconds == AGAIN_S else 0.0
+        await super().sleep(0.0 if seconds == AGAIN_S else seconds)
+
+
 @contextmanager
-def page(world: UiWorld, *, with_speech: bool = True) -> Generator[TestClient]:
+def page(world: UiWorld, *, with_speech: bool = True, clock: Clock | None = None) -> Generator[TestClient]:
     fresh_nicegui()
     app = create_app(
         Settings(),
@@ -39,6 +57,7 @@ def page(world: UiWorld, *, with_speech: bool = True) -> Generator[TestClient]:
         memory=world.memory,
         speech=world.speech if with_speech else None,
         on_death=lambda: None,
+        clock=clock,
     )
     with TestClient(app, base_url="http://127.0.0.1:8080") as client:
         yield client
@@ -48,13 +67,21 @@ def told(socket: WebSocketTestSession) -> Saying:
     return Saying.model_validate_json(socket.receive_text())
 
 
+def outcome(socket: WebSocketTestSession) -> Saying:
+    """The final one, which follows the one that says that it is heard out."""
+    while not (saying := told(socket)).final:
+        pass
+    assert saying.heard_out
+    return saying
+
+
 def test_what_was_said_is_shown_as_it_comes_and_then_what_it_means(world: UiWorld) -> None:
     world.speech.readings = (hearing("find", final=False), hearing("Find the red bottle."))
     with page(world) as client, client.websocket_connect("/speech/listen") as socket:
         socket.send_bytes(SOUND)
         first = told(socket)
         socket.send_text("")
-        last = told(socket)
+        last = outcome(socket)
         closed = socket.receive()
     assert (first.final, first.text, first.command) == (False, "find", "")
     assert (last.final, last.command, last.offers, last.stopped) == (True, "Find the red bottle.", (), None)
@@ -67,7 +94,7 @@ def test_two_readings_that_mean_different_things_are_a_question(world: UiWorld) 
     world.speech.readings = (hearing("find the blue cap", "find the blue cup"),)
     with page(world) as client, client.websocket_connect("/speech/listen") as socket:
         socket.send_text("")
-        last = told(socket)
+        last = outcome(socket)
     assert world.missions.understands == [("find the blue cup", "find the blue cap")], "with our names expected first"
     assert (last.command, [one.command for one in last.offers]) == ("", ["find the blue cup", "find the blue cap"])
     assert "or find the blue cap?" in last.question
@@ -78,7 +105,7 @@ def test_while_the_coordinator_is_away_the_readings_themselves_are_offered(world
     world.speech.readings = (hearing("find the blue cap", "find the blue cup"),)
     with page(world) as client, client.websocket_connect("/speech/listen") as socket:
         socket.send_text("")
-        last = told(socket)
+        last = outcome(socket)
     assert [one.command for one in last.offers] == ["find the blue cup", "find the blue cap"]
 
 
@@ -89,7 +116,7 @@ def test_a_spoken_stop_reaches_the_robot_before_the_page_is_told_and_once(world:
         first = told(socket)
         stopped = [one.reason for one in world.robot.stops]
         socket.send_text("")
-        last = told(socket)
+        last = outcome(socket)
     assert (first.final, first.stopped, stopped) == (False, True, ["said: stop"])
     assert (last.stopped, last.command, len(world.robot.stops)) == (True, "", 1)
     assert world.missions.understands == [], "a stop is nothing to be read"
@@ -103,7 +130,66 @@ def test_a_spoken_stop_that_does_not_arrive_says_so_and_is_asked_for_again(world
         assert told(socket).stopped is False
         world.robot.away = False
         socket.send_text("")
-        assert told(socket).stopped is True
+        assert outcome(socket).stopped is True
+
+
+def test_the_page_is_told_that_it_is_heard_out_before_anybody_is_asked_what_it_means(world: UiWorld) -> None:
+    world.missions.hangs = True
+    world.speech.readings = (hearing("find the blue cap", "find the blue cup"),)
+    with page(world) as client, client.websocket_connect("/speech/listen") as socket:
+        socket.send_text("")
+        heard = told(socket)
+        began_s = time.monotonic()
+        last = outcome(socket)
+        took_s = time.monotonic() - began_s
+    assert (heard.heard_out, heard.final, heard.text) == (True, False, "find the blue cap")
+    assert [one.command for one in last.offers] == ["find the blue cup", "find the blue cap"]
+    assert took_s < UNDERSTOOD_S + 5.0, "a coordinator that hangs is not waited for"
+
+
+def test_a_stop_in_the_last_reading_is_asked_for_until_it_arrives(world: UiWorld) -> None:
+    world.robot.away = True
+    world.speech.readings = (hearing("stop", stop=True),)
+    with page(world) as client, client.websocket_connect("/speech/listen") as socket:
+        socket.send_text("")
+        first = told(socket)
+        world.robot.away = False
+        last = outcome(socket)
+    assert (first.heard_out, first.stopped, last.stopped) == (True, False, True)
+    assert [one.reason for one in world.robot.stops] == ["said: stop"]
+
+
+def test_a_stop_in_the_last_reading_that_never_arrives_is_given_up_after_a_while(world: UiWorld) -> None:
+    world.robot.away = True
+    world.speech.readings = (hearing("stop", stop=True),)
+    clock = HastyClock()
+    with page(world, clock=clock) as client, client.websocket_connect("/speech/listen") as socket:
+        socket.send_text("")
+        last = outcome(socket)
+    assert (last.stopped, clock.slept_s) == (False, pytest.approx(INSIST_S, abs=AGAIN_S))
+
+
+def test_a_stop_is_asked_for_until_it_arrives_where_speech_dies_behind_it(world: UiWorld) -> None:
+    world.robot.away = True
+    world.speech.readings = (hearing("stop", final=False, stop=True), hearing("stop", stop=True))
+    with page(world) as client, client.websocket_connect("/speech/listen") as socket:
+        socket.send_bytes(SOUND)
+        assert told(socket).stopped is False
+        world.speech.away = True
+        world.robot.away = False
+        socket.send_text("")
+        assert (told(socket).stopped, socket.receive()["code"]) == (True, 1011)
+
+
+@pytest.mark.parametrize("action", [WantedAction.STOP, WantedAction.EMERGENCY])
+def test_what_the_coordinator_understands_as_a_stop_is_one(world: UiWorld, action: WantedAction) -> None:
+    world.missions.understood = Understood(intent=Intent(action=action, command="robot stop", mood=Mood.STOP))
+    world.speech.readings = (hearing("row boat's top", "robot stop"),)
+    with page(world) as client, client.websocket_connect("/speech/listen") as socket:
+        socket.send_text("")
+        last = outcome(socket)
+    assert (last.stopped, last.text, last.command) == (True, "robot stop", "")
+    assert [one.reason for one in world.robot.stops] == ["said: robot stop"]
 
 
 def test_a_stop_is_heard_out_when_the_page_is_gone(world: UiWorld) -> None:

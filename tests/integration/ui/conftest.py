@@ -37,7 +37,7 @@ class Site:
         world.bus.connected = True
         for service in (world.robot, world.inference, world.missions, world.memory, world.speech):
             service.away = False
-        world.missions.refusal = ""
+        world.missions.refusal, world.missions.hangs = "", False
         world.missions.commands.clear()
         world.speech.readings, world.speech.ends_by_itself = (hearing(""),), False
         world.speech.ears.clear()

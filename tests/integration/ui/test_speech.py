@@ -124,6 +124,37 @@ async def test_a_spoken_stop_is_shown_and_is_no_command(page: Page, site: Site) 
     assert site.world.missions.commands == []
 
 
+async def test_what_was_said_is_pondered_with_the_microphone_shut_and_a_press_opens_it_anew(
+    page: Page, site: Site
+) -> None:
+    site.world.missions.hangs = True
+    site.world.speech.readings, site.world.speech.ends_by_itself = (hearing("find the cup"),), True
+    stops = len(site.world.robot.stops)
+    await mic(page).click()
+    await expect(heard(page)).to_have_text("find the cup", timeout=2500)  # the coordinator has three seconds
+    await expect(page.get_by_text(LIGHT)).to_be_hidden(timeout=100)
+    site.world.speech.readings, site.world.speech.ends_by_itself = (hearing("Stop!", stop=True),), False
+    await spoken(page, site)
+    await expect(heard(page)).to_have_text("The robot was told to stop: “Stop!”")
+    assert [one.reason for one in site.world.robot.stops[stops:]] == ["said: Stop!"]
+    assert len(site.world.speech.ears) == 2
+    await expect(page.get_by_label("What to find")).to_have_value("")
+
+
+async def test_a_stop_that_did_not_arrive_stays_on_the_page_when_speech_dies_behind_it(page: Page, site: Site) -> None:
+    site.world.robot.away = True
+    site.world.speech.readings = (hearing("stop", final=False, stop=True), hearing("stop", stop=True))
+    await mic(page).hover()
+    await page.mouse.down()
+    await expect(heard(page)).to_have_text("“stop” did not reach the robot. Press STOP.")
+    await heard_for_half_a_second(site)
+    site.world.speech.away = True
+    await page.mouse.up()
+    await expect(heard(page)).to_have_text(
+        "“stop” did not reach the robot. Press STOP. The microphone is away: speech: not reachable"
+    )
+
+
 async def test_while_speech_is_away_it_is_named_and_the_rest_of_the_page_works(page: Page, site: Site) -> None:
     site.world.speech.away = True
     await expect(page.locator(".away")).to_have_text("speech not reachable")

@@ -1,6 +1,7 @@
 """What the page is told of a spoken saying: its words, what they may mean, and whether they stopped the robot."""
 
-from typing import Self
+import asyncio
+from typing import Final, Self
 
 from pydantic import Field
 
@@ -14,6 +15,10 @@ from ui.ports import Missions
 from vocabulary.hot_words import sayable
 
 
+UNDERSTOOD_S: Final = 3.0
+"""So long the coordinator may take to say what was meant: a person waits for it who has just spoken."""
+
+
 class Offer(Message):
     """One thing that may have been meant."""
 
@@ -25,6 +30,9 @@ class Saying(Message):
     """One message to the page: the newest reading; the final one says what it means."""
 
     final: bool
+    heard_out: bool = Field(
+        default=False, description="nothing more is listened to: the microphone is shut, what was meant may come later"
+    )
     text: str = Field(description="as it sounded; empty when nobody spoke")
     stopped: bool | None = Field(
         default=None, description="a stop was heard, and reached the robot, or did not; none = no stop"
@@ -37,7 +45,8 @@ class Saying(Message):
 
     @classmethod
     def of(cls, hearing: Hearing, *, stopped: bool | None) -> Self:
-        return cls(final=hearing.final, text=hearing.transcript.text, stopped=stopped)
+        """Never final: what it means is not known yet."""
+        return cls(final=False, heard_out=hearing.final, text=hearing.transcript.text, stopped=stopped)
 
 
 def hot_words_of(remembered: Remembered) -> list[str]:
@@ -46,15 +55,27 @@ def hot_words_of(remembered: Remembered) -> list[str]:
     return sayable([*(one.label for one in things), *(one.label for one in remembered.labels)])
 
 
-async def meant(heard: Saying, transcript: Transcript, missions: Missions) -> Saying:
-    """`heard` with what it means. Where the coordinator is away, the readings themselves are offered."""
-    said = (_printable(transcript.hot_text), _printable(transcript.text))
-    readings = tuple(dict.fromkeys(one for one in said if one))
+async def understood_of(transcript: Transcript, missions: Missions) -> Understood | None:
+    """What the readings mean; none where the coordinator is away, or takes longer than `UNDERSTOOD_S`."""
     try:
-        understood = await missions.understand(readings)
-    except MeshError:
+        async with asyncio.timeout(UNDERSTOOD_S):
+            return await missions.understand(_readings(transcript))
+    except (MeshError, TimeoutError):
+        return None
+
+
+def meant(heard: Saying, transcript: Transcript, understood: Understood | None) -> Saying:
+    """`heard` with what it means. Where nobody could say, the readings themselves are offered."""
+    readings = _readings(transcript)
+    if understood is None:
         return heard.model_copy(update=_unread(readings, agree=transcript.agree))
     return heard.model_copy(update=_read(readings, understood))
+
+
+def _readings(transcript: Transcript) -> tuple[str, ...]:
+    """The one with our names expected first, each once."""
+    said = (_printable(transcript.hot_text), _printable(transcript.text))
+    return tuple(dict.fromkeys(one for one in said if one))
 
 
 def _printable(text: str) -> str:

@@ -8,6 +8,7 @@
   const SPEAK_MS = 20000;
   const SPOKEN_MAX = 500;
   let open = null;
+  let newest = null;
   let playing = null;
 
   // settings of this browser
@@ -49,21 +50,22 @@
   }
 
   async function begin() {
-    if (open) return;
+    if (open && !spoken(open)) return;
+    if (open) end(open);  // what it said is read on: a stop in it is still one
     const why = whyNot();
     if (why) { say("heard", why, "bad"); return; }
     hush();
     offer([]);
-    const mine = { held: true, ending: false, shut: false, done: false, begun: performance.now(), early: [] };
-    open = mine;
+    const mine = { held: true, ending: false, shut: false, done: false, stop: "", begun: performance.now(), early: [] };
+    open = newest = mine;
     say("heard", t("Opening the microphone …"));
     try {
       connect(mine);
       const sound = { channelCount: 1, echoCancellation: true, noiseSuppression: true, autoGainControl: true };
       mine.stream = await navigator.mediaDevices.getUserMedia({ audio: sound });
-      if (open !== mine) { shut(mine); return; }
+      if (open !== mine || mine.shut) { shut(mine); return; }
       await record(mine);
-      if (open !== mine) { shut(mine); return; }
+      if (open !== mine || mine.shut) { shut(mine); return; }
       show();
       if (!mine.ending) say("heard", t("Listening …"));
     } catch (error) {
@@ -102,9 +104,10 @@
     socket.onopen = () => { for (const early of mine.early.splice(0)) socket.send(early); };
     socket.onmessage = (message) => {
       const saying = JSON.parse(message.data);
+      if (saying.heard_out) shut(mine);  // nobody listens any more, whatever it may turn out to mean
       if (saying.final) finish(mine, saying);
-      else if (saying.stopped !== null) sayStopped(saying);
-      else if (saying.text) say("heard", saying.text);
+      else if (saying.stopped !== null) sayStopped(mine, saying);
+      else if (saying.text && mine === newest) say("heard", saying.text);
     };
     socket.onclose = (closing) => {
       if (mine.done) return;
@@ -126,8 +129,11 @@
     if (performance.now() - mine.begun >= TAP_MS) finishSpeaking(mine);
   }
 
+  // Nothing said into it is heard any more: the next press begins anew.
+  const spoken = (mine) => mine.ending || mine.shut;
+
   function finishSpeaking(mine) {
-    if (mine.ending) return;
+    if (spoken(mine)) return;
     mine.ending = true;
     if (mine.context) window.setTimeout(() => end(mine), LAST_CHUNK_MS);
   }
@@ -136,7 +142,7 @@
     if (mine.shut) return;
     shut(mine);
     send(mine, "");
-    if (open === mine) say("heard", t("Reading …"));
+    if (open === mine && !mine.stop) say("heard", t("Reading …"));
   }
 
   function shut(mine) {
@@ -157,19 +163,22 @@
   function fail(mine, why) {
     if (mine.done) return;
     over(mine);
-    say("heard", why, "bad");
+    say("heard", mine.stop ? `${mine.stop} ${why}` : why, "bad");
   }
 
   // what was heard
 
-  function sayStopped(saying) {
-    if (saying.stopped) say("heard", t("The robot was told to stop: “{words}”", { words: saying.text }), "bad");
-    else say("heard", t("“{words}” did not reach the robot. Press STOP.", { words: saying.text }), "bad");
+  // Kept: what fails later is told behind it.
+  function sayStopped(mine, saying) {
+    mine.stop = saying.stopped ? t("The robot was told to stop: “{words}”", { words: saying.text })
+      : t("“{words}” did not reach the robot. Press STOP.", { words: saying.text });
+    say("heard", mine.stop, "bad");
   }
 
   function finish(mine, saying) {
     over(mine);
-    if (saying.stopped !== null) { sayStopped(saying); return; }
+    if (saying.stopped !== null) { sayStopped(mine, saying); return; }
+    if (mine !== newest) return;  // spoken anew since
     if (!saying.text && !saying.command) { say("heard", t("Nothing was heard.")); return; }
     if (saying.offers.length > 0) {
       say("heard", saying.question || t("Which of these?"));
@@ -237,7 +246,7 @@
     && element.closest("input, textarea, select, button, a, summary, [contenteditable], [role=button], [role=tab], [role=slider], [role=dialog]") !== null;
 
   function press() {
-    if (!open) begin();
+    if (!open || spoken(open)) begin();
     else if (!open.held) finishSpeaking(open);
   }
 

@@ -8,12 +8,13 @@ import structlog
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from fastapi.responses import Response
 
-from contracts.speech import SpeakRequest
+from contracts.intent import WantedAction
+from contracts.speech import Hearing, SpeakRequest
 from mesh.access import Role, current_principal, requires_role
 from mesh.errors import MeshError, NotFoundError
 from mesh.tracing import TracedRoute
 from ui.desk import Desk
-from ui.hearing import Saying, hot_words_of, meant
+from ui.hearing import Saying, hot_words_of, meant, understood_of
 from ui.i18n import _
 from ui.operator_actions import OperatorActions, in_words
 from ui.ports import Ears
@@ -24,6 +25,11 @@ log = structlog.get_logger()
 
 CHUNK_BYTES_MAX: Final = 64_000
 """What the speech service takes at a time: two seconds."""
+STOPPING: Final = frozenset((WantedAction.STOP, WantedAction.EMERGENCY))
+INSIST_S: Final = 5.0
+"""So long a stop that did not reach the robot is asked for after the last reading,"""
+AGAIN_S: Final = 0.3
+"""each time so long after the last answer."""
 WAV_RESPONSE: Final[dict[int | str, dict[str, Any]]] = {
     200: {"description": "16-bit mono", "content": {"audio/wav": {}}}
 }
@@ -32,10 +38,11 @@ WAV_RESPONSE: Final[dict[int | str, dict[str, Any]]] = {
 @router.websocket("/listen")
 @requires_role(Role.OPERATOR)
 async def listen(socket: WebSocket) -> None:
-    """Raw 16 kHz 16-bit mono samples in, an empty text when the speaker is done; out, `Saying` as JSON, the last final.
+    """Raw 16 kHz 16-bit mono samples in, an empty text when the speaker is done; out, `Saying` as JSON: each reading as it comes,
+    then that it is heard out, at which the page shuts its microphone, and last the final one, with what it means.
 
-    An order to stop in any reading is the emergency stop, asked for here, before the page is told of it; also when the
-    page is gone by then. Closed with 1003 for what is no sound, with 1011 and the reason while speech is away.
+    An order to stop in any reading, or what the coordinator understands as one, is the emergency stop, asked for here,
+    before the page is told of it, again and again while it does not arrive; also when the page is gone by then. Closed with 1003 for what is no sound, with 1011 and the reason while speech is away.
     """
     desk = desk_of(socket)
     await socket.accept()
@@ -88,25 +95,58 @@ class _Relay:
         self._desk = desk
         self._actions = OperatorActions(desk, lambda: current_principal(socket))
         self._stopped: bool | None = None
+        self._words = ""
+        """Of the stop."""
 
     async def run(self, ears: Ears) -> None:
-        async for hearing in ears.hearings():
-            if hearing.stop and self._stopped is not True:
-                self._stopped = await self._stop(hearing.transcript.text)
-            heard = Saying.of(hearing, stopped=self._stopped)
-            if hearing.final and self._stopped is None and not hearing.transcript.no_speech:
-                heard = await meant(heard, hearing.transcript, self._desk.missions)
-            with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the page may be gone: a stop is heard still
-                await self._socket.send_text(heard.model_dump_json())
+        try:
+            async for hearing in ears.hearings():
+                if hearing.stop and self._stopped is not True:
+                    await self._stop(hearing.transcript.text)
+                await self._tell(Saying.of(hearing, stopped=self._stopped))  # before others are asked: nobody listens
+                if hearing.final:
+                    await self._tell(await self._outcome(hearing))
+        except MeshError:
+            if self._stopped is False:
+                await self._insist()
+                await self._tell(Saying(final=False, text=self._words, stopped=self._stopped))
+            raise
 
-    async def _stop(self, words: str) -> bool:
-        """Whether it reached the robot; where it did not, the next reading that is a stop asks again."""
+    async def _outcome(self, hearing: Hearing) -> Saying:
+        heard = Saying.of(hearing, stopped=self._stopped)
+        if self._stopped is None and not hearing.transcript.no_speech:
+            understood = await understood_of(hearing.transcript, self._desk.missions)
+            intent = None if understood is None else understood.intent
+            if intent is None or intent.action not in STOPPING:
+                return meant(heard, hearing.transcript, understood).model_copy(update={"final": True})
+            await self._stop(intent.command)
+            heard = heard.model_copy(update={"text": intent.command, "stopped": self._stopped})
+            await self._tell(heard)
+        await self._insist()
+        return heard.model_copy(update={"final": True, "stopped": self._stopped})
+
+    async def _insist(self) -> None:
+        """No reading follows that would ask again for a stop that did not reach the robot."""
+        clock = self._desk.clock
+        until_s = clock.now_s() + INSIST_S
+        while self._stopped is False and clock.now_s() < until_s:
+            await clock.sleep(AGAIN_S)
+            await self._stop(self._words)
+
+    async def _tell(self, saying: Saying) -> None:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the page may be gone: a stop is heard still
+            await self._socket.send_text(saying.model_dump_json())
+
+    async def _stop(self, words: str) -> None:
+        """Where it does not reach the robot, the next reading that is a stop asks again, and `_insist` after the last."""
+        self._words = words
         try:
             await self._actions.emergency_stop(reason=f"said: {words[:100]}", by=operator(self._socket))
         except MeshError as error:
             log.warning("a spoken stop did not reach the robot", why=error.detail)
-            return False
-        return True
+            self._stopped = False
+        else:
+            self._stopped = True
 
 
 async def _close(socket: WebSocket, code: int, reason: str) -> None:
