@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import socket
+import socketserver
 import subprocess
 import sys
 import threading
@@ -70,6 +71,44 @@ def test_a_wyoming_server_speaks() -> None:
 def test_a_wyoming_server_that_does_not_answer_is_told_as_away(manner: str, why: str) -> None:
     with wyoming(manner) as uri, pytest.raises(UnavailableError, match=why):
         next(WyomingRecognizer(uri, language="en", timeout_s=1.0).readings(SECOND, ("",)))
+
+
+@contextlib.contextmanager
+def answering(answer: bytes) -> Iterator[str]:
+    """Says the same to whoever asks, and hangs up."""
+
+    class Asked(socketserver.StreamRequestHandler):
+        def handle(self) -> None:
+            self.rfile.readline()
+            self.wfile.write(answer)
+
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Asked) as server:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        yield f"tcp://127.0.0.1:{server.server_address[1]}"
+        server.shutdown()
+        thread.join(10.0)
+
+
+NAMELESS = b'{"name": 5, "attribution": {"name": "", "url": ""}, "installed": true, "description": "", "version": ""'
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        b'{"type":"info","data_length":100}\nabc',
+        b"[]\n",
+        b'{"type":"info","data":[]}\n',
+        b'{"type":"info","data_length":"x"}\n',
+        b'{"type":"info","data":{"asr":[%s,"models":[]}],"tts":[%s,"voices":[5]}]}}\n' % (NAMELESS, NAMELESS),
+        b"[" * 50_000 + b"\n",
+    ],
+)
+def test_a_server_that_speaks_something_else_is_told_as_away(answer: bytes) -> None:
+    with answering(answer) as uri:
+        for part in (WyomingRecognizer(uri, language="en", timeout_s=5.0), WyomingSynthesizer(uri, timeout_s=5.0)):
+            with pytest.raises(UnavailableError, match="does not speak Wyoming"):
+                part.load()
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,8 @@ T = TypeVar("T")
 
 CHUNK_SAMPLES: Final = 8_000
 CHARACTERS_A_TOKEN: Final = 3
+FAULTS: Final = (ArithmeticError, AttributeError, EOFError, LookupError, RecursionError, TypeError, ValueError)
+"""What comes of an answer that is no Wyoming: the library reads it without looking at it."""
 SPOKEN_BYTES_MAX: Final = 12_000_000
 """Two minutes of 48 kHz: no sentence that may be said is as long."""
 
@@ -49,7 +51,7 @@ class _Server:
             raise self.away("does not answer in time") from None
         except OSError as error:
             raise self.away(f"is not reachable: {error}") from None
-        except (KeyError, TypeError, ValueError) as error:  # the library reads what came without looking at it
+        except FAULTS as error:
             raise self.away(f"does not speak Wyoming: {error!r}") from None
 
     @asynccontextmanager
@@ -88,10 +90,13 @@ class WyomingRecognizer:
         return f"wyoming {self._model}".strip()
 
     def load(self) -> None:
-        programs = self._server.ask(self._server.info()).asr
+        self._model = self._server.ask(self._first())
+
+    async def _first(self) -> str:
+        programs = (await self._server.info()).asr
         if not programs:
             raise self._server.away("has no recogniser")
-        self._model = programs[0].name[:64]
+        return programs[0].name[:64]
 
     def tokens_of(self, text: str) -> int:
         return -(-len(text) // CHARACTERS_A_TOKEN)
@@ -129,15 +134,17 @@ class WyomingSynthesizer:
         return self._voices
 
     def load(self) -> None:
-        programs = self._server.ask(self._server.info()).tts
-        self._voices = [
+        self._voices = self._server.ask(self._installed())
+        if not self._voices:
+            raise self._server.away("has no voice")
+
+    async def _installed(self) -> list[Voice]:
+        return [
             Voice(name=voice.name[:64], engine="wyoming", language=(voice.languages or [""])[0][:16])
-            for program in programs
+            for program in (await self._server.info()).tts
             for voice in program.voices
             if voice.installed and voice.name
         ]
-        if not self._voices:
-            raise self._server.away("has no voice")
 
     def speak(self, text: str, voice: str, speed: float) -> Spoken:
         return self._server.ask(self._spoken(text, voice))
