@@ -51,8 +51,8 @@ class Transcript(Message):
     hot_text: HeardText = Field(description="the reading that leans towards names of things; empty when nobody spoke")
     agree: bool = Field(description="both readings hold the same words, whatever their case and punctuation")
     stop: bool = Field(
-        description="a reading is an order to stop, in any language `vocabulary.orders` knows: act at once. Of more than "
-        "3.5 s of sound the plain reading alone is looked at; 'wait' is no stop"
+        description="a reading is an order to stop, in any language `vocabulary.orders` knows: act at once. Of more "
+        "than 3.5 s of sound the plain reading alone is looked at; 'wait' is no stop"
     )
     no_speech: bool = Field(description="nobody spoke: silence, noise, music")
     language: str = Field(max_length=16, description="BCP 47, as the engine read it; empty = it does not say")

@@ -14,7 +14,6 @@ from ui.operator_actions import COMMAND_MAX
 from ui.ports import Missions
 from vocabulary.hot_words import sayable
 
-
 UNDERSTOOD_S: Final = 3.0
 """So long the coordinator may take to say what was meant: a person waits for it who has just spoken."""
 

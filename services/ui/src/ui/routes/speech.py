@@ -38,11 +38,12 @@ WAV_RESPONSE: Final[dict[int | str, dict[str, Any]]] = {
 @router.websocket("/listen")
 @requires_role(Role.OPERATOR)
 async def listen(socket: WebSocket) -> None:
-    """Raw 16 kHz 16-bit mono samples in, an empty text when the speaker is done; out, `Saying` as JSON: each reading as it comes,
-    then that it is heard out, at which the page shuts its microphone, and last the final one, with what it means.
+    """Raw 16 kHz 16-bit mono samples in, an empty text when the speaker is done. Out, `Saying` as JSON: each reading as
+    it comes, then that it is heard out, at which the page shuts its microphone, last the final one, with what it means.
 
-    An order to stop in any reading, or what the coordinator understands as one, is the emergency stop, asked for here,
-    before the page is told of it, again and again while it does not arrive; also when the page is gone by then. Closed with 1003 for what is no sound, with 1011 and the reason while speech is away.
+    An order to stop in any reading, or what the coordinator understands as one, is the emergency stop: asked for here,
+    before the page is told of it, again and again while it does not arrive; also when the page is gone by then. Closed
+    with 1003 for what is no sound, with 1011 and the reason while speech is away.
     """
     desk = desk_of(socket)
     await socket.accept()
@@ -138,7 +139,7 @@ class _Relay:
             await self._socket.send_text(saying.model_dump_json())
 
     async def _stop(self, words: str) -> None:
-        """Where it does not reach the robot, the next reading that is a stop asks again, and `_insist` after the last."""
+        """Where it does not arrive, the next reading that is a stop asks again, and `_insist` after the last."""
         self._words = words
         try:
             await self._actions.emergency_stop(reason=f"said: {words[:100]}", by=operator(self._socket))
