@@ -7,6 +7,7 @@ import time
 import wave
 from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
+from typing import Any
 from urllib.parse import urlencode
 
 import httpx
@@ -16,10 +17,11 @@ from asgi_lifespan import LifespanManager
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
+from contracts.problem import DependencyState
 from contracts.speech import HOT_WORDS_MAX, Hearing, SpeechRefusal, Transcript
 from mesh.errors import UnavailableError
 from speech.app import create_app
-from speech.ports import Reading
+from speech.ports import Reading, Spoken
 from speech.settings import Settings
 from speech.sound import RATE_HZ, Samples, to_wav
 from support.speech_fakes import FakeRecognizer, FakeSynthesizer, LoudActivity
@@ -49,13 +51,9 @@ class AwayRecognizer(FakeRecognizer):
         raise UnavailableError("recognizer", "nas.lan is not reachable")
 
 
-def made(**parts: FakeRecognizer) -> FastAPI:
-    return create_app(
-        Settings(),
-        activity=LoudActivity(),
-        synthesizers=[FakeSynthesizer()],
-        **({"recognizer": FakeRecognizer()} | parts),
-    )
+def made(**parts: Any) -> FastAPI:
+    fakes = {"recognizer": FakeRecognizer(), "activity": LoudActivity(), "synthesizers": [FakeSynthesizer()]}
+    return create_app(Settings(), **(fakes | parts))
 
 
 @asynccontextmanager
@@ -152,6 +150,75 @@ async def test_of_twenty_at_once_four_are_heard_and_the_rest_told_when_to_come_b
         answers = await asyncio.gather(*tasks)
     assert sorted(one.status_code for one in answers) == [200] * 4 + [503] * 16
     assert {one.headers.get("retry-after") for one in answers if one.status_code == 503} == {"1"}
+
+
+class SlowSynthesizer(FakeSynthesizer):
+    """Speaks nothing until it is released."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.released = threading.Event()
+
+    def speak(self, text: str, voice: str, speed: float) -> Spoken:
+        self.released.wait(30.0)
+        return super().speak(text, voice, speed)
+
+
+async def test_who_listens_waits_for_nobody_who_speaks() -> None:
+    voice = SlowSynthesizer()
+    async with asked(made(synthesizers=[voice])) as speech:
+        spoken = [asyncio.ensure_future(speech.post("/speak", json={"text": "I found it."})) for _ in range(5)]
+        await until(lambda: sum(one.done() for one in spoken) == 1)
+        heard = await asyncio.wait_for(speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ)), 10.0)
+        voice.released.set()
+        answers = await asyncio.gather(*spoken)
+    assert heard.status_code == 200
+    assert sorted(one.status_code for one in answers) == [200] * 4 + [503], "a count of its own"
+
+
+class SlowToLoad(FakeSynthesizer):
+    """Is being loaded until it is released."""
+
+    def __init__(self) -> None:
+        super().__init__("slow")
+        self.released = threading.Event()
+
+    def load(self) -> None:
+        self.released.wait(30.0)
+
+
+async def test_who_listens_waits_for_no_voice_that_is_being_loaded() -> None:
+    voice = SlowToLoad()
+    async with asked(made(synthesizers=[FakeSynthesizer(), voice])) as speech:
+        heard = await asyncio.wait_for(speech.post("/transcribe", content=to_wav(LOUD, RATE_HZ)), 10.0)
+        voice.released.set()
+    assert heard.status_code == 200
+
+
+class UnloadedRecognizer(FakeRecognizer):
+    """Cannot be loaded, and has nothing to read with until it is."""
+
+    def load(self) -> None:
+        raise UnavailableError("recognizer", "the model is not there")
+
+    def readings(self, samples: Samples, hints: Sequence[str]) -> Iterator[Reading]:
+        raise AttributeError("no model")
+
+
+def test_a_socket_says_that_the_recogniser_is_not_loaded() -> None:
+    died: list[str] = []
+    app = made(recognizer=UnloadedRecognizer(), on_death=lambda: died.append("x"))
+    with TestClient(app, base_url="http://127.0.0.1") as client:
+        ready_by_s = time.monotonic() + 20.0
+        while client.app_state["speech"].dependencies()[1].state is not DependencyState.READY:
+            assert time.monotonic() < ready_by_s, "voice activity is not loaded"
+        with client.websocket_connect("/listen") as socket:
+            for chunk in chunks(LOUD):
+                socket.send_bytes(chunk)
+            socket.send_text("")
+            closed = socket.receive()
+    assert (closed["code"], closed["reason"]) == (1011, "recognizer: the model is not there")
+    assert died == []
 
 
 async def test_what_is_said_is_a_wav_of_a_named_voice(speech: httpx.AsyncClient) -> None:

@@ -73,15 +73,21 @@ async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str]
             idle = speech.idle and (reading is None or reading.done())
             if idle and due(listening, read_s, speech.settings.partial_period_s):
                 read_s = listening.heard_s
+                await _over(reading)
                 reading = asyncio.ensure_future(
                     teller.tell_partially(_said(heard, listening), paused=paused(listening))
                 )
     finally:
-        if reading is not None:
-            with contextlib.suppress(WebSocketDisconnect, RuntimeError, MeshError):
-                await reading
+        await _over(reading)
     await teller.tell(await speech.transcribe(from_pcm(_said(heard, listening)), names), final=True)
     await socket.close()
+
+
+async def _over(reading: asyncio.Task[None] | None) -> None:
+    """A partial reading that failed is nobody's loss: the next one, or the final one, says why."""
+    if reading is not None:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError, MeshError):
+            await reading
 
 
 def _said(heard: bytearray, listening: Listening) -> bytes:

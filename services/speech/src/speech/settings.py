@@ -56,7 +56,12 @@ class Settings(ServiceSettings):
         default=(VoiceEngine.HIBARI, VoiceEngine.ESPEAK), description="in the order in which they are preferred"
     )
     threads: int = Field(default=2, ge=1, le=64, description="of the recogniser")
-    waiting_max: int = Field(default=4, ge=1, le=64, description="calls that may wait or run; one more gets 503")
+    waiting_max: int = Field(
+        default=4,
+        ge=1,
+        le=64,
+        description="calls to read, and as many to speak, that may wait or run; one more gets 503",
+    )
     listeners_max: int = Field(default=4, ge=1, le=64, description="open sockets; one more is closed with 1013")
     partial_period_s: float = Field(default=0.5, ge=0.3, le=5.0, description="between two partial readings")
     log_text: bool = Field(default=False, description="what was heard and said stands in the log; else only how much")

@@ -1,4 +1,4 @@
-"""Listens and speaks, one call at a time; keeps neither sound nor words."""
+"""Listens, one call at a time, and speaks, one call at a time beside it; keeps neither sound nor words."""
 
 import asyncio
 from collections.abc import Callable, Generator, Sequence
@@ -27,6 +27,8 @@ T = TypeVar("T")
 
 SPEECH_WINDOWS_MIN: Final = 4
 """A word of an eighth of a second; less is a click."""
+EARS: Final = ("recognizer", "voice_activity")
+"""The parts without which nobody is heard; the others are voices."""
 RETRY_S: Final = 20.0
 """A server that was away may be back."""
 STOP_S_MAX: Final = 3.5
@@ -43,14 +45,45 @@ class BusyError(TooManyError):
 
 
 @dataclass
+class _Turns:
+    """One call at a time on a thread of its own; how many wait or run."""
+
+    name: str
+    waiting: int = 0
+    _pool: ThreadPoolExecutor = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._pool = ThreadPoolExecutor(1, self.name)
+
+    @contextmanager
+    def turn(self, waiting_max: int) -> Generator[None]:
+        """Raises `BusyError` where as many wait already."""
+        if self.waiting >= waiting_max:
+            REFUSED.labels(SpeechRefusal.BUSY).inc()
+            raise BusyError(f"{self.waiting} calls wait already", code=SpeechRefusal.BUSY)
+        self.waiting += 1
+        try:
+            yield
+        finally:
+            self.waiting -= 1
+
+    async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._pool, lambda: function(*args, **kwargs))
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+@dataclass
 class SpeechService:
     settings: Settings
     clock: Clock
     recognizer: Recognizer
     activity: VoiceActivity
     synthesizers: Sequence[Synthesizer]
-    _pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1, "speech"))
-    _waiting: int = 0
+    _hearing: _Turns = field(default_factory=lambda: _Turns("hearing"))
+    _speaking: _Turns = field(default_factory=lambda: _Turns("speaking"))
+    """Apart: no stop waits until a sentence has been spoken, or a voice loaded."""
     _listeners: int = 0
     _away: dict[str, str] = field(init=False)
     """By part: why it does not work now."""
@@ -63,15 +96,20 @@ class SpeechService:
     async def load(self) -> None:
         """Until all are there: whoever cannot be loaded is named in `/ready` and tried again; the rest works."""
         while True:
-            for name in list(self._away):
-                await self._load(name)
+            ears = [name for name in self._away if name in EARS]
+            voices = [name for name in self._away if name not in EARS]
+            await asyncio.gather(self._load_all(self._hearing, ears), self._load_all(self._speaking, voices))
             if not self._away:
                 return
             await self.clock.sleep(RETRY_S)
 
-    async def _load(self, name: str) -> None:
+    async def _load_all(self, turns: _Turns, names: Sequence[str]) -> None:
+        for name in names:
+            await self._load(turns, name)
+
+    async def _load(self, turns: _Turns, name: str) -> None:
         try:
-            await self._in_turn(self._parts()[name].load)
+            await turns.run(self._parts()[name].load)
         except UnavailableError as error:
             if error.said != self._away[name]:
                 log.warning("cannot be loaded", part=name, why=error.said)
@@ -89,8 +127,8 @@ class SpeechService:
         self._require("recognizer")
         self._require("voice_activity")
         began_s = self.clock.now_s()
-        with self._turn(), READ.time():
-            plain, hot, stop = await self._in_turn(self._read_both, samples, expected(hot_words))
+        with self._hearing.turn(self.settings.waiting_max), READ.time():
+            plain, hot, stop = await self._hearing.run(self._read_both, samples, expected(hot_words))
         told = self._transcript(samples, began_s, plain, hot, stop=stop)
         HEARD.labels("no_speech" if told.no_speech else "agree" if told.agree else "differ").inc()
         if self.settings.log_text:
@@ -99,10 +137,12 @@ class SpeechService:
 
     async def read_partially(self, samples: Samples, *, look_for_stop: bool) -> Transcript:
         """The plain reading alone, told as both: for what is still being said. Its `stop` is one whatever follows;
-        with `look_for_stop` a second reading that leans towards it is made, which hears it in noise too."""
+        with `look_for_stop` a second reading that leans towards it is made, which hears it in noise too. Raises as
+        `transcribe`."""
+        self._require("recognizer")
         began_s = self.clock.now_s()
-        with self._turn():
-            plain, stop = await self._in_turn(self._read_plain, samples, look_for_stop)
+        with self._hearing.turn(self.settings.waiting_max):
+            plain, stop = await self._hearing.run(self._read_plain, samples, look_for_stop)
         return self._transcript(samples, began_s, plain, plain, stop=stop)
 
     async def turn_of(self, was: Listening, samples: Samples, fresh: int) -> Listening:
@@ -121,8 +161,8 @@ class SpeechService:
             if names and request.voice in {None, *names}:
                 if self.settings.log_text:
                     log.info("speaks", text=request.text)
-                with self._turn(), SPOKEN.time():
-                    said = await self._in_turn(one.speak, request.text, request.voice or names[0], request.speed)
+                with self._speaking.turn(self.settings.waiting_max), SPOKEN.time():
+                    said = await self._speaking.run(one.speak, request.text, request.voice or names[0], request.speed)
                 return to_wav(said.samples, said.rate_hz)
         if request.voice is None:
             raise UnavailableError("voice", "no voice is installed here")
@@ -133,10 +173,9 @@ class SpeechService:
         return [voice for one in there for voice in one.voices]
 
     def dependencies(self) -> list[Dependency]:
-        return [
-            Dependency.of(name, ok=name not in self._away, detail=self._away.get(name, ""))
-            for name in ("recognizer", "voice_activity")
-        ] + [Dependency.of("voice", ok=bool(self.voices()), detail="" if self.voices() else "none is installed")]
+        return [Dependency.of(name, ok=name not in self._away, detail=self._away.get(name, "")) for name in EARS] + [
+            Dependency.of("voice", ok=bool(self.voices()), detail="" if self.voices() else "none is installed")
+        ]
 
     @contextmanager
     def listener(self) -> Generator[None]:
@@ -152,13 +191,15 @@ class SpeechService:
 
     @property
     def idle(self) -> bool:
-        return self._waiting == 0
+        """Nobody waits to be read."""
+        return self._hearing.waiting == 0
 
     def measure(self) -> None:
-        WAITING.set(self._waiting)
+        WAITING.set(self._hearing.waiting + self._speaking.waiting)
 
     def close(self) -> None:
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._hearing.close()
+        self._speaking.close()
 
     def _read_both(self, samples: Samples, names: Sequence[str]) -> tuple[Reading, Reading, bool]:
         """Blocks: plain, with hot words, and whether to stop. Nobody speaks: Whisper is known to make up words there,
@@ -197,17 +238,3 @@ class SpeechService:
             took_ms=max(0.0, (self.clock.now_s() - began_s) * 1000),
             engine=self.recognizer.name,
         )
-
-    @contextmanager
-    def _turn(self) -> Generator[None]:
-        if self._waiting >= self.settings.waiting_max:
-            REFUSED.labels(SpeechRefusal.BUSY).inc()
-            raise BusyError(f"{self._waiting} calls wait already", code=SpeechRefusal.BUSY)
-        self._waiting += 1
-        try:
-            yield
-        finally:
-            self._waiting -= 1
-
-    async def _in_turn(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        return await asyncio.get_running_loop().run_in_executor(self._pool, lambda: function(*args, **kwargs))
