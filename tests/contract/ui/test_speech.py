@@ -296,3 +296,16 @@ async def test_the_client_names_a_service_that_is_not_there() -> None:
         await client.speak(SpeakRequest(text="hello"))
     assert (await client.dependency()).state is DependencyState.UNREACHABLE
     await client.aclose()
+
+
+async def test_hot_words_of_a_script_that_is_long_when_encoded_are_cut_and_not_refused() -> None:
+    app = create_speech(
+        SpeechSettings(), recognizer=FakeRecognizer(), activity=LoudActivity(), synthesizers=[FakeSynthesizer()]
+    )
+    names = [f"{'蘭' * 38}{number}" for number in range(32)]
+    async with served(app) as url:
+        client = SpeechClient(Settings(speech_url=url))
+        async with client.listen(names) as ears:
+            await ears.end()
+            assert [one.final async for one in ears.hearings()] == [True]
+        await client.aclose()

@@ -16,6 +16,19 @@ from mesh.http import ServiceClient, bearer
 from ui.settings import Settings
 
 OPEN_S: Final = 2.0
+QUERY_BYTES_MAX: Final = 6_000
+"""Of hot words: a request line of more than 8 kB is refused by the server before anybody reads it."""
+
+
+def query_of(hot_words: Sequence[str]) -> str:
+    """As many of the first as `QUERY_BYTES_MAX` holds: a letter of another script is nine bytes."""
+    told = ""
+    for one in hot_words:
+        longer = f"{told}&{urlencode({'hot_words': one})}".lstrip("&")
+        if len(longer) > QUERY_BYTES_MAX:
+            break
+        told = longer
+    return told
 
 
 class SpeechSocket:
@@ -58,7 +71,7 @@ class SpeechClient(ServiceClient):
 
     @contextlib.asynccontextmanager
     async def listen(self, hot_words: Sequence[str]) -> AsyncGenerator[SpeechSocket]:
-        query = urlencode([("hot_words", one) for one in hot_words])
+        query = query_of(hot_words)
         try:
             socket = await connect(
                 f"{self._listen_url}?{query}",

@@ -243,7 +243,7 @@
 
   const onMic = (event) => event.target instanceof Element && event.target.closest('[data-atom="mic"]');
   const taken = (element) => element instanceof Element
-    && element.closest("input, textarea, select, button, a, summary, [contenteditable], [role=button], [role=tab], [role=slider], [role=dialog]") !== null;
+    && element.closest("input, textarea, select, button, a, summary, [contenteditable], [role=button], [role=tab], [role=slider], [role=dialog], [tabindex]:not([tabindex='-1'])") !== null;
 
   function press() {
     if (!open || spoken(open)) begin();
