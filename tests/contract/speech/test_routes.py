@@ -52,7 +52,11 @@ class AwayRecognizer(FakeRecognizer):
 
 
 def made(**parts: Any) -> FastAPI:
-    fakes = {"recognizer": FakeRecognizer(), "activity": LoudActivity(), "synthesizers": [FakeSynthesizer()]}
+    fakes: dict[str, Any] = {
+        "recognizer": FakeRecognizer(),
+        "activity": LoudActivity(),
+        "synthesizers": [FakeSynthesizer()],
+    }
     return create_app(Settings(), **(fakes | parts))
 
 
