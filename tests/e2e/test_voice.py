@@ -2,6 +2,7 @@
 
 import logging
 import time
+import wave
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,9 @@ RATE_HZ = 16_000
 WAIT_MS = 60_000
 BEFORE_S, BEHIND_S = 1.0, 30.0
 """Silence in the microphone before and behind what is said: Chromium plays the file from when it is opened."""
+
+STOPPED_S_MAX = 10.0
+"""From the end of the word, on a machine that is busy with the rest of the mesh as well."""
 
 log = logging.getLogger(__name__)
 pytestmark = pytest.mark.timeout(300)
@@ -48,6 +52,12 @@ def speaker(mesh: MeshRun, playwright: Playwright, words: str, folder: Path) -> 
             yield seat
     finally:
         browser.close()
+
+
+def ended_after_s(folder: Path) -> float:
+    """How long after the microphone was opened what is said has ended."""
+    with wave.open(str(folder / "said.wav")) as file:
+        return file.getnframes() / file.getframerate() - BEHIND_S
 
 
 def listen(seat: Seat) -> None:
@@ -79,13 +89,14 @@ def test_a_spoken_stop_in_mid_drive_stops_the_robot_and_it_stays_stopped(
     mesh.rested()
     with speaker(mesh, playwright, "Stop!", tmp_path) as seat:
         mesh.driving("find the teddy bear")
-        begun_s = time.time()
         listen(seat)
+        said_s = time.time() + ended_after_s(tmp_path)
         mesh.until(
             lambda: bool(mesh.get("robot_bridge", "/emergency-stop")["latched"]), timeout_s=60.0, what="a latched stop"
         )
         state = mesh.get("robot_bridge", "/emergency-stop")
-        log.info("from the press, with %.1f s of silence before the word: %.2f s", BEFORE_S, state["since_s"] - begun_s)
+        log.info("from the end of the word: %.2f s", state["since_s"] - said_s)
+        assert state["since_s"] - said_s < STOPPED_S_MAX, "by the robot's own record"
         assert state["reason"].lower().startswith("said: stop")
         mesh.until(mesh.still, timeout_s=30.0, what="a robot at rest")
         mesh.stays_at_rest_for(2.0)
