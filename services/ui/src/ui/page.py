@@ -79,7 +79,9 @@ class OperatorPage:
         self._top = Header(who_logged_in(request))
         with box("board"):
             with box("say-or-stopped"):
-                self._command = CommandPanel(actions, with_speech=desk.speech is not None)
+                self._command = CommandPanel(
+                    actions, with_speech=desk.speech is not None and actions.refused(Role.OPERATOR) is None
+                )
                 self._stopped = StoppedPanel(actions, who)
             self._live = CameraPanel()
             self._map = MapPanel(desk)

@@ -21,7 +21,7 @@ WHAT_IS_SAID = "() => emit(window.atom.said())"
 
 class CommandPanel:
     def __init__(self, actions: OperatorActions, *, with_speech: bool) -> None:
-        """`with_speech`: there is a service that hears and speaks."""
+        """`with_speech`: there is a service that hears and speaks, and it may be spoken to from here."""
         self._actions = actions
         self._with_speech = with_speech
         self._remembered: Remembered | None = None
