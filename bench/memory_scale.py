@@ -151,7 +151,7 @@ async def measure(
     theirs_by_size: list[dict[str, Any]] = []
     async with open_bus("redis://127.0.0.1:1/0") as bus:
         memory = MemoryService(settings, store, bus, SystemClock(), None)
-        retention = Retention(settings, store, SystemClock())
+        retention = Retention(settings, store, SystemClock(), memory.writing)
         await memory.labels(1)
         taken, looking_s, observe_cpu_s, acknowledged_s = 0, 0.0, 0.0, list[float]()
         source = batches(sightings, seed)

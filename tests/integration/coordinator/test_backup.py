@@ -14,7 +14,7 @@ from contracts.backup import BackupRefusal, RestoreReply
 from contracts.mission import Mission, MissionState, Outcome
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.settings import Settings
-from store.backup import JudgedDatabase
+from store.copies import JudgedDatabase
 from store.sqlite_file import SqliteFile
 from support.coordinator_mesh import Mesh, opened_mesh
 from support.coordinator_world import Thing

@@ -15,7 +15,7 @@ from contracts.memory import ObservationBatch
 from memory.adapters.store import SqlStore
 from memory.app import create_app
 from memory.settings import Settings
-from store.backup import JudgedDatabase
+from store.copies import JudgedDatabase
 from store.shared_lock import SharedLock
 from support.described import described_bus
 from support.observations import seen

@@ -13,8 +13,8 @@ import pytest
 
 from memory.adapters.tables import MIGRATIONS
 from store import backup
-from store.backup import JudgedDatabase
 from store.connections import Connections
+from store.copies import JudgedDatabase
 from store.finishing import finished
 from store.sqlite_file import SqliteFile
 

@@ -59,7 +59,7 @@ def create_app(
             tasks.start("hear-description", real_bus.listen(ROBOT_DESCRIPTION, memory.describe))
             tasks.start("watch-map", memory.watch_map_forever())
             tasks.start("flush", memory.flush_forever())
-            tasks.start("tidy", Retention(settings, real_store, real_clock).tidy_forever())
+            tasks.start("tidy", Retention(settings, real_store, real_clock, memory.writing).tidy_forever())
             yield {"memory": memory}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:

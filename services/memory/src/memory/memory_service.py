@@ -31,6 +31,7 @@ from contracts.problem import Dependency
 from contracts.topics import ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detections
 from memory import exchange, recall
+from memory.exporting import exported
 from memory.frame_ingest import FrameIngest
 from memory.frames import Camera, Exclusion, Frame, frames_of, not_after
 from memory.metrics import LOST, STORED, WAITING, WRITES
@@ -66,9 +67,9 @@ class MemoryService:
         self._clock = clock
         self._senses = senses
         self._excluded = Exclusion.of(settings.excluded_labels)
-        self._writing = SharedLock()
+        self.writing = SharedLock()
         """Shared by all that writes: numbers of maps that it holds are those of the database it writes to."""
-        self._whereabouts = Whereabouts(store, senses, clock, self._writing)
+        self._whereabouts = Whereabouts(store, senses, clock, self.writing)
         self._ingest = FrameIngest(settings, store, senses)
         self._blind = FrameIngest(settings, store, None)
         self._pending: deque[Detections] = deque(maxlen=PENDING_MAX)
@@ -122,7 +123,7 @@ class MemoryService:
 
     async def flush(self) -> None:
         """Everything buffered, in one transaction. Raises `UnavailableError` and keeps it all when that fails."""
-        async with self._writing.shared():
+        async with self.writing.shared():
             await self._write_buffer()
 
     async def _write_buffer(self) -> None:
@@ -146,7 +147,7 @@ class MemoryService:
         """Durable when it returns."""
         wanted = [one for one in batch.observations if one.label not in self._excluded]
         if wanted:
-            async with self._writing.shared():
+            async with self.writing.shared():
                 here, now_s = await self._whereabouts.here(), self._clock.now_s()
                 await self._store.remember([not_after(frame, now_s) for frame in frames_of(wanted, here.number)])
             STORED.labels("http").inc(len(wanted))
@@ -154,7 +155,7 @@ class MemoryService:
 
     async def look(self, batch: LookBatch) -> LooksReply:
         """Durable when it returns. A look confirms nothing: what was seen comes as observations."""
-        async with self._writing.shared():
+        async with self.writing.shared():
             here = await self._whereabouts.here()
             judged = [await self._ingest.judge(look, here.number) for look in batch.looks]
             now_s = self._clock.now_s()
@@ -227,30 +228,19 @@ class MemoryService:
     async def forget(self, what: ForgetRequest) -> DeletedReply:
         """What still waits in the buffer goes too. Raises `NotFoundError` when there was nothing."""
         await self.catch_up()
-        async with self._writing.shared():
+        async with self.writing.shared():
             of = (await self._whereabouts.here()).number if what.area is not None else None
             return _deleted(await self._store.forget(what, of))
 
     async def forget_object(self, number: int) -> DeletedReply:
         """Raises `NotFoundError` when there was nothing."""
         await self.catch_up()
-        async with self._writing.shared():
+        async with self.writing.shared():
             return _deleted(await self._store.forget_thing(number))
 
-    async def export(self, form: ExportForm) -> AsyncGenerator[str]:
+    def export(self, form: ExportForm) -> AsyncGenerator[str]:
         """Line by line. Raises `UnavailableError` before the first line where the database is away."""
-        if form is ExportForm.FULL:
-            begun = False
-            async for page in self._store.export_batches():
-                yield ("" if begun else exchange.header_line()) + "".join(exchange.lines_of(page))
-                begun = True
-            return
-        between, here = "{\n", (await self._whereabouts.here()).number
-        for known in await self._store.labels(10_000, here):
-            views = await self._store.views(known.label, self._settings.views_max, here)
-            yield between + exchange.seeds_of(known.label, views)
-            between = ",\n"
-        yield "{}\n" if between == "{\n" else "\n}\n"
+        return exported(self._store, self._whereabouts, form, views_max=self._settings.views_max)
 
     async def import_batch(self, form: ExportForm, data: bytes) -> ImportReply:
         """All or nothing; durable when it returns. Raises `UnprocessableError` for what is not in that form."""
@@ -259,7 +249,7 @@ class MemoryService:
             brought = await asyncio.to_thread(read, data, self._excluded)
         except exchange.MalformedError as error:
             raise UnprocessableError(str(error)) from error
-        async with self._writing.shared():
+        async with self.writing.shared():
             here = await self._whereabouts.here()
             named = tuple(replace(one, id=one.id or here.id) for one in brought.hoard.maps)
             await self._store.import_batch(replace(brought.hoard, maps=named or (replace(here, number=0),)))
@@ -281,7 +271,7 @@ class MemoryService:
             return RestoreReply(applied=not dry_run, revision=candidate.revision, rows=candidate.rows, kept_as=kept)
 
     async def _exchange(self, candidate: JudgedDatabase) -> str:
-        async with self._writing.alone():
+        async with self.writing.alone():
             await self._write_buffer()
             kept = await self._store.replace(candidate)
             await self._whereabouts.know_again()
@@ -319,7 +309,7 @@ class MemoryService:
         """A frame leaves the line only once it is in the buffer: an ending service finds it in one of the two."""
         async with self._looking:
             while self._pending:
-                async with self._writing.shared():
+                async with self.writing.shared():
                     await self._look_at_next(ingest)
 
     async def _look_at_next(self, ingest: FrameIngest) -> None:
