@@ -199,3 +199,11 @@ async def test_each_vote_tells_what_it_is_worth_where_its_model_was_measured(hou
     assert detector.log_odds is not None
     assert 0.0 < detector.log_odds < 1.0
     assert clip.log_odds is None
+
+
+async def test_a_frame_after_a_time_that_is_none_is_refused_here_and_not_asked_of_the_camera(
+    house: House, opened: Opened
+) -> None:
+    async with opened(house):
+        answer = await house.client.post("/validate", json=request("red bottle", after=-1.0))
+    assert answer.status_code == 422, answer.text
