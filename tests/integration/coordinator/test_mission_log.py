@@ -12,6 +12,7 @@ import pytest
 
 from contracts.mission import EventFacts, EventKind, Mission, MissionEvent, MissionState, Outcome
 from contracts.vision import Target, Verdict, Vote
+from coordinator.adapters import history_records
 from coordinator.adapters import sqlite_log as sqlite_log_module
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.ports import KnownRequest, MissionLog
@@ -310,8 +311,8 @@ async def test_lines_of_a_recording_are_kept_as_they_are_in_parts_that_a_restore
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also those with a character in them that other programs end a line at."""
-    monkeypatch.setattr(sqlite_log_module, "PART_LINES_MAX", 3)
-    monkeypatch.setattr(sqlite_log_module, "PART_BYTES_MAX", 20)
+    monkeypatch.setattr(history_records, "PART_LINES_MAX", 3)
+    monkeypatch.setattr(history_records, "PART_BYTES_MAX", 20)
     lines = ["a\u2028b", "c\x0bd\x85e", *(f"line {number}" for number in range(20)), "x" * 20]
     async with sqlite_log(tmp_path / "missions.db") as log:
         log.upsert(mission("a"))

@@ -3,7 +3,7 @@
 import asyncio
 import zlib
 from collections import OrderedDict, defaultdict
-from collections.abc import AsyncIterable, AsyncIterator, Iterator, Sequence
+from collections.abc import AsyncIterable, AsyncIterator, Sequence
 from contextlib import AbstractAsyncContextManager
 from typing import Any
 
@@ -13,6 +13,7 @@ from sqlalchemy.dialects.sqlite import insert
 
 from contracts.mission import Mission, MissionEvent
 from contracts.problem import Dependency
+from coordinator.adapters.history_records import everything, parts, unpacked
 from coordinator.adapters.interrupted import interrupted, line_of
 from coordinator.adapters.tables import MIGRATIONS, events, missions, pictures, recordings, requests
 from coordinator.adapters.tail import EventTail
@@ -33,9 +34,6 @@ SAVED_WITHIN_S = 20.0
 AGAIN_S = 1.0
 OPEN_AGAIN_S = 10.0
 READERS = 2
-PART_BYTES_MAX = 16_000_000
-PART_LINES_MAX = 100_000
-"""Of a recording's part, unpacked: what one flush writes of it, or less. A line takes far more memory than its text."""
 # WAL with NORMAL: safe against a killed process; a power cut may take the last second, which a history can bear.
 PRAGMAS = ("PRAGMA synchronous = NORMAL",)
 
@@ -203,7 +201,7 @@ class SqliteLog:
         chunks = [
             {"mission_id": mission_id, "lines": zlib.compress(part)}
             for mission_id, some in lines.items()
-            for part in _parts(some)
+            for part in parts(some)
         ]
         batch: list[Write] = [*writes, (insert(recordings), chunks)] if chunks else writes
         if not batch:
@@ -275,7 +273,7 @@ class SqliteLog:
     async def recording(self, mission_id: str) -> tuple[str, ...]:
         chosen = select(recordings.c.lines).where(recordings.c.mission_id == mission_id)
         rows = await self._read(chosen.order_by(recordings.c.number))
-        return tuple(line for row in rows for line in _unpacked(row.lines).split("\n"))
+        return tuple(line for row in rows for line in unpacked(row.lines).split("\n"))
 
     async def picture(self, mission_id: str, number: int) -> bytes | None:
         chosen = select(pictures.c.jpeg).where(pictures.c.mission_id == mission_id, pictures.c.number == number)
@@ -293,7 +291,7 @@ class SqliteLog:
         return await self._connections.snapshot()
 
     def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
-        return self._connections.candidate(body, bytes_max=bytes_max, reads=_everything)
+        return self._connections.candidate(body, bytes_max=bytes_max, reads=everything)
 
     async def replace(self, candidate: JudgedDatabase, now_s: float) -> str:
         """What comes meanwhile is not kept: its numbers could be taken already in what is restored. Once begun it is
@@ -334,51 +332,6 @@ class SqliteLog:
         """What was written before is seen."""
         await self.flushed()
         return await self._connections.read(lambda connection: connection.execute(query).all())
-
-
-def _everything(connection: Connection) -> None:
-    """A `store.backup.Reads`: raises `ValueError` for what could not be told anybody."""
-    rows = connection.execution_options(yield_per=1000)
-    for row in rows.execute(select(missions.c.id, missions.c.record)):
-        if Mission.model_validate_json(row.record).id != row.id:
-            raise ValueError(f"mission {row.id[:64]!r} is recorded under another name")
-    for row in rows.execute(select(events.c.id, events.c.line)):
-        if MissionEvent.model_validate_json(row.line).id != row.id:
-            raise ValueError(f"event {row.id} is recorded under another number")
-    for row in rows.execute(select(recordings.c.lines)):
-        _unpacked(row.lines)
-
-
-def _parts(lines: Sequence[str]) -> Iterator[bytes]:
-    """Each within the bounds of a part; a line that is longer than all of one is left out."""
-    part: list[bytes] = []
-    size_bytes = 0
-    for line in lines:
-        data = line.encode()
-        if len(data) > PART_BYTES_MAX:
-            log.error("a line of a recording is too long to be kept", size_bytes=len(data))
-            continue
-        if part and (size_bytes + len(data) + 1 > PART_BYTES_MAX or len(part) == PART_LINES_MAX):
-            yield b"\n".join(part)
-            part, size_bytes = [], 0
-        part.append(data)
-        size_bytes += len(data) + 1
-    if part:
-        yield b"\n".join(part)
-
-
-def _unpacked(part: bytes) -> str:
-    """Lines, of a number that can be split. Raises `ValueError`."""
-    unpacker = zlib.decompressobj()
-    try:
-        text = unpacker.decompress(part, PART_BYTES_MAX + 1)
-    except zlib.error as error:
-        raise ValueError(f"a recording cannot be unpacked: {error}") from error
-    if len(text) > PART_BYTES_MAX or text.count(b"\n") >= PART_LINES_MAX:
-        raise ValueError("a part of a recording is larger than any of ours")
-    if not unpacker.eof:
-        raise ValueError("a recording cannot be unpacked: it is cut off")
-    return text.decode()
 
 
 def _what_is_there(connection: Connection) -> tuple[int, list[str]]:
