@@ -13,7 +13,7 @@ from contracts.problem import DependencyState
 from contracts.reading import Mood
 from contracts.speech import SPOKEN_CHARACTERS_MAX, SpeakRequest
 from mesh.clock import Clock, SystemClock
-from mesh.errors import UnavailableError
+from mesh.errors import UnavailableError, UnprocessableError
 from speech.app import create_app as create_speech
 from speech.settings import Settings as SpeechSettings
 from support.served import served
@@ -279,6 +279,8 @@ async def test_the_client_hears_and_speaks_through_the_real_service() -> None:
         assert (heard[-1].final, heard[-1].transcript.hot_text) == (True, "find the cup")
         assert any("tea pot" in one for one in recognizer.hot_words)
         assert (await client.speak(SpeakRequest(text="hello")))[:4] == b"RIFF"
+        with pytest.raises(UnprocessableError):  # a failure of who asked, not of speech
+            await client.speak(SpeakRequest(text="hello", voice="nobody"))
         assert (await client.dependency()).ok
         async with client.listen([]) as ears:
             await ears.send(b"odd")

@@ -11,7 +11,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 
 from contracts.speech import Hearing, SpeakRequest
-from mesh.errors import UnavailableError, UpstreamError
+from mesh.errors import UnavailableError, UnprocessableError, UpstreamError
 from mesh.http import ServiceClient, bearer
 from ui.settings import Settings
 
@@ -88,4 +88,9 @@ class SpeechClient(ServiceClient):
             await socket.close()
 
     async def speak(self, request: SpeakRequest) -> bytes:
-        return (await self.call("POST", "/speak", body=request, timeout_s=self._speak_timeout_s)).content
+        try:
+            return (await self.call("POST", "/speak", body=request, timeout_s=self._speak_timeout_s)).content
+        except UpstreamError as error:
+            if error.upstream_status in {404, 422}:  # no such voice, nothing to say: a failure of who asked
+                raise UnprocessableError(error.said, code=error.code) from error
+            raise
