@@ -4,7 +4,10 @@ import asyncio
 import logging
 
 import pytest
+from starlette.types import Message, Receive, Scope, Send
 from websockets.asyncio.client import connect
+
+from ui.page_socket import PageSocketErrors
 
 from .conftest import Site
 
@@ -21,3 +24,17 @@ async def test_what_is_no_packet_ends_the_socket_and_is_no_error_of_ours(
             await asyncio.wait_for(socket.wait_closed(), 30.0)
             assert socket.close_code == 1003
     assert [record.message for record in caplog.records if record.levelno >= logging.ERROR] == []
+
+
+async def test_a_mistake_behind_the_socket_is_not_taken_for_a_strangers_packet() -> None:
+    async def mistaken(scope: Scope, receive: Receive, send: Send) -> None:
+        raise ValueError("of ours")
+
+    async def receive() -> Message:
+        return {"type": "websocket.connect"}
+
+    async def send(_: Message) -> None:
+        pass
+
+    with pytest.raises(ValueError, match="of ours"):
+        await PageSocketErrors(mistaken)({"type": "websocket", "path": PATH}, receive, send)

@@ -1,8 +1,8 @@
-"""A snapshot as the body of an answer."""
+"""A database as the body of a request or of an answer."""
 
 import asyncio
 from collections.abc import AsyncGenerator
-from typing import Final
+from typing import Any, Final
 
 from fastapi.responses import StreamingResponse
 
@@ -11,6 +11,9 @@ from store.copies import DatabaseCopy
 
 PART_BYTES: Final = 1 << 20
 MEDIA_TYPE: Final = "application/octet-stream"
+_CONTENT: Final[dict[str, Any]] = {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}}
+DATABASE_BODY: Final[dict[str, Any]] = {"requestBody": {"required": True, "content": _CONTENT}}
+DATABASE_RESPONSE: Final[dict[int | str, dict[str, Any]]] = {200: {"content": _CONTENT}}
 
 
 def answer_with(snapshot: DatabaseCopy, name: str) -> StreamingResponse:

@@ -18,7 +18,7 @@ from coordinator.questions.question_service import QuestionService
 from mesh.access import Role, principal_of, requires_role
 from mesh.errors import ForbiddenError
 from mesh.tracing import TracedRoute
-from store.sending import MEDIA_TYPE, answer_with
+from store.sending import DATABASE_BODY, DATABASE_RESPONSE, answer_with
 from vocabulary.orders import order_in
 
 router = APIRouter(route_class=TracedRoute)
@@ -174,7 +174,7 @@ async def coverage(missions: MissionsDep) -> CoveragePlan:
     "/backup",
     tags=["exchange"],
     response_class=StreamingResponse,
-    responses={200: {"content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}}}},
+    responses=DATABASE_RESPONSE,
 )
 @requires_role(Role.ADMIN)
 async def backup(missions: MissionsDep) -> StreamingResponse:
@@ -187,12 +187,7 @@ async def backup(missions: MissionsDep) -> StreamingResponse:
 @router.post(
     "/restore",
     tags=["exchange"],
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
-        }
-    },
+    openapi_extra=DATABASE_BODY,
 )
 @requires_role(Role.ADMIN)
 async def restore(

@@ -31,7 +31,7 @@ from memory.memory_service import MemoryService
 from memory.metrics import RECALLS
 from mesh.access import Role, requires_role
 from mesh.tracing import TracedRoute
-from store.sending import MEDIA_TYPE, answer_with
+from store.sending import DATABASE_BODY, DATABASE_RESPONSE, answer_with
 
 router = APIRouter(route_class=TracedRoute)
 
@@ -180,7 +180,7 @@ async def import_batch(
     "/backup",
     tags=["exchange"],
     response_class=StreamingResponse,
-    responses={200: {"content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}}}},
+    responses=DATABASE_RESPONSE,
 )
 @requires_role(Role.ADMIN)
 async def backup(memory: MemoryDep) -> StreamingResponse:
@@ -193,12 +193,7 @@ async def backup(memory: MemoryDep) -> StreamingResponse:
 @router.post(
     "/restore",
     tags=["exchange"],
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
-        }
-    },
+    openapi_extra=DATABASE_BODY,
 )
 @requires_role(Role.ADMIN)
 async def restore(
