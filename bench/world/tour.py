@@ -7,8 +7,7 @@ import json
 import shutil
 from pathlib import Path
 
-import cv2
-
+import demo.mapping
 import inference
 import memory
 import robot_bridge
@@ -16,8 +15,9 @@ import sim
 from bench.world.clock import TOOK_S, run_simulated
 from bench.world.drawn import drawn_from
 from bench.world.mesh import MeshSettings, open_mesh
-from contracts.memory import Observation, ObservationBatch, ObservationsReply
+from contracts.memory import Observation, ObservationsReply
 from contracts.vision import Detections
+from demo.mapping import TourEyes, agreed, batches, jpeg_of
 from inference.perception.models import Loaded
 from sim.home import Home
 from sim.world import World
@@ -52,24 +52,18 @@ def _make(home: Home, models: Loaded, settings: MeshSettings, folder: Path) -> N
 
 
 async def _tour(home: Home, models: Loaded, settings: MeshSettings) -> None:
-    """As `demo.mapping`: placed at each pose, each picture looked at by the real detector, told to memory."""
+    """As `demo.mapping`: placed at each pose, each picture looked at by the real detector, measured, told to memory."""
     with World(home, seed=home.seed) as parked, World(home, seed=home.seed) as driven:
         async with open_mesh(parked, parked.grid, models, settings) as mesh:
             await asyncio.sleep(2.0)
             eyes, remembering = mesh.client(mesh.inference), mesh.client(mesh.memory)
-            for estimate, rgb in tour_frames(driven):
-                _, jpeg = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 90])
-                seen = await eyes.post("/detect", jpeg.tobytes(), Detections)
-                now_s = asyncio.get_running_loop().time()
-                told = tuple(
-                    Observation(
-                        label=one.label, confidence=one.confidence, colour=one.colour, pose=estimate.pose, stamp_s=now_s
-                    )
-                    for one in seen.detections
-                )
-                if told:
-                    await remembering.post("/observations", ObservationBatch(observations=told), ObservationsReply)
+            sight, told = TourEyes(driven.rgb_camera, driven.depth_camera), list[Observation]()
+            for frame in tour_frames(driven):
+                seen = await eyes.post("/detect", jpeg_of(frame), Detections)
+                told += sight.observations(frame, seen, asyncio.get_running_loop().time())
                 await asyncio.sleep(FRAME_S)
+            for batch in batches(agreed(told)):
+                await remembering.post("/observations", batch, ObservationsReply)
             await asyncio.sleep(2.0)
 
 
@@ -82,6 +76,9 @@ def _digest(home: Home, settings: MeshSettings) -> str:
         repr(home),
         settings.inference.model_dump_json(exclude={"openai_api_key", "exports_dir"}),
         settings.memory.model_dump_json(exclude={"database_url"}),
-        *(hashlib.sha256(file.read_bytes()).hexdigest() for file in (*weights, Path(__file__), *code)),
+        *(
+            hashlib.sha256(file.read_bytes()).hexdigest()
+            for file in (*weights, Path(__file__), Path(demo.mapping.__file__), *code)
+        ),
     ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:12]

@@ -110,6 +110,8 @@ def test_tour_frames_come_with_the_pose_the_robot_believed() -> None:
         frames = list(tour_frames(world, headings=2))
         poses = tour_poses(world.grid, DOCK, headings=2)
     assert len(frames) == len(poses)
-    for (estimate, picture), pose in zip(frames, poses, strict=True):
-        assert math.hypot(estimate.pose.x - pose.x, estimate.pose.y - pose.y) < 0.1
-        assert picture.shape == (250, 250, 3)
+    for frame, pose in zip(frames, poses, strict=True):
+        assert math.hypot(frame.estimate.pose.x - pose.x, frame.estimate.pose.y - pose.y) < 0.1
+        assert frame.rgb.shape == (250, 250, 3)
+        assert frame.depth_m.shape == (400, 640)
+        assert frame.depth_m.max() > 0.0

@@ -7,9 +7,9 @@ from contracts.geometry import Pose2D
 from contracts.measuring import LocalizeRequest, Measurement
 from contracts.memory import Area, Look, Observation, SeenBox
 from contracts.problem import Dependency, DependencyState
-from contracts.vision import Detection, Detections
+from contracts.vision import Detections
 from geometry.grids import OccupancyGrid
-from memory.frames import Camera, Exclusion, Frame, Tally, worth_keeping
+from memory.frames import Camera, Exclusion, Frame, Tally, observations
 from memory.negative_evidence import Expected, classify, clear, expected, range_towards, seen_in
 from memory.ports import DepthAndMap, Store
 from memory.settings import Settings
@@ -45,8 +45,7 @@ class FrameIngest:
         """Every frame is a look, too; none where the robot did not know where it was."""
         if message.pose is None:
             return None
-        kept = worth_keeping(message, self._excluded, self._settings.confidence_min)
-        seen = tuple(_observation(message, message.pose, one) for one in kept)
+        seen = observations(message, message.pose, self._excluded, self._settings.confidence_min)
         look = Look(
             pose=message.pose,
             stamp_s=message.stamp_s,
@@ -108,19 +107,6 @@ def _around(pose: Pose2D) -> Area:
     """No part of it lies outside the map that messages can name."""
     x, y = min(max(pose.x, -9_990.0), 9_990.0), min(max(pose.y, -9_990.0), 9_990.0)
     return Area(x_min=x - AROUND_M, y_min=y - AROUND_M, x_max=x + AROUND_M, y_max=y + AROUND_M)
-
-
-def _observation(message: Detections, pose: Pose2D, one: Detection) -> Observation:
-    measured = one.measurement or Measurement()
-    return Observation(
-        label=one.label,
-        confidence=one.confidence,
-        pose=pose,
-        stamp_s=message.stamp_s,
-        colour=one.colour if (one.colour or "").isprintable() else None,
-        position=measured.map_point,
-        sigma_m=measured.sigma_m,
-    )
 
 
 def _request(asked: Sequence[Expected], look: Look) -> LocalizeRequest:

@@ -8,6 +8,7 @@ from itertools import groupby
 
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
+from contracts.measuring import Measurement
 from contracts.memory import Look, Observation
 from contracts.vision import Detection, Detections
 from geometry.boxes import iou
@@ -88,6 +89,26 @@ def worth_keeping(message: Detections, excluded: Exclusion, confidence_min: floa
             continue
         kept.append(one)
     return kept
+
+
+def observations(
+    message: Detections, pose: Pose2D, excluded: Exclusion, confidence_min: float
+) -> tuple[Observation, ...]:
+    """What one frame says of things, each with its place where it was measured. `pose`: the robot's, in map."""
+    return tuple(_observation(message, pose, one) for one in worth_keeping(message, excluded, confidence_min))
+
+
+def _observation(message: Detections, pose: Pose2D, one: Detection) -> Observation:
+    measured = one.measurement or Measurement()
+    return Observation(
+        label=one.label,
+        confidence=one.confidence,
+        pose=pose,
+        stamp_s=message.stamp_s,
+        colour=one.colour if (one.colour or "").isprintable() else None,
+        position=measured.map_point,
+        sigma_m=measured.sigma_m,
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
-"""The tour somebody once drove to record the map: poses that see every room, and what the camera saw at each."""
+"""The tour somebody once drove to record the map: poses that see every room, and what the cameras saw at each."""
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from geometry.poses import wrap
 from sim.world.occupancy import clearance_m as clearance
 from sim.world.occupancy import reachable
 from sim.world.types import OccupancyGrid, PoseEstimate
-from sim.world.world import World
+from sim.world.world import Floats, Pixels, World
 
 SPACING_M = 1.6
 HEADINGS = 8
@@ -66,6 +66,15 @@ def tour_poses(
     return tuple(Pose2D(x=x, y=y, yaw=yaw) for x, y in stops for yaw in turn)
 
 
+@dataclass(frozen=True)
+class TourFrame:
+    """One picture of the tour. `rgb`: uint8 (250, 250, 3); `depth_m`: as `World.depth` of the same moment."""
+
+    estimate: PoseEstimate
+    rgb: Pixels
+    depth_m: Floats
+
+
 def tour_frames(
     world: World,
     *,
@@ -73,8 +82,8 @@ def tour_frames(
     clearance_m: float = CLEARANCE_M,
     headings: int = HEADINGS,
     seconds_per_frame: float = 0.5,
-) -> Iterator[tuple[PoseEstimate, "np.ndarray[Any, np.dtype[np.uint8]]"]]:
-    """Where the robot believed to be and what it saw, uint8 (250, 250, 3), at each pose of the tour.
+) -> Iterator[TourFrame]:
+    """Where the robot believed to be and what its two cameras saw at each pose of the tour.
 
     The robot does not drive: it is teleported from pose to pose, and left at the last one with its odometry unaware.
     It stands in for a drive by hand while mapping; give it a world of its own.
@@ -84,4 +93,4 @@ def tour_frames(
     ):
         world.teleport(pose)
         world.advance(seconds_per_frame)
-        yield world.localization(), world.rgb()
+        yield TourFrame(world.localization(), world.rgb(), world.depth())

@@ -1,6 +1,7 @@
 """From a box in the picture to metres and places, with whatever the senses hold at the time."""
 
 import asyncio
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,13 +63,8 @@ class ObjectLocalizer:
         stamp_s = request.stamp_s if request.stamp_s is not None or isinstance(view, str) else view.image.stamp_s
         robot = self.senses.poses.at(stamp_s) if stamp_s is not None else self.senses.poses.newest()
 
-        def measurements() -> tuple[Measurement, ...]:
-            return tuple(
-                _refused(box, size_px) or _measurement(_scaled(box, size_px, colour), colour, mount, view, robot)
-                for box in request.boxes_xyxy
-            )
-
-        return LocalizeReply(measurements=await asyncio.to_thread(measurements))
+        measured = await asyncio.to_thread(measurements, request.boxes_xyxy, size_px, colour, mount, view, robot)
+        return LocalizeReply(measurements=measured)
 
     def camera(self) -> CameraModel:
         """The colour camera on the robot. Raises `UnavailableError` where it is not known whole."""
@@ -162,6 +158,25 @@ class DepthView:
 
     def measured(self, box: Box) -> Measured:
         return measure(depths_in_box(self.image.depth_m, core(box), self.colour, self.camera, self.moved), self.noise)
+
+
+def measurements(
+    boxes: Sequence[BboxXyxy],
+    size_px: tuple[int, int],
+    colour: Intrinsics,
+    mount: Matrix,
+    view: DepthView | str,
+    robot: Pose2D | None,
+) -> tuple[Measurement, ...]:
+    """One a box, in the order given. Pure.
+
+    `size_px`: width and height of the picture that the boxes are in; `mount`: the colour camera in base_link; `view`:
+    or why there is no depth; `robot`: in map when the picture was taken, none = not known.
+    """
+    return tuple(
+        _refused(box, size_px) or _measurement(_scaled(box, size_px, colour), colour, mount, view, robot)
+        for box in boxes
+    )
 
 
 def _refused(box: BboxXyxy, size_px: tuple[int, int]) -> Measurement | None:
