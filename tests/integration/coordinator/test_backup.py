@@ -85,6 +85,25 @@ async def test_a_restore_gives_the_history_that_was_backed_up_and_the_next_missi
         assert [one["id"] for one in (await mesh.client.get("/missions")).json()] == [third.id, first.id]
 
 
+async def test_ids_of_events_go_on_rising_over_a_restore_and_a_restart(path: Path) -> None:
+    """Else whoever asks for what came `after` the last one he saw would miss as many as were restored away."""
+    async with opened(path) as mesh:
+        await mesh.until_over((await mesh.post_mission()).id)
+        database = await snapshot(mesh)
+        second = await mesh.until_over((await mesh.post_mission()).id)
+        newest = max(event.id for event in await mesh.timeline(second.id))
+        await restored(mesh, database)
+    async with opened(path) as mesh:
+        third = await mesh.until_over((await mesh.post_mission()).id)
+        assert min(event.id for event in await mesh.timeline(third.id)) > newest
+        database = await snapshot(mesh)
+        newest = max(event.id for event in await mesh.timeline(third.id))
+        await restored(mesh, database)
+    async with opened(path) as mesh:
+        fourth = await mesh.until_over((await mesh.post_mission()).id)
+        assert min(event.id for event in await mesh.timeline(fourth.id)) > newest
+
+
 async def test_a_running_mission_refuses_a_restore_and_goes_on(path: Path) -> None:
     async with opened(path) as mesh:
         database = await snapshot(mesh)
@@ -163,6 +182,10 @@ HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
     "a recording that unpacks to more than any": (recorded(bytes(300_000_000)), "larger than any of ours"),
     "a recording of more lines than any": (recorded(b"x\n" * 6_000_000), "larger than any of ours"),
     "a recording that is no text": (recorded(b"\xff\xfe"), "does not understand"),
+    "a number that no event can have": (
+        statements("INSERT INTO numbering (name, next) VALUES ('events', 9007199254740000)"),
+        "numbered higher than any of ours",
+    ),
     "a newer schema": (statements("UPDATE alembic_version SET version_num = '7777'"), "7777 of a newer program"),
 }
 

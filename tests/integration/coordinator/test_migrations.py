@@ -98,7 +98,7 @@ async def test_a_history_of_the_first_version_is_carried_over_whole(old: Path) -
     await opened_and_closed(old)
     with closing(sqlite3.connect(old)) as connection:
         tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-        assert connection.execute("SELECT version_num FROM alembic_version").fetchall() == [("0002",)]
+        assert connection.execute("SELECT version_num FROM alembic_version").fetchall() == [("0003",)]
         kept = connection.execute("SELECT mission_id, lines FROM recordings").fetchall()
         assert [(name, zlib.decompress(lines)) for name, lines in kept] == [("over", b"one\ntwo")]
         assert connection.execute("SELECT * FROM pictures").fetchall() == [("over", 0, b"jpeg")]

@@ -15,11 +15,13 @@ from contracts.memory import ObservationBatch
 from memory.adapters.store import SqlStore
 from memory.app import create_app
 from memory.settings import Settings
+from mesh import server
 from store.copies import JudgedDatabase
 from store.shared_lock import SharedLock
 from support.described import described_bus
 from support.observations import seen
 from support.postgres_server import fresh_database
+from support.served import served
 from support.waiting import until
 
 A_BATCH = 7
@@ -403,3 +405,33 @@ async def test_a_memory_in_postgresql_names_its_own_tool(postgres_url: str) -> N
         for answer in (await client.get("/backup"), await client.post("/restore", content=b"x")):
             assert (answer.status_code, answer.json()["code"]) == (422, BackupRefusal.USE_PG_DUMP.value)
             assert "pg_dump" in answer.json()["detail"]
+
+
+def files_without_a_name() -> list[str]:
+    """What this process has open that lies on no disk any more but for it."""
+    folder = Path("/proc/self/fd")
+    return [name for one in folder.iterdir() if (name := _target(one)).endswith(".snapshot (deleted)")]
+
+
+def _target(link: Path) -> str:
+    try:
+        return str(link.readlink())
+    except FileNotFoundError:  # of the listing itself
+        return ""
+
+
+async def test_the_disk_of_a_back_up_that_nobody_takes_is_let_go(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "ANSWER_WAIT_S_MAX", 1.0)
+    app = create_app(
+        Settings.model_validate({"database_url": f"sqlite:///{path}", "robot_bridge_url": ""}), bus=described_bus()
+    )
+    async with served(app) as url, httpx.AsyncClient(base_url=url, trust_env=False) as client:
+        assert (await client.get("/maps")).is_success
+        with closing(sqlite3.connect(path)) as connection, connection:  # more than the system keeps for a socket
+            connection.execute("CREATE TABLE filler AS SELECT zeroblob(30000000) AS filling")
+        reader, writer = await asyncio.open_connection("127.0.0.1", client.base_url.port, limit=1024)
+        writer.write(b"GET /backup HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        assert (await reader.readline()).startswith(b"HTTP/1.1 200")
+        assert len(files_without_a_name()) == 1
+        await until(lambda: files_without_a_name() == [])
+        writer.close()

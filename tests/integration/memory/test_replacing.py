@@ -12,8 +12,9 @@ from typing import Any
 import pytest
 
 from memory.adapters.tables import MIGRATIONS
+from mesh.errors import ConflictError
 from store import backup
-from store.connections import Connections
+from store.connections import SNAPSHOTS_HELD_MAX, Connections
 from store.copies import JudgedDatabase
 from store.finishing import finished
 from store.sqlite_file import SqliteFile
@@ -82,6 +83,49 @@ async def test_a_restore_whose_asker_is_cancelled_is_finished_first(path: Path, 
     await connections.aclose()
     assert ids_in(path) == ["restored"]
     assert not path.with_name("memory.db.candidate").exists()
+
+
+def test_what_a_killed_process_left_half_made_is_gone_when_the_next_one_has_started(path: Path) -> None:
+    database_of(path, "mine")
+    whole = ("memory.db", "memory.db.before-restore-1", "memory.db.corrupt-1", "another.db.candidate")
+    half = ("candidate", "candidate-journal", "snapshot", "snapshot-journal", "before-restore-2.half")
+    for name in (*whole[1:], *(f"memory.db.{one}" for one in half)):
+        path.with_name(name).touch()
+    SqliteFile(path, MIGRATIONS, pragmas=(), busy_timeout_s=2.0).prepare(patience_s=2.0)
+    assert {one.name for one in path.parent.iterdir()} - {"memory.db-wal", "memory.db-shm"} == set(whole)
+    assert ids_in(path) == ["mine"]
+
+
+def test_a_copy_has_its_name_only_once_it_is_whole(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    database_of(path, "before")
+    database_of(path.with_name("other.db"), "restored")
+    seen: list[str] = []
+    vacuum = backup._vacuum_into
+
+    def watched(source: Path, made: Path) -> None:
+        vacuum(source, made)
+        seen.append(made.name)
+
+    monkeypatch.setattr(backup, "_vacuum_into", watched)
+    kept = backup.replace(path, path.with_name("other.db"), patience_s=2.0)
+    assert (kept.name, seen) == ("memory.db.before-restore-1", ["memory.db.before-restore-1.half"])
+    assert ids_in(kept) == ["before"]
+
+
+async def test_so_many_back_ups_are_held_for_their_readers_and_no_more(path: Path) -> None:
+    database_of(path, "mine")
+    file = SqliteFile(path, MIGRATIONS, pragmas=(), busy_timeout_s=2.0)
+    connections = Connections(file, readers=1, busy_timeout_s=2.0)
+    held = [await connections.snapshot() for _ in range(SNAPSHOTS_HELD_MAX)]
+    with pytest.raises(ConflictError):
+        await connections.snapshot()
+    held[0].file.close()
+    held.append(await connections.snapshot())
+    with pytest.raises(ConflictError):
+        await connections.snapshot()
+    for one in held:
+        one.file.close()
+    await connections.aclose()
 
 
 def test_a_candidate_that_is_gone_replaces_nothing(path: Path, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import asyncio
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -41,6 +42,24 @@ async def release() -> str:
     released.set()
     return "released"
 
+let_go = asyncio.Event()
+
+@pages.get("/endless")
+async def endless() -> StreamingResponse:
+    async def parts():
+        try:
+            while True:
+                yield bytes(65536)
+                await asyncio.sleep(0)
+        finally:
+            let_go.set()
+
+    return StreamingResponse(parts())
+
+@pages.get("/let-go")
+async def is_let_go() -> bool:
+    return let_go.is_set()
+
 @pages.websocket("/socket")
 async def socket(socket: WebSocket) -> None:
     await socket.accept()
@@ -61,6 +80,7 @@ async def app(scope, receive, send):
 
 server.HEADER_S_MAX = 0.5
 server.BODY_WAIT_S_MAX = 0.5
+server.ANSWER_WAIT_S_MAX = 0.5
 server.serve(app, host=sys.argv[1], port=int(sys.argv[2]))
 """
 
@@ -121,6 +141,30 @@ async def test_whose_headers_do_not_end_in_time_is_not_waited_for(port: int) -> 
         writer.write(b"GET / HTTP/1.1\r\nX-Slow: ")
         await reader.read()
     writer.close()
+
+
+async def test_who_takes_nothing_of_an_answer_is_let_go_with_what_it_is_made_of(port: int) -> None:
+    reader, writer = await served_at(port)
+    writer.write(b"GET /endless HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    async with asyncio.timeout(20.0), httpx.AsyncClient(base_url=f"http://{HOSTS[0]}:{port}") as client:
+        assert (await reader.readline()).startswith(b"HTTP/1.1 200")
+        await until_true(lambda: is_true(client, "/let-go"))
+    writer.close()
+
+
+async def test_who_takes_a_long_answer_slowly_gets_all_of_it(port: int) -> None:
+    """Longer, all in all, than anybody is waited for."""
+    reader, writer = await served_at(port)
+    writer.write(b"GET /endless HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    began_s = time.monotonic()
+    async with asyncio.timeout(20.0):
+        while time.monotonic() < began_s + 2.0:
+            assert await reader.read(65536)
+    writer.close()
+
+
+async def is_true(client: httpx.AsyncClient, path: str) -> bool:
+    return (await client.get(path)).json() is True
 
 
 async def test_headers_without_an_end_are_answered_431_and_not_kept(port: int) -> None:

@@ -14,6 +14,8 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 HEADER_BYTES_MAX: Final = 64 * 1024
 HEADER_S_MAX = 10.0
 BODY_WAIT_S_MAX = 20.0
+ANSWER_WAIT_S_MAX = 30.0
+"""A little more than a part of an answer waits in memory; so long its reader may take for it."""
 TIMED_OUT: Final = b"HTTP/1.1 408 Request Timeout\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 NO_HANDSHAKE: Final = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
@@ -24,10 +26,12 @@ class RequestLimitsProtocol(HttpToolsProtocol):
 
     Here a connection is closed that has not ended its headers `HEADER_S_MAX` after it was made, or after its last
     answer; 431 answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that), 408 a
-    body of which nothing came for `BODY_WAIT_S_MAX`. What comes between parts of a chunked body and behind its last
-    (extensions, trailers) is bound by the same number of bytes, and belongs to no header: an app would see trailers
-    among those its access was decided by. Every request that waits on a connection which closes is told so: uvicorn
-    tells the last one read, and what writes for the others gets a RuntimeError of uvloop.
+    body of which nothing came for `BODY_WAIT_S_MAX`. Whoever does not take what waits for him of an answer within
+    `ANSWER_WAIT_S_MAX` is let go: what the answer is made of (a file, a picture, a place in a queue) is held for him.
+    What comes between parts of a chunked body and behind its last (extensions, trailers) is bound by the same number of
+    bytes, and belongs to no header: an app would see trailers among those its access was decided by. Every request that
+    waits on a connection which closes is told so: uvicorn tells the last one read, and what writes for the others gets
+    a RuntimeError of uvloop.
     """
 
     _bytes = 0
@@ -37,6 +41,7 @@ class RequestLimitsProtocol(HttpToolsProtocol):
     _deadline: asyncio.TimerHandle | None = None
     """Of the headers."""
     _body_deadline: asyncio.TimerHandle | None = None
+    _answer_deadline: asyncio.TimerHandle | None = None
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -50,6 +55,7 @@ class RequestLimitsProtocol(HttpToolsProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         self._unset_deadline()
         self._unset_body_deadline()
+        self._unset_answer_deadline()
         super().connection_lost(exc)
         self._tell_answering()
 
@@ -95,6 +101,15 @@ class RequestLimitsProtocol(HttpToolsProtocol):
         if self.timeout_keep_alive_task is not None:  # nothing more to answer
             self._expect_headers()
 
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._unset_answer_deadline()
+        self._answer_deadline = self.loop.call_later(ANSWER_WAIT_S_MAX, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        self._unset_answer_deadline()
+        super().resume_writing()
+
     def _expect_headers(self) -> None:
         self._unset_deadline()
         self._deadline = self.loop.call_later(HEADER_S_MAX, self._close)
@@ -130,6 +145,11 @@ class RequestLimitsProtocol(HttpToolsProtocol):
         if self._body_deadline is not None:
             self._body_deadline.cancel()
             self._body_deadline = None
+
+    def _unset_answer_deadline(self) -> None:
+        if self._answer_deadline is not None:
+            self._answer_deadline.cancel()
+            self._answer_deadline = None
 
 
 class WebSocketLimitsProtocol(WebSocketsSansIOProtocol):

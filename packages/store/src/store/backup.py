@@ -8,6 +8,7 @@ Everything here blocks. What is wrong with a candidate is an `UnprocessableError
 an `UnavailableError`.
 """
 
+import glob
 import re
 import sqlite3
 import time
@@ -32,6 +33,8 @@ log = structlog.get_logger()
 KEPT: Final = 3
 """So many of the databases that a restore replaced stay beside it."""
 BEFORE_RESTORE: Final = "before-restore"
+HALF: Final = ".half"
+"""Of a copy that is being made; one that was killed meanwhile leaves it."""
 MAGIC: Final = b"SQLite format 3\x00"
 LARGEST: Final = 1.7e308
 """A larger number is infinite: no place, no time and no belief is."""
@@ -58,7 +61,7 @@ RULES: Final = frozenset({"CHECK", "CONFLICT", "COLLATE", "STRICT", "WITHOUT", "
 def snapshot(path: Path) -> DatabaseCopy:
     """Of the database in use at `path`, as it is at one moment; lies beside it while it is made."""
     with naming_the_database():
-        made = path.with_name(f"{path.name}.snapshot")
+        made = place_of_snapshot(path)
         try:
             _vacuum_into(path, made)
             with closing(_opened(made)) as connection:
@@ -66,6 +69,16 @@ def snapshot(path: Path) -> DatabaseCopy:
             return DatabaseCopy(made.open("rb"), made.stat().st_size, revision)
         finally:
             made.unlink(missing_ok=True)
+
+
+def place_of_snapshot(path: Path) -> Path:
+    """Where it lies until it has no name any more."""
+    return path.with_name(f"{path.name}.snapshot")
+
+
+def half_made(path: Path) -> list[Path]:
+    """Of the copies that restores keep of the database at `path`."""
+    return [*path.parent.glob(f"{glob.escape(path.name)}.{BEFORE_RESTORE}-*{HALF}")]
 
 
 def judged(path: Path, migrations: Path, *, page_bytes: int, reads: Reads) -> JudgedDatabase:
@@ -99,7 +112,9 @@ def replace(path: Path, candidate: Path, *, patience_s: float) -> Path:
     with naming_the_database():
         older = _kept_of(path)
         kept = path.with_name(f"{path.name}.{BEFORE_RESTORE}-{older[-1][0] + 1 if older else 1}")
-        _vacuum_into(path, kept)
+        half = kept.with_name(kept.name + HALF)
+        _vacuum_into(path, half)
+        half.replace(kept)
         try:
             _copy(candidate, path, patience_s)
         except BaseException:

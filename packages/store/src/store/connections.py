@@ -5,7 +5,8 @@ from collections.abc import AsyncGenerator, AsyncIterable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import BinaryIO, Final, TypeVar
+from weakref import WeakSet
 
 from sqlalchemy import Connection
 
@@ -18,6 +19,9 @@ from store.sqlite_file import owners_alone, remove
 from store.troubles import naming_the_database
 
 T = TypeVar("T")
+
+SNAPSHOTS_HELD_MAX: Final = 3
+"""Each holds as much disk as the database until whoever asked for it has read it, or is let go."""
 
 
 class Connections:
@@ -32,6 +36,7 @@ class Connections:
         self._prepared = False
         self._preparing = asyncio.Lock()
         self._copying = asyncio.Lock()
+        self._snapshots = WeakSet[BinaryIO]()
         self._writer = database.writer()
         self._reader = database.reader(readers)
         self._writing = ThreadPoolExecutor(1, "database-writer")
@@ -62,11 +67,16 @@ class Connections:
         await loop.run_in_executor(self._writing, self._database.after_forgetting, self._writer)
 
     async def snapshot(self) -> DatabaseCopy:
-        """The content at one moment; writers go on. Raises `ConflictError` while another copy is being made, and
-        `UnprocessableError` where the database is no file."""
+        """The content at one moment; writers go on. Raises `ConflictError` while another copy is being made or
+        `SNAPSHOTS_HELD_MAX` are read still, and `UnprocessableError` where the database is no file."""
         await self._prepare(self._busy_timeout_s)
         async with self._alone():
-            return await finished(asyncio.to_thread(self._database.snapshot))
+            held = sum(not file.closed for file in self._snapshots)
+            if held >= SNAPSHOTS_HELD_MAX:
+                raise ConflictError(f"{held} back-ups are being read: wait for the end of one")
+            made = await finished(asyncio.to_thread(self._database.snapshot))
+            self._snapshots.add(made.file)
+            return made
 
     @asynccontextmanager
     async def candidate(

@@ -37,9 +37,11 @@ class SqliteFile:
         self._busy_timeout_s = busy_timeout_s
 
     def prepare(self, *, patience_s: float) -> None:
-        """Afterwards the file is there, sound, in WAL mode and has our tables."""
+        """Afterwards the file is there, sound, in WAL mode and has our tables; what copies a process left that was
+        killed while it made them is gone."""
         with naming_the_database():
             self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._sweep()
             trouble = self._trouble(patience_s)
             if trouble:
                 aside = set_aside(self._path)
@@ -83,7 +85,7 @@ class SqliteFile:
         return backup.snapshot(self._path)
 
     def place_for_candidate(self) -> Path:
-        place = self._path.with_name(f"{self._path.name}.candidate")
+        place = self._candidate
         with naming_the_database():
             remove(place)
         return place
@@ -93,6 +95,16 @@ class SqliteFile:
 
     def replace(self, candidate: JudgedDatabase) -> Path:
         return backup.replace(self._path, candidate.path, patience_s=self._busy_timeout_s)
+
+    @property
+    def _candidate(self) -> Path:
+        return self._path.with_name(f"{self._path.name}.candidate")
+
+    def _sweep(self) -> None:
+        for left in (self._candidate, backup.place_of_snapshot(self._path), *backup.half_made(self._path)):
+            if left.exists():
+                log.warning("a copy was left half made by a process that was killed: removed", file=left.name)
+            remove(left)
 
     def _files(self) -> list[Path]:
         return _with_side_files(self._path)

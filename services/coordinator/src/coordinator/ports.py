@@ -149,7 +149,7 @@ class MissionLog(Protocol):
 
     async def replace(self, candidate: JudgedDatabase, now_s: float) -> str:
         """All or nothing, while no mission runs; the name of the file that keeps what was there before. Missions that
-        ran when the snapshot was made end as interrupted. Ids of events go on rising."""
+        ran when the snapshot was made end as interrupted. Ids of events go on rising, over a restart too."""
         ...
 
     async def dependency(self) -> Dependency: ...

@@ -13,7 +13,7 @@ from sqlalchemy.dialects.sqlite import insert
 
 from contracts.mission import Mission, MissionEvent
 from contracts.problem import Dependency
-from coordinator.adapters.history_records import everything, parts, unpacked
+from coordinator.adapters.history_records import everything, next_event_id, number_on, parts, unpacked
 from coordinator.adapters.interrupted import interrupted, line_of
 from coordinator.adapters.tables import MIGRATIONS, events, missions, pictures, recordings, requests
 from coordinator.adapters.tail import EventTail
@@ -83,14 +83,14 @@ class SqliteLog:
         """
         self._started_s = now_s
         try:
-            newest, left = await self._connections.write(_what_is_there)
+            next_id, left = await self._connections.write(_what_is_there)
         except UnavailableError as error:
             if error.detail != self._trouble:
                 log.warning("the history of missions cannot be opened; trying again", error=error.detail)
             self._trouble = error.detail
             return
         self._opened, self._trouble = True, ""
-        self._next_event_id = max(self._next_event_id, newest + 1)
+        self._next_event_id = max(self._next_event_id, next_id)
         meanwhile = tuple(self._recent.values())
         for record in left:
             mission = interrupted(Mission.model_validate_json(record), now_s)
@@ -305,6 +305,7 @@ class SqliteLog:
         async with self._file_is_ours:
             self._opened = False
             try:
+                await asyncio.to_thread(number_on, candidate.path, self._next_event_id)  # with it, or not at all
                 kept = await self._connections.replace(candidate)
             except asyncio.CancelledError:  # the loop ends: what waits must not follow into what may be another file
                 self._forget_what_waits()
@@ -335,7 +336,6 @@ class SqliteLog:
 
 
 def _what_is_there(connection: Connection) -> tuple[int, list[str]]:
-    """The newest event's id, -1 where there is none, and the records of missions that are not over."""
-    newest = connection.execute(select(func.max(events.c.id))).scalar()
+    """The next event's id, and the records of missions that are not over."""
     left = connection.execute(select(missions.c.record).where(~missions.c.over)).all()
-    return -1 if newest is None else newest, [row.record for row in left]
+    return next_event_id(connection), [row.record for row in left]

@@ -49,3 +49,11 @@ requests = Table(
     Column("digest", Text, nullable=False),
     Column("mission_ids", Text, nullable=False),  # separated by spaces
 )
+
+numbering = Table(
+    "numbering",
+    metadata,
+    Column("name", Text, primary_key=True),  # EVENTS
+    Column("next", Integer, nullable=False),  # no lower number is given again, whatever the other tables hold
+)
+EVENTS = "events"
