@@ -67,7 +67,7 @@ def environment(folder: Path, *, steppable: bool) -> dict[str, str]:
 def running(port_base: int, *, light: bool) -> Iterator[Campaign]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        stack = Stack(Ports(port_base), folder, folder / "home.json", seed=3)
+        stack = Stack(Ports(port_base), folder, folder / "home.json", seed=3, speech=not light)
         Home.generate(3, wanted=Wanted("bottle", "red")).save(stack.home)
         told = environment(folder, steppable=light)
         os.environ.update(told)

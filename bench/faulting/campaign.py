@@ -1,5 +1,6 @@
 """A running mesh with a faulty wire and a mortal Nav2, and the hands to break both."""
 
+import math
 import os
 import random
 import signal
@@ -15,12 +16,19 @@ from typing import Any
 import httpx
 
 from bench.faulting.wire import TOPICS
+from contracts.geometry import Pose2D
+from contracts.mission import Mission, Outcome
 from contracts.problem import Readiness
+from demo.ready import missing
 from demo.stack import ROOT, Stack
+from geometry.poses import compose
 from support.mesh_run import STILL_M_S, MeshRun
 
 Observed = dict[str, Any]
 LONG_S = 60.0
+MISSION_S = 400.0
+"""As long as a mission may take, on a machine that others use too."""
+UNDOCKED_M = 0.5
 CIRCLE = {"linear_x": 0.1, "angular_z": 0.5}
 """Moves, and stays where it is."""
 
@@ -122,7 +130,7 @@ class Campaign:
         """Waits until everything is there."""
         if self.light:
             self.mesh.until(self.stack.running, timeout_s=LONG_S, what="a supervisor")
-            for name in ("inference", "memory", "coordinator", "ui"):
+            for name in set(self.stack.calls) - {"robot_bridge"}:
                 self.supervise("stopProcess", name)
         self.mesh.until(self.ready, timeout_s=LONG_S * 4, what="the mesh ready")
 
@@ -144,8 +152,9 @@ class Campaign:
         self.step_clock(0)
         if self._nav2.poll() is not None:
             self.start_nav2()
-        if self.stack.states().get("redis") != "RUNNING":
-            self.supervise("startProcess", "redis")
+        for name in ("redis",) if self.light else ("redis", *self.stack.calls):
+            if self.stack.states().get(name) in {"STOPPED", "EXITED", "FATAL"}:
+                self.supervise("startProcess", name)
         if pid := self.mesh.pid("coordinator"):
             os.kill(pid, signal.SIGCONT)
         self.mesh.until(self.ready, timeout_s=LONG_S * 2, what="the mesh ready again")
@@ -201,6 +210,58 @@ class Campaign:
             as_before, timeout_s=LONG_S, what=f"half of the {before_m} m in {seconds} s from before the fault"
         )
         return metres
+
+    def end(self, name: str) -> Observed:
+        """Has supervisord end it as an update does (SIGTERM), and waits: how long it took. Fails the attempt where it
+        had to be killed, or ended with another status than 0."""
+        began_s = time.monotonic()
+        self.supervise("stopProcess", name)
+        seconds = round(time.monotonic() - began_s, 1)
+        status = self.stack._ask("getProcessInfo", name)["exitstatus"]
+        assert status == 0, f"{name} ended with {status} after {seconds} s"
+        return {"ended_after_s": seconds}
+
+    def start(self, name: str) -> Observed:
+        """Returns when it is ready."""
+        began_s = time.monotonic()
+        self.supervise("startProcess", name)
+        self.mesh.until(lambda: not self.lacks(name), timeout_s=LONG_S * 2, what=f"{name} ready again")
+        return {"ready_after_s": round(time.monotonic() - began_s, 1)}
+
+    def lacks(self, name: str) -> str:
+        """What a service is not ready for, in words; empty when it is ready."""
+        return missing(self.mesh.http, self.stack.ports, name) or ""
+
+    def before_the_dock(self) -> None:
+        """Where the robot began: far enough from what a mission has found before."""
+        told = self.mesh.get("truth", "/home")["dock"]
+        dock = Pose2D(x=told["x_m"], y=told["y_m"], yaw=told["yaw"])
+        start = compose(dock, Pose2D(x=-UNDOCKED_M, y=0.0, yaw=math.pi))
+        epoch = self.mesh.get("robot_bridge", "/emergency-stop")["epoch"]
+        body = {"candidates": [{"pose": start.model_dump()}], "epoch": epoch, "timeout_s": 300.0}
+        goal = self.mesh.post("robot_bridge", "/navigation/goals", body).raise_for_status().json()
+        self.mesh.until(
+            lambda: self.goal_status(goal["id"]) == "SUCCEEDED", timeout_s=MISSION_S, what="a drive to the dock"
+        )
+        self.mesh.until(self.mesh.still, timeout_s=LONG_S, what="a robot at rest")
+
+    def end_of(self, mission_id: str) -> Observed:
+        """How a mission ended, once it has and the robot is idle. Fails the attempt where it never does, says nothing
+        of why, or says *found* where ground truth does not."""
+
+        def told() -> Mission:
+            return Mission.model_validate(self.mesh.get("coordinator", f"/missions/{mission_id}"))
+
+        self.mesh.until(lambda: told().outcome is not None, timeout_s=MISSION_S, what="an end of the mission")
+        ended, score = told(), {"kind": "bottle", "colour": "red"}
+        assert ended.outcome is not None
+        assert ended.reason, "it ended without a reason"
+        near = self.mesh.http.get(self.mesh.url("truth", "/score"), params=score).raise_for_status().json()["correct"]
+        assert near or ended.outcome is not Outcome.FOUND, "it says that it found what is not there"
+        self.mesh.until(
+            lambda: self.mesh.get("coordinator", "/state")["state"] == "IDLE", timeout_s=LONG_S, what="an idle robot"
+        )
+        return {"mission": ended.outcome.value}
 
     def goal_far_away(self) -> str:
         """A goal under way: its id, once the robot drives."""

@@ -11,6 +11,7 @@ import httpx
 
 from bench.faulting.campaign import LONG_S, Campaign, Observed
 from bench.faulting.flood import Outcome, flood, routes
+from bench.faulting.restarts import bridge_updated, coordinator_updated, rolling_update, speech_updated, updated
 from contracts.causes import SafetyCause
 from contracts.motion import MotionEnd
 
@@ -280,6 +281,30 @@ FAULTS = (
     Fault("coordinator_gone", "its session ends: at rest, nothing resumes", coordinator_gone, needs_mission=True),
     Fault(
         "coordinator_hangs", "its session falls silent: at rest, nothing resumes", coordinator_hangs, needs_mission=True
+    ),
+    Fault(
+        "coordinator_updated",
+        "SIGTERM: at rest, the mission is interrupted, nothing resumes",
+        coordinator_updated,
+        needs_mission=True,
+    ),
+    Fault(
+        "bridge_updated",
+        "SIGTERM: at rest while it is away; the mission waits for it and goes on",
+        bridge_updated,
+        needs_mission=True,
+    ),
+    Fault(
+        "inference_updated", "SIGTERM: the mission waits for it and goes on", updated("inference"), needs_mission=True
+    ),
+    Fault("memory_updated", "SIGTERM: the mission goes on", updated("memory"), needs_mission=True),
+    Fault("ui_updated", "SIGTERM: the mission goes on", updated("ui"), needs_mission=True),
+    Fault("speech_updated", "SIGTERM: the mission goes on, nobody misses it", speech_updated, needs_mission=True),
+    Fault(
+        "rolling_update",
+        "SIGTERM to one after the other: the mission ends honestly, nothing resumes",
+        rolling_update,
+        needs_mission=True,
     ),
     Fault("bridge_killed_latched", "the next process is latched, same epoch", bridge_killed_while_latched),
     Fault("bridge_killed_driving", "the base stops by itself; nothing resumes", bridge_killed_while_driving),

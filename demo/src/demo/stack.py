@@ -171,11 +171,12 @@ class Stack:
         if self.running():
             pid = int(self._ask("getPID"))
             self._ask("shutdown")
+        wait_s = STOP_WAIT_S * (len(self._commands()) + 1)  # it ends one after the other: killed before, it leaves some
         if process is None:
-            _wait_until_gone(pid, timeout_s=STOP_WAIT_S * 3)
+            _wait_until_gone(pid, timeout_s=wait_s)
         else:
             try:
-                process.wait(timeout=STOP_WAIT_S * 3)
+                process.wait(timeout=wait_s)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
