@@ -14,7 +14,7 @@ from support.consumer_providers import provider
 from support.consumer_scripts import CLIENTS, SCRIPTS
 
 PAIRS = sorted(SCRIPTS)
-NO_ROUTES = {"aclose", "dependency", "drop_session", "wheels", "back_up", "restore"}
+NO_ROUTES = {"aclose", "dependency", "drop_session", "wheels", "back_up", "restore", "hold_missions"}
 """What a client has besides; GET /ready, which `dependency` asks for, all services have from one place. A back-up is a
 file of bytes: `tests/contract/cli/test_backup.py` plays it against the services themselves."""
 

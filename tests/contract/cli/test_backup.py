@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 
 from atom_cli import __main__ as cli
 from atom_cli import archive
-from contracts.backup import BackupService
+from contracts.backup import BackupRefusal, BackupService
 from contracts.memory import ObservationBatch
 from contracts.mission import Mission, MissionState, MissionStatus
 from coordinator import app as coordinator
@@ -156,6 +156,38 @@ async def test_memory_alone_is_not_exchanged_under_a_mission(mesh: Mesh, tmp_pat
     refused = await mesh.atom("restore", file, "--yes")
     assert (refused.exit_code, "a mission runs" in refused.output) == (3, True)
     assert ("memory", "/restore", "") not in mesh.wire.asked
+
+
+async def test_no_mission_begins_between_the_first_service_and_the_second(mesh: Mesh, tmp_path: Path) -> None:
+    file = str(tmp_path / "copy.tar")
+    await mesh.atom("backup", file)
+    url = mesh.wire.urls["coordinator"]
+    between: list[httpx.Response] = []
+
+    def ask(service: str, path: str, dry_run: bool) -> None:
+        if (service, path, dry_run) == ("memory", "/restore", False):
+            between.append(httpx.post(f"{url}/missions", json={"command": "find the red bottle"}, trust_env=False))
+
+    mesh.wire.refuse = ask  # type: ignore[assignment]
+    done = await mesh.atom("restore", file, "--yes")
+    assert done.exit_code == 0, done.output
+    assert [(one.status_code, one.json()["code"]) for one in between] == [(409, BackupRefusal.RESTORING.value)]
+    afterwards = await mesh.http.post(f"{url}/missions", json={"command": "find the red bottle"})
+    assert afterwards.json().get("code") != BackupRefusal.RESTORING.value, afterwards.text
+
+
+async def test_memory_alone_is_restored_where_no_coordinator_is(mesh: Mesh, tmp_path: Path) -> None:
+    await mesh.see("bottle")
+    file = str(tmp_path / "copy.tar")
+    await mesh.atom("backup", file, "--only", "memory")
+
+    def away(service: str, path: str, dry_run: bool) -> None:
+        if service == "coordinator":
+            raise httpx.ConnectError("refused")
+
+    mesh.wire.refuse = away  # type: ignore[assignment]
+    done = await mesh.atom("restore", file, "--yes")
+    assert done.exit_code == 0, done.output
 
 
 async def test_what_the_second_does_not_take_the_first_gives_back(mesh: Mesh, tmp_path: Path) -> None:

@@ -115,6 +115,34 @@ async def test_a_running_mission_refuses_a_restore_and_goes_on(path: Path) -> No
         assert (await mesh.until_over(mission.id)).outcome is Outcome.FOUND
 
 
+async def test_while_it_is_held_nothing_begins_and_a_stop_is_obeyed(path: Path) -> None:
+    async with opened(path) as mesh:
+        held = await mesh.client.post("/restore/hold", json={"seconds": 60.0})
+        assert held.is_success, held.text
+        for command in ("find the red bottle", "go to the dock"):
+            refused = await mesh.client.post("/missions", json={"command": command})
+            assert (refused.status_code, refused.json().get("code")) == (409, BackupRefusal.RESTORING.value)
+        stopped = await mesh.client.post("/missions", json={"command": "stop"})
+        assert stopped.status_code == 200, stopped.text
+        await mesh.client.post("/restore/hold", json={"seconds": 0.0})
+        mission = await mesh.post_mission()
+        refused = await mesh.client.post("/restore/hold", json={"seconds": 60.0})
+        assert (refused.status_code, refused.json()["code"]) == (409, BackupRefusal.MISSION_ON.value)
+        assert (await mesh.until_over(mission.id)).outcome is Outcome.FOUND
+
+
+async def test_a_hold_of_somebody_who_died_ends_by_itself(path: Path) -> None:
+    async with opened(path) as mesh:
+        await mesh.client.post("/restore/hold", json={"seconds": 1.0})
+        until_s = mesh.clock.now_s() + 1.0
+
+        async def over() -> bool:
+            return mesh.clock.now_s() > until_s
+
+        await mesh.advance_until(over, within_s=5.0)
+        await mesh.post_mission()
+
+
 async def test_a_back_up_of_a_running_mission_ends_it_as_interrupted_where_it_is_restored(path: Path) -> None:
     async with opened(path) as mesh:
         mission = await mesh.post_mission()

@@ -5,7 +5,8 @@ service after the other takes its own over. Where a later one does not, the earl
 """
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from contracts.backup import BackupManifest, BackupService, RestoreReply
 
 EVERY = (BackupService.COORDINATOR, BackupService.MEMORY)
 """In the order they are restored in: the coordinator is the one that may say no."""
+HELD_S = 600.0
+"""So long no mission begins when this program dies in the middle; one service takes less, or is not waited for."""
 
 
 class NotPutBackError(Exception):
@@ -25,7 +28,7 @@ class MissionOnError(Exception):
     pass
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)  # not frozen: a traceback is set on it
 class HalfwayError(Exception):
     """`put_back` have again what they had before. `failed` did not take its database, or, where it is `unknown`, did
     not say so: nobody waited for it any longer."""
@@ -59,11 +62,19 @@ def restore(
     checked = {one: services.restore(one, files[one], dry_run=True) for one in wanted}
     if dry_run:
         return checked
+    with _no_mission_begins(services, wanted) as hold:
+        return _replaced(services, files, wanted, hold)
+
+
+def _replaced(
+    services: Services, files: Mapping[BackupService, Path], wanted: Sequence[BackupService], hold: Callable[[], None]
+) -> dict[BackupService, RestoreReply]:
     done: dict[BackupService, RestoreReply] = {}
     with tempfile.TemporaryDirectory(prefix=".atom-restore-", dir=next(iter(files.values())).parent) as folder:
         before = {one: _taken(services, one, Path(folder))[1] for one in wanted[:-1]}
         for one in wanted:
             try:
+                hold()
                 done[one] = services.restore(one, files[one], dry_run=False)
             except (ServiceError, KeyboardInterrupt) as error:
                 if not done and isinstance(error, RefusedError):
@@ -71,6 +82,26 @@ def restore(
                 _put_back(services, {each: before[each] for each in done}, error)
                 raise HalfwayError(one, error, tuple(done)) from error
     return done
+
+
+@contextmanager
+def _no_mission_begins(services: Services, wanted: Sequence[BackupService]) -> Generator[Callable[[], None]]:
+    """Between one service and the next a mission would begin with the history of one time and the memory of another.
+    What is given begins the time anew."""
+
+    def hold() -> None:
+        try:
+            services.hold_missions(HELD_S)
+        except AwayError:  # no coordinator, no mission
+            if BackupService.COORDINATOR in wanted:
+                raise
+
+    try:
+        hold()
+        yield hold
+    finally:
+        with suppress(ServiceError):
+            services.hold_missions(0.0)
 
 
 def _check_at_rest(services: Services) -> None:

@@ -17,7 +17,7 @@ import httpx
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
-from contracts.backup import SCHEMA_HEADER, BackupService, RestoreReply
+from contracts.backup import SCHEMA_HEADER, BackupService, RestoreHold, RestoreReply
 from contracts.intent import Understand, Understood
 from contracts.memory import LabelCount, RememberedObject
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
@@ -177,6 +177,12 @@ class Services:
             if SCHEMA_HEADER not in answer.headers:
                 raise RefusedError(f"{service.value} answered with something else than its contract")
             return answer.headers[SCHEMA_HEADER]
+
+    def hold_missions(self, seconds: float) -> None:
+        """From now on none begins for so long; 0: they may again. One that is being read is waited for."""
+        body = RestoreHold(seconds=seconds).model_dump_json()
+        headers = {"content-type": "application/json"}
+        self._call("coordinator", "POST", "/restore/hold", content=body, headers=headers, timeout=STARTING_S)
 
     def restore(self, service: BackupService, database: Path, *, dry_run: bool) -> RestoreReply:
         """Has it take the database in the file; `dry_run`: only judge it."""

@@ -22,6 +22,8 @@ class BackupRefusal(StrEnum):
     """The database is a server's, which has a back-up of its own."""
     MISSION_ON = "mission_on"
     """A mission runs or waits."""
+    RESTORING = "restoring"
+    """Nothing begins: a back-up is being restored."""
 
 
 class BackupService(StrEnum):
@@ -32,6 +34,12 @@ class BackupService(StrEnum):
 
 
 Revision = Annotated[str, Field(pattern=r"^[0-9A-Za-z_]{1,32}$", description="of the database's schema")]
+
+
+class RestoreHold(Message):
+    """Of `POST /restore/hold`, and its answer."""
+
+    seconds: float = Field(ge=0.0, le=3600.0, description="from now on no mission begins for so long; 0: lets them")
 
 
 class RestoreReply(Message):

@@ -9,7 +9,7 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
 from contracts.asking import About, Answer, Question
-from contracts.backup import RestoreReply
+from contracts.backup import RestoreHold, RestoreReply
 from contracts.intent import Understand, Understood
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.reading import Mood
@@ -200,6 +200,16 @@ async def restore(
     a newer program.
     """
     return await missions.restore(request.stream(), dry_run=dry_run)
+
+
+@router.post("/restore/hold", tags=["exchange"])
+@requires_role(Role.ADMIN)
+async def hold(body: RestoreHold, missions: MissionsDep) -> RestoreHold:
+    """Nothing begins for so many seconds, while several services are restored: who asks for a mission gets 409
+    (`restoring`), and the robot does not set out for its dock. Stops are obeyed as ever. Asked for again it lasts from
+    then on, 0 ends it. 409 (`mission_on`) while a mission runs or waits.
+    """
+    return await missions.hold(body)
 
 
 @router.websocket("/events")

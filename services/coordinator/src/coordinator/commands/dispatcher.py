@@ -1,6 +1,7 @@
 """What the robot does next: the mission whose turn it is, or the way to the dock; one at a time."""
 
 import asyncio
+import math
 import uuid
 from collections.abc import AsyncGenerator, Sequence
 from contextlib import asynccontextmanager
@@ -43,6 +44,7 @@ class Dispatcher:
         self._power = PowerRules(settings.battery_low_percent, settings.battery_period_s, settings.dock_again_s)
         self._watch = DockingTimer()
         self._turn = asyncio.Lock()
+        self._held_until_s = -math.inf
         self._beginning: QueuedMission | None = None
         """Taken from the queue, while memory is asked for hints."""
         self.orders_to_end = 0
@@ -61,7 +63,7 @@ class Dispatcher:
             state = self._runner.mission.state
             if state is MissionState.EMERGENCY_STOP:
                 self._end_waiting(EndCause.STOPPED, "an emergency stop: nothing begins by itself afterwards")
-            elif state is MissionState.IDLE:
+            elif state is MissionState.IDLE and not self.held:
                 await self._next()
 
     @asynccontextmanager
@@ -74,6 +76,19 @@ class Dispatcher:
                     "a mission runs or waits: cancel it, or wait for its end", code=BackupRefusal.MISSION_ON.value
                 )
             yield
+
+    @property
+    def held(self) -> bool:
+        """Nothing begins, and nothing may be put into the queue."""
+        return self._clock.now_s() < self._held_until_s
+
+    async def hold(self, seconds: float) -> None:
+        """From now on nothing begins for so long. Raises `ConflictError` while a mission runs or waits."""
+        async with self.at_rest():
+            self._held_until_s = self._clock.now_s() + seconds
+
+    def let_go(self) -> None:
+        self._held_until_s = -math.inf
 
     def why_no_power(self) -> str:
         return why_too_low(self._runner.robot_state, self._power)

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterable, Sequence
 
 import structlog
 
-from contracts.backup import RestoreReply
+from contracts.backup import BackupRefusal, RestoreHold, RestoreReply
 from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
 from contracts.problem import Dependency
 from contracts.reading import Mood
@@ -73,9 +73,9 @@ class MissionService:
         and puts a mission for each thing it names into the queue; the first begins at once where nothing runs. With
         `key`, the same request again answers with the same mission.
 
-        Raises `ConflictError` while stopped or low on power, `UnprocessableError` when the command names nothing known
-        or asks for nothing (its `code` says why) or the key was used for another command, `TooManyError` when the queue
-        is full, `UnavailableError` without a robot, a parser or an opened history.
+        Raises `ConflictError` while stopped, low on power or being restored, `UnprocessableError` when the command
+        names nothing known or asks for nothing (its `code` says why) or the key was used for another command,
+        `TooManyError` when the queue is full, `UnavailableError` without a robot, a parser or an opened history.
         """
         if not command.strip():
             raise UnprocessableError("the command is empty")
@@ -141,6 +141,10 @@ class MissionService:
             raise ConflictError(
                 "a person said stop while it was being read", code=CommandRefusal.STOPPED_MEANWHILE.value
             )
+        if self._dispatcher.held:
+            raise ConflictError(
+                "a back-up is being restored: ask again when that is over", code=BackupRefusal.RESTORING.value
+            )
         if self.runner.mission.state is MissionState.EMERGENCY_STOP:
             raise ConflictError("the emergency stop is latched: reset it first")
         if self.runner.robot_state_age_s > self._settings.robot_state_age_s_max:
@@ -181,6 +185,15 @@ class MissionService:
         if not lines:
             raise NotFoundError("this mission has no recording: it never began, or it is no longer kept")
         return "\n".join(lines) + "\n"
+
+    async def hold(self, hold: RestoreHold) -> RestoreHold:
+        """Raises `ConflictError` while a mission runs or waits; one that is being read is waited for."""
+        if hold.seconds > 0.0:
+            async with self._starting:
+                await self._dispatcher.hold(hold.seconds)
+        else:
+            self._dispatcher.let_go()
+        return hold
 
     async def restore(self, body: AsyncIterable[bytes], *, dry_run: bool) -> RestoreReply:
         """The history becomes what a snapshot holds; `dry_run`: it is only checked. Raises `ConflictError` while a
