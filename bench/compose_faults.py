@@ -1,6 +1,6 @@
 """Kills, pauses and cuts off each container of the running mesh, and tells what the robot did. See docs/faults.md.
 
-    docker compose --profile sim up -d --wait
+    UI_SPEECH_URL=http://speech:8005 docker compose --profile sim --profile speech up -d --wait
     .venv/bin/python -m bench.compose_faults [NAME ...]
 
 Containers are killed as a crash would kill them: their process, by its number, as root. Motion is the simulator's
@@ -31,7 +31,9 @@ from contracts.geometry import Pose2D
 from geometry.poses import compose
 
 PORTS: Final = {"coordinator": 8001, "inference": 8002, "memory": 8003, "robot_bridge": 8004, "ui": 8080, "sim": 8006}
-MESH: Final = ("redis", *PORTS)
+SPEECH_PORT: Final = 8005
+HEALTH: Final = "{{.State.Health.Status}}"
+SAID: Final = "find the red bottle"
 CIRCLE: Final = {"linear_x": 0.1, "angular_z": 0.5}
 LONG_S: Final = 150.0
 UNDOCKED_M: Final = 0.5
@@ -66,7 +68,7 @@ class Mesh:
         return subprocess.run(["docker", *arguments], check=True, capture_output=True, text=True).stdout.strip()
 
     def container(self, name: str) -> str:
-        return self.docker("compose", "--profile", "sim", "ps", "-aq", name)
+        return self.docker("compose", "--profile", "sim", "--profile", "speech", "ps", "-aq", name)
 
     def pid(self, name: str) -> int:
         return int(self.docker("inspect", "-f", "{{.State.Pid}}", self.container(name)))
@@ -93,6 +95,18 @@ class Mesh:
 
     def post(self, name: str, path: str, **body: Any) -> httpx.Response:
         return self.http.post(f"http://127.0.0.1:{PORTS[name]}{path}", json=body)
+
+    def spoken_and_heard(self) -> str:
+        """What speech reads of what the page had it say, both through the published ports. Raises `HTTPError`."""
+        spoken = self.post("ui", "/speech/speak", text=SAID).raise_for_status()
+        heard = self.http.post(
+            f"http://127.0.0.1:{SPEECH_PORT}/transcribe",
+            content=spoken.content,
+            params={"hot_words": ["red bottle"]},
+            headers={"content-type": "audio/wav"},
+            timeout=60.0,
+        )
+        return str(heard.raise_for_status().json()["hot_text"])
 
     def truth(self) -> Seen:
         return self.get("sim", "/truth").raise_for_status().json()
@@ -242,6 +256,25 @@ def killed_in_a_mission(name: str) -> Callable[[Mesh], Seen]:
     return happen
 
 
+def speech_killed(mesh: Mesh) -> Seen:
+    """Docker starts it again; nobody but the page asks it for anything."""
+    if not (speech := mesh.container("speech")):
+        return {"skipped": "started without --profile speech"}
+    heard = mesh.spoken_and_heard()
+    with mesh.on_a_mission() as mission:
+        mesh.kill(mesh.pid("speech"))
+        others_ready = mesh.all_ready()
+        ended = end(mesh, mission)
+        back_s = mesh.seconds_until(lambda: mesh.docker("inspect", "-f", HEALTH, speech) == "healthy", "speech back")
+    return {
+        "heard": heard,
+        "others_ready": others_ready,
+        **ended,
+        "back_s": back_s,
+        "heard_again": mesh.spoken_and_heard(),
+    }
+
+
 def coordinator_killed(mesh: Mesh) -> Seen:
     coordinator = mesh.pid("coordinator")
     with mesh.on_a_mission() as mission:
@@ -311,6 +344,7 @@ FAULTS: Final = (
     Fault("inference_killed", "the mission waits for it and goes on", killed_in_a_mission("inference")),
     Fault("memory_killed", "the mission goes on", killed_in_a_mission("memory")),
     Fault("ui_killed", "the mission goes on", killed_in_a_mission("ui")),
+    Fault("speech_killed", "the others stay ready, the mission goes on, it hears again", speech_killed),
     Fault("sim_killed", "the bridge misses its robot, and is ready when it is back", sim_killed),
     Fault("any_order", "started one by one in the wrong order, all get ready", any_order),
 )
