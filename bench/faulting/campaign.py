@@ -19,13 +19,14 @@ from bench.faulting.wire import TOPICS
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, Outcome
 from contracts.problem import Readiness
-from demo.ready import missing
+from demo.ready import missing, wait_until_ready
 from demo.stack import ROOT, Stack
 from geometry.poses import compose
 from support.mesh_run import STILL_M_S, MeshRun
 
 Observed = dict[str, Any]
 LONG_S = 60.0
+BEGINS_S = 600.0
 MISSION_S = 400.0
 """As long as a mission may take, on a machine that others use too."""
 UNDOCKED_M = 0.5
@@ -127,12 +128,16 @@ class Campaign:
         return True
 
     def begin(self) -> None:
-        """Waits until everything is there."""
+        """Waits until everything is there. Raises `StackError`, which names what is missing."""
+        self.mesh.until(self.stack.running, timeout_s=LONG_S, what="a supervisor")
         if self.light:
-            self.mesh.until(self.stack.running, timeout_s=LONG_S, what="a supervisor")
             for name in set(self.stack.calls) - {"robot_bridge"}:
                 self.supervise("stopProcess", name)
-        self.mesh.until(self.ready, timeout_s=LONG_S * 4, what="the mesh ready")
+            self.mesh.until(self.ready, timeout_s=BEGINS_S, what="the bridge ready")
+        else:
+            wait_until_ready(
+                self.stack, timeout_s=BEGINS_S, on_ready=lambda part, seconds: None, alive=self.stack.running
+            )
 
     def ready(self) -> bool:
         return not self.missing() if self.light else self.mesh.ready()

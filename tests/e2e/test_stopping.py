@@ -1,15 +1,18 @@
 """Whatever is asked to stop, or dies, the robot stands still, and the mesh heals."""
 
 import logging
+import signal
 
 import pytest
 
 from bench.hostility.holding import holdings
 from bench.soak import HANDLES_MORE_MAX, Soak, round_of
+from contracts.mission import EndCause, Outcome
 from demo.stack import SERVICES
 from support.mesh_run import MeshRun
 
 REST_WITHIN_S = 0.5
+DRAINS_WITHIN_S = 5.0
 BASE_RESTS_WITHIN_S = 0.9
 """Without the bridge: the base's own timeout (0.5 s), its ramp from full speed (0.34 s), a slice of the simulation."""
 
@@ -65,6 +68,17 @@ def test_killing_the_coordinator_brings_the_robot_to_rest_and_nothing_resumes(me
     at_s = mesh.kill("coordinator")
     assert seconds_to_rest(mesh, at_s) <= REST_WITHIN_S
     mesh.until(mesh.ready, timeout_s=120.0, what="the mesh ready again after the coordinator died")
+    mesh.stays_at_rest_for(2.0)
+
+
+def test_a_coordinator_that_is_updated_ends_its_mission_as_interrupted_and_nothing_resumes(mesh: MeshRun) -> None:
+    """`bench.faults` does it to every service, and to one after the other."""
+    mission_id = mesh.driving()
+    at_s = mesh.kill("coordinator", signal.SIGTERM)
+    assert seconds_to_rest(mesh, at_s) <= DRAINS_WITHIN_S + REST_WITHIN_S
+    mesh.until(mesh.ready, timeout_s=120.0, what="the mesh ready again after the coordinator was updated")
+    told = mesh.get("coordinator", f"/missions/{mission_id}")
+    assert (told["outcome"], told["report"]["ended_by"]) == (Outcome.INTERRUPTED, EndCause.RESTART)
     mesh.stays_at_rest_for(2.0)
 
 

@@ -55,11 +55,11 @@ class MeshRun:
     def pid(self, name: str) -> int:
         return self.stack.pid(name)
 
-    def kill(self, name: str) -> float:
-        """SIGKILLs one process of the mesh; returns the simulated time at which that happened."""
+    def kill(self, name: str, number: signal.Signals = signal.SIGKILL) -> float:
+        """Ends one process of the mesh, which is started again; returns the simulated time at which it was told to."""
         pid = self.pid(name)
         at_s = self.simulated_s()
-        os.kill(pid, signal.SIGKILL)
+        os.kill(pid, number)
         return at_s
 
     def ready(self) -> bool:
