@@ -20,7 +20,7 @@ from sim.ros.behaviour import BaseBehaviours, Behaviour, Ending
 from sim.ros.drives import Drive, DriveEnding, Drives, Habits
 from sim.settings import SimSettings
 from sim.world import OccupancyGrid, World
-from sim.world.robot import LIDAR_X_M
+from sim.world.robot import LIDAR
 
 SLICE_S: Final = 0.025
 """So often the robot's own thread comes round."""
@@ -180,7 +180,7 @@ class WorldRobot:
         if self._rates.due("scan", settings.scan_hz, time_s):
             correction = self._localiser.map_to_odom if self._localiser.known else None
             scan = self._sensing.scan(world, correction, now_s)
-            self._navigator.observe(scan, compose(self._pose, Pose2D(x=LIDAR_X_M, y=0.0, yaw=0.0)))
+            self._navigator.observe(scan, compose(self._pose, LIDAR))
         if self._rates.due("base", 10.0, time_s):
             self._sensing.base(world, now_s)
         if self._rates.due("battery", 1.0, time_s):

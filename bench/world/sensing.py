@@ -15,7 +15,7 @@ from robot_bridge.sensing import sensor_readings as read
 from robot_bridge.sensing.transforms import matrix
 from sim import world as sim_world
 from sim.world import CameraModel, OccupancyGrid, World
-from sim.world.robot import LIDAR_X_M
+from sim.world.robot import LIDAR
 from sim.world.world import Moment, Pixels
 
 RGB_OPTICAL, STEREO_OPTICAL = "oakd_rgb_camera_optical_frame", "oakd_stereo_camera_optical_frame"
@@ -95,12 +95,12 @@ class Sensing:
     def scan(self, world: World, correction: Pose2D | None, now_s: float) -> sim_world.Scan:
         """One turn of the laser, and the localiser's word on it."""
         measured = world.scan()
-        angles = measured.angle_min + measured.angle_increment * np.arange(len(measured.ranges_m))
+        angles = LIDAR.yaw + measured.angle_min + measured.angle_increment * np.arange(len(measured.ranges_m))
         hit = np.isfinite(measured.ranges_m)
         ranges = measured.ranges_m[hit].astype(np.float64)
-        points = np.stack([ranges * np.cos(angles[hit]) + LIDAR_X_M, ranges * np.sin(angles[hit])], axis=1)
+        points = np.stack([ranges * np.cos(angles[hit]) + LIDAR.x, ranges * np.sin(angles[hit])], axis=1)
         open_rad = np.arctan2(np.sin(angles[~hit]), np.cos(angles[~hit]))
-        self.senses.scan.put(read.Scan(now_s, points, open_rad=open_rad, laser_m=(LIDAR_X_M, 0.0)), now_s)
+        self.senses.scan.put(read.Scan(now_s, points, open_rad=open_rad, laser_m=(LIDAR.x, LIDAR.y)), now_s)
         if correction is not None:
             self.senses.poses.add_map_to_odom(now_s + CORRECTION_AHEAD_S, correction, received_s=now_s)
         return measured

@@ -12,6 +12,7 @@ from sim.home import Home, Wanted
 from sim.scoring import nearest_possible_m, score
 from sim.world import Scan, World
 from sim.world.occupancy import reachable
+from sim.world.robot import LIDAR
 from sim.world.tour import tour_stops
 
 MINUTE_S = 60.0
@@ -24,7 +25,7 @@ def home() -> Home:
 
 def _wander(scan: Scan) -> tuple[float, float]:
     """Straight on, or turn left while something is near ahead."""
-    ahead = np.abs(scan.angle_min + scan.angle_increment * np.arange(scan.ranges_m.size)) < 0.6
+    ahead = np.abs(LIDAR.yaw + scan.angle_min + scan.angle_increment * np.arange(scan.ranges_m.size)) < 0.6
     return (0.26, 0.05) if scan.ranges_m[ahead].min() > 0.5 else (0.0, 0.9)
 
 

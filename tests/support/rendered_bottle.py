@@ -8,7 +8,8 @@ from sim.home import Home
 from sim.home.model import Wanted
 from sim.training.camera import HomeCamera
 from sim.training.records import Box
-from sim.training.views import CAMERA_HEIGHT_M, FIELD_OF_VIEW_DEG, View
+from sim.training.views import FIELD_OF_VIEW_DEG, View
+from sim.world.robot import CAMERA_Z_M
 
 BEARINGS = 24
 BORDER_PX = 8
@@ -42,7 +43,7 @@ def bottle_scene(seed: int, distance_m: float = 1.0) -> BottleScene:
             x_m, y_m = bottle.x_m - distance_m * math.cos(yaw), bottle.y_m - distance_m * math.sin(yaw)
             if not any(room.contains(x_m, y_m) for room in home.rooms):
                 continue
-            view = View(x_m, y_m, CAMERA_HEIGHT_M, yaw, 0.0, 0.0, FIELD_OF_VIEW_DEG)
+            view = View(x_m, y_m, CAMERA_Z_M, yaw, 0.0, 0.0, FIELD_OF_VIEW_DEG)
             bottles = [box for box in camera.boxes(view) if box.kind == "bottle"]
             if len(bottles) == 1 and bottles[0].thing == bottle.id and whole(bottles[0]):
                 return BottleScene(home, bottle.id, view, bottles[0])

@@ -17,7 +17,7 @@ import numpy as np
 from contracts.geometry import Pose2D, Twist2D
 from contracts.motion import Hazard
 from contracts.robot import Battery, GoalStatus
-from geometry.poses import compose, inverse
+from geometry.poses import compose, inverse, quaternion_xyzw
 from mesh.clock import SystemClock
 from robot_bridge.ports import Celebration, GoalEnd, Path, Sink
 from robot_bridge.sensing.sensor_readings import (
@@ -37,7 +37,7 @@ from sim.nav.docking import Docking, Undocking
 from sim.nav.navigator import Navigator, Outcome
 from sim.nav.planner import plan
 from sim.world import World, WorldOptions
-from sim.world.robot import LIDAR_X_M, LIDAR_Z_M
+from sim.world.robot import LIDAR, LIDAR_Z_M
 from sim.world.types import CameraModel, OccupancyGrid
 from support.simulated_room import DOCK, SCENE, WIDTH_M
 from support.toy_base_stop import ToyBaseStop
@@ -239,7 +239,7 @@ class SimulatedRobot:
         frames, grid, now_s = self._senses.frames, recorded_map(), self._clock.now_s()
         for name, camera in (("rgb", world.rgb_camera), ("depth", world.depth_camera)):
             frames.fix("base_link", name, matrix((camera.x_m, 0.0, camera.z_m), OPTICAL_XYZW))
-        frames.fix("base_link", "laser", matrix((LIDAR_X_M, 0.0, LIDAR_Z_M), (0.0, 0.0, 0.0, 1.0)))
+        frames.fix("base_link", "laser", matrix((LIDAR.x, LIDAR.y, LIDAR_Z_M), quaternion_xyzw(LIDAR.yaw)))
         origin = Pose2D(x=grid.origin_x_m, y=grid.origin_y_m, yaw=0.0)
         if "map" not in self.toy.silent:
             self._senses.map.put(Grid(grid.data, grid.resolution_m, origin), now_s)
@@ -326,12 +326,12 @@ class SimulatedRobot:
 
     def _scan(self, world: World, stamp_s: float, now_s: float) -> None:
         measured = world.scan()
-        laser = compose(world.truth.pose, Pose2D(x=LIDAR_X_M, y=0.0, yaw=0.0))
+        laser = compose(world.truth.pose, LIDAR)
         self._navigator.observe(measured, laser)
-        bearings = measured.angle_min + measured.angle_increment * np.arange(measured.ranges_m.size)
+        bearings = LIDAR.yaw + measured.angle_min + measured.angle_increment * np.arange(measured.ranges_m.size)
         ranges = measured.ranges_m.astype(np.float64)
         hit = np.isfinite(ranges) & (ranges >= measured.range_min_m)
-        x, y = ranges[hit] * np.cos(bearings[hit]) + LIDAR_X_M, ranges[hit] * np.sin(bearings[hit])
+        x, y = ranges[hit] * np.cos(bearings[hit]) + LIDAR.x, ranges[hit] * np.sin(bearings[hit])
         open_rad = np.array([math.remainder(b, math.tau) for b in bearings[np.isinf(ranges)]])
         self._senses.scan.put(Scan(stamp_s, np.stack([x, y], axis=1), open_rad=open_rad), now_s)
 

@@ -10,12 +10,13 @@ from sim.training.camera import SHORT_SIDE_MIN_PX, HomeCamera
 from sim.training.dataset import Job, frames_file, render_home
 from sim.training.records import IMAGE_SIZE_PX, LABEL_ID, read_frames
 from sim.training.views import View, Viewpoints
+from sim.world.robot import CAMERA_Z_M
 
 SEED = 900_000
 
 
 def looking_at(x_m: float, y_m: float, from_x_m: float, from_y_m: float) -> View:
-    return View(from_x_m, from_y_m, 0.244, float(np.arctan2(y_m - from_y_m, x_m - from_x_m)), 0.0, 0.0, 54.0)
+    return View(from_x_m, from_y_m, CAMERA_Z_M, float(np.arctan2(y_m - from_y_m, x_m - from_x_m)), 0.0, 0.0, 54.0)
 
 
 def test_every_box_lies_in_the_picture_and_is_large_enough_to_see() -> None:

@@ -12,9 +12,9 @@ from sim.home import Home, HomeFileError, Thing, Wanted, home_mjcf
 from sim.home.catalog import ALL_COLOURS, COLOURS, FURNITURE, KINDS, THINGS
 from sim.home.floor import APPROACH_M, STANDING_RADIUS_M, Floor
 from sim.home.layout import Layout, door_zone
+from sim.world.robot import CAMERA_Z_M
 
 SEEDS = range(20)
-CAMERA_HEIGHT_M = 0.244
 HALF_VIEW_RAD = math.radians(27)
 
 
@@ -108,7 +108,7 @@ def sees_from_near(
     rows, columns = np.nonzero(standing & (np.hypot(floor.x_m - thing.x_m, floor.y_m - thing.y_m) <= APPROACH_M))
     hit = np.zeros(1, np.int32)
     for row, column in list(zip(rows, columns, strict=True))[::2]:
-        eye = np.array([floor.x_m[0, column], floor.y_m[row, 0], CAMERA_HEIGHT_M])
+        eye = np.array([floor.x_m[0, column], floor.y_m[row, 0], CAMERA_Z_M])
         for part in (0.5, 0.75, 0.25):
             ray = np.array([thing.x_m, thing.y_m, thing.z_m + part * thing.size_m[2]]) - eye
             if abs(math.atan2(ray[2], math.hypot(ray[0], ray[1]))) > HALF_VIEW_RAD:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from contracts.geometry import Pose2D
+from geometry.poses import compose
 from sim.world import OccupancyGrid, Scene, World
 from sim.world.occupancy import OpenHomeError, draw, reachable
+from sim.world.robot import LIDAR
 from sim.world.tour import tour_frames, tour_poses, tour_stops
 from support.simulated_room import DOCK, PERFECT, ROOM, SCENE, world_at
 
@@ -41,9 +43,10 @@ def test_every_lidar_return_ends_at_an_occupied_cell(world: World) -> None:
     for pose in (Pose2D(x=2.0, y=2.0, yaw=0.3), Pose2D(x=5.0, y=2.0, yaw=2.0), Pose2D(x=3.4, y=0.6, yaw=-1.0)):
         world.teleport(pose)
         scan = world.scan()
-        angles = scan.angle_min + scan.angle_increment * np.arange(720) + pose.yaw
-        x = pose.x - 0.04 * math.cos(pose.yaw) + np.cos(angles) * (scan.ranges_m + 0.01)
-        y = pose.y - 0.04 * math.sin(pose.yaw) + np.sin(angles) * (scan.ranges_m + 0.01)
+        laser = compose(pose, LIDAR)
+        angles = scan.angle_min + scan.angle_increment * np.arange(720) + laser.yaw
+        x = laser.x + np.cos(angles) * (scan.ranges_m + 0.01)
+        y = laser.y + np.sin(angles) * (scan.ranges_m + 0.01)
         around = [
             max(grid.at(a + i * 0.03, b + j * 0.03) for i in (-1, 0, 1) for j in (-1, 0, 1))
             for a, b in zip(x.tolist(), y.tolist(), strict=True)
@@ -55,11 +58,11 @@ def test_lidar_rays_run_through_free_cells_but_where_they_graze_a_corner(world: 
     grid = world.grid
     world.teleport(Pose2D(x=2.0, y=2.0, yaw=0.0))
     scan = world.scan()
-    angles = scan.angle_min + scan.angle_increment * np.arange(720)
+    angles = scan.angle_min + scan.angle_increment * np.arange(720) + LIDAR.yaw
     crossed: list[bool] = []
     for share in np.linspace(0.1, 0.95, 18):
         reach = np.maximum(scan.ranges_m - 0.08, 0.0) * share
-        x, y = 1.96 + np.cos(angles) * reach, 2.0 + np.sin(angles) * reach
+        x, y = 2.0 + LIDAR.x + np.cos(angles) * reach, 2.0 + np.sin(angles) * reach
         crossed += [grid.at(a, b) != 0 for a, b in zip(x.tolist(), y.tolist(), strict=True)]
     assert np.mean(crossed) < 0.005
 

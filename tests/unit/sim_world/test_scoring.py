@@ -6,6 +6,7 @@ import pytest
 
 from contracts.geometry import Pose2D
 from sim.scoring import NothingToScoreError, Score, score
+from sim.world.robot import CAMERA_X_M
 from support.simulated_room import world_at
 
 
@@ -14,10 +15,10 @@ def _score(x: float, y: float, yaw_degrees: float, kind: str = "bottle", colour:
 
 
 def test_half_a_metre_before_the_red_bottle_facing_it_is_correct() -> None:
-    result = _score(3.9, 3.0, 0.0)
+    result = _score(4.0, 3.0, 0.0)
     assert result.correct
     assert result.thing_id == "bottle_red"
-    assert result.true_distance_m == pytest.approx(4.5 - 0.04 - 3.9 - 0.06, abs=0.005)
+    assert result.true_distance_m == pytest.approx(4.5 - 0.04 - 4.0 - CAMERA_X_M, abs=0.005)
     assert result.horizontal_distance_m == pytest.approx(result.true_distance_m, abs=0.005)
     assert result.in_front[0].id == "bottle_red"
 

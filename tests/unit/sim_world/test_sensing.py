@@ -6,39 +6,40 @@ import numpy as np
 import pytest
 
 from contracts.geometry import Pose2D
-from sim.world import RenderingUnavailableError, WorldOptions
-from sim.world.robot import DEPTH_CAMERA, LIDAR_X_M, RGB_CAMERA
+from sim.world import RenderingUnavailableError, Scan, WorldOptions
+from sim.world.robot import DEPTH_CAMERA, LIDAR, RGB_CAMERA
 from sim.world.sensors import DepthNoise
 from support.simulated_room import DOCK, MIDDLE, PERFECT, drive, world_at
 
 NOISY = WorldOptions()
 
 
-def _at(world_scan_angle_min: float, increment: float, angle: float) -> int:
-    return round((angle - world_scan_angle_min) / increment) % 720
+def _at(scan: Scan, from_ahead_rad: float) -> float:
+    """The range in a direction of the robot, whose lidar is mounted a quarter turn to the left."""
+    return float(scan.ranges_m[round((from_ahead_rad - math.pi / 2 - scan.angle_min) / scan.angle_increment) % 720])
 
 
 @pytest.mark.parametrize(
     ("angle", "distance"),
-    [(0.0, 3.0 - LIDAR_X_M), (math.pi / 2, 2.0), (-math.pi / 2, 2.0), (-math.pi, 3.0 + LIDAR_X_M)],
+    [(0.0, 3.0 - LIDAR.x), (math.pi / 2, 2.6), (-math.pi / 2, 1.4), (-math.pi, 3.0 + LIDAR.x)],
 )
 def test_the_lidar_sees_the_walls_at_their_true_distances(angle: float, distance: float) -> None:
-    scan = world_at(Pose2D(x=3.0, y=2.0, yaw=0.0)).scan()
+    scan = world_at(Pose2D(x=3.0, y=1.4, yaw=0.0)).scan()
     assert scan.ranges_m.shape == (720,)
     assert scan.ranges_m.dtype == np.float32
-    assert scan.ranges_m[_at(scan.angle_min, scan.angle_increment, angle)] == pytest.approx(distance, abs=0.005)
+    assert _at(scan, angle) == pytest.approx(distance, abs=0.005)
 
 
 def test_the_lidar_turns_with_the_robot() -> None:
     scan = world_at(Pose2D(x=2.0, y=2.0, yaw=math.pi / 2)).scan()
-    assert scan.ranges_m[_at(scan.angle_min, scan.angle_increment, -math.pi / 2)] == pytest.approx(4.0, abs=0.005)
+    assert _at(scan, -math.pi / 2) == pytest.approx(4.0, abs=0.005)
 
 
 def test_lidar_noise_is_a_centimetre() -> None:
     world = world_at(options=NOISY)
-    ahead = [float(world.scan().ranges_m[360]) for _ in range(200)]
+    ahead = [_at(world.scan(), 0.0) for _ in range(200)]
     assert np.std(ahead) == pytest.approx(NOISY.scan_sigma_m, rel=0.25)
-    assert np.mean(ahead) == pytest.approx(4.0 - LIDAR_X_M, abs=0.005)
+    assert np.mean(ahead) == pytest.approx(4.0 - LIDAR.x, abs=0.005)
 
 
 @pytest.mark.parametrize(("distance", "sigma"), [(1.0, 0.012), (2.5, 0.286)])

@@ -29,7 +29,7 @@ class Place(StrEnum):
     """Where a thing may be put."""
 
     FLOOR = "floor"  # on the floor beside a wall or a piece of furniture
-    LOW = "low"  # on a surface between 0.25 m and 0.5 m
+    LOW = "low"  # on a surface between 0.2 m and 0.5 m
     BOARD = "board"  # on a board of an open shelf, seen from its front only
     HIGH = "high"  # on a kitchen counter or a cabinet, 0.6 m to 0.95 m
     WALL = "wall"  # hung on a wall
@@ -92,7 +92,7 @@ FURNITURE: Final[dict[str, Kind]] = {
         Kind("sink", 71, (0.58, 0.46, 0.88)),
         Kind("oven", 69, (0.60, 0.62, 0.90), variants=2),
         Kind("refrigerator", 72, (0.66, 0.66, 1.70), variants=3),
-        Kind("coffee table", None, (0.90, 0.50, 0.34), variants=2),
+        Kind("coffee table", None, (0.90, 0.50, 0.28), variants=2),
         Kind("cabinet", None, (0.90, 0.42, 0.40), variants=2),
         Kind("counter", None, (1.40, 0.58, 0.88), variants=2),
         Kind("shelf", None, (0.90, 0.32, 0.86), variants=2),

@@ -93,7 +93,7 @@ def _piece(state: Furnishing, kind: str, colour: str | None, width_m: float | No
     w, d, h = entry.size_m
     w = width_m or w * rng.uniform(0.92, 1.08)
     if kind in ("coffee table", "cabinet"):
-        h = rng.uniform(0.25, 0.36)
+        h = rng.uniform(0.20, 0.30)
     if colour is None and entry.colours:
         colour = str(rng.choice([c for c in entry.colours if (kind, c) not in state.must]))
     size = (round(float(w), 3), round(d, 3), round(float(h), 3))

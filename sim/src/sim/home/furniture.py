@@ -54,7 +54,7 @@ def surfaces(kind: str, size_m: Vec) -> list[Surface]:
 
 
 def _board_heights(height_m: float) -> tuple[float, ...]:
-    return (0.08, 0.08 + (height_m - 0.095) / 2, height_m - 0.0125)
+    return (0.08, 0.08 + 0.42 * (height_m - 0.095), height_m - 0.0125)
 
 
 def _painted(rgb: Vec | None, wood: str = "wood0") -> tuple[Vec, str]:

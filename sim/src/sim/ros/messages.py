@@ -168,13 +168,12 @@ def odometry_frame(odom_to_base: Pose2D, stamp_ns: int) -> TFMessage:
 
 
 def fixed_frames(
-    rgb: world.CameraModel, depth: world.CameraModel, laser_xz_m: tuple[float, float], stamp_ns: int
+    rgb: world.CameraModel, depth: world.CameraModel, laser: Pose2D, laser_z_m: float, stamp_ns: int
 ) -> TFMessage:
     """Where the sensors sit on base_link; optical frames look along z, with x to the right and y down (REP-103)."""
-    laser_x_m, laser_z_m = laser_xz_m
     return TFMessage(
         transforms=[
-            _transform(BASE, LASER, (laser_x_m, 0.0, laser_z_m), (0.0, 0.0, 0.0, 1.0), stamp_ns),
+            _transform(BASE, LASER, (laser.x, laser.y, laser_z_m), quaternion_xyzw(laser.yaw), stamp_ns),
             _transform(BASE, RGB_OPTICAL, (rgb.x_m, 0.0, rgb.z_m), _OPTICAL_QUATERNION, stamp_ns),
             _transform(BASE, STEREO_OPTICAL, (depth.x_m, 0.0, depth.z_m), _OPTICAL_QUATERNION, stamp_ns),
         ]

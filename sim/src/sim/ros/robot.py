@@ -22,7 +22,7 @@ from sim.ros.quality import COMMAND, DRIVER, REPUBLISHED
 from sim.ros.realtime import Duty, RealTime
 from sim.settings import SimSettings
 from sim.world import Scan, World
-from sim.world.robot import LIDAR_X_M, LIDAR_Z_M
+from sim.world.robot import LIDAR, LIDAR_Z_M
 
 log = structlog.get_logger()
 
@@ -65,7 +65,7 @@ class RobotInterface:
         self._localiser.begin(world)
         now_ns = time.time_ns()
         self._map.publish(messages.occupancy_grid(world.grid, now_ns))
-        fixed = messages.fixed_frames(world.rgb_camera, world.depth_camera, (LIDAR_X_M, LIDAR_Z_M), now_ns)
+        fixed = messages.fixed_frames(world.rgb_camera, world.depth_camera, LIDAR, LIDAR_Z_M, now_ns)
         self._tf_static.publish(fixed)
         period_s = 1.0 / self._settings.scan_hz
 
@@ -75,7 +75,7 @@ class RobotInterface:
             measured = world.scan()
             self._scan.publish(messages.laser_scan(measured, period_s, stamp_ns))
             self._localiser.turn(stamp_ns)
-            on_scan(measured, compose(self._believed(world), Pose2D(x=LIDAR_X_M, y=0.0, yaw=0.0)))
+            on_scan(measured, compose(self._believed(world), LIDAR))
 
         def control(world: World, stamp_ns: int) -> None:
             self._publish_motion(world, stamp_ns)

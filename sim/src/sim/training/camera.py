@@ -13,6 +13,7 @@ from sim.home import Home, home_mjcf
 from sim.training.records import IMAGE_SIZE_PX, LABEL_ID, Box
 from sim.training.views import View
 from sim.world.rendering import open_renderer  # first: it settles how MuJoCo draws, before MuJoCo is loaded
+from sim.world.robot import CAMERA_X_M, SHELL_XML
 
 import mujoco  # isort: skip
 
@@ -25,7 +26,11 @@ THIN_KINDS = frozenset({"chair", "dining table", "bench", "umbrella", "potted pl
 """Kinds of which one sees mostly what is behind them: how much of their box they fill says nothing."""
 
 _CAMERA = "training_camera"
-_CAMERA_XML = f'<body name="{_CAMERA}" mocap="true"><camera name="{_CAMERA}" xyaxes="0 -1 0 0 0 1"/></body>'
+_ROBOT_XML = (
+    f'<body name="{_CAMERA}" mocap="true"><camera name="{_CAMERA}" xyaxes="0 -1 0 0 0 1"/></body>'
+    f'<body name="training_robot" mocap="true">{SHELL_XML}</body>'
+)
+"""The camera by itself, so that it can be a little askew on the robot, whose front edge it sees."""
 _GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 
 
@@ -45,7 +50,7 @@ class HomeCamera:
     """Renders views of one home; a context manager, because the graphics context must be given back."""
 
     def __init__(self, home: Home) -> None:
-        text, assets = home_mjcf(home, robot_xml=_CAMERA_XML, offscreen_px=(IMAGE_SIZE_PX, IMAGE_SIZE_PX))
+        text, assets = home_mjcf(home, robot_xml=_ROBOT_XML, offscreen_px=(IMAGE_SIZE_PX, IMAGE_SIZE_PX))
         self._model = mujoco.MjModel.from_xml_string(text, assets)
         self._data = mujoco.MjData(self._model)
         self._owners = [
@@ -99,6 +104,9 @@ class HomeCamera:
             mujoco.mju_mulQuat(product, pose, turn)
             pose = product
         self._data.mocap_quat[0] = pose
+        cos, sin = math.cos(view.yaw), math.sin(view.yaw)
+        self._data.mocap_pos[1] = (view.x_m - CAMERA_X_M * cos, view.y_m - CAMERA_X_M * sin, 0.0)
+        self._data.mocap_quat[1] = (math.cos(view.yaw / 2), 0.0, 0.0, math.sin(view.yaw / 2))
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
 

@@ -27,6 +27,7 @@ from contracts.coco import COCO_LABELS
 from inference.perception import torchvision_cpu
 from sim.training.augment import Picker, Sample, compose
 from sim.training.checkpoint import Checkpoint
+from sim.training.length import Length
 from sim.training.progress import say
 from sim.training.records import LABEL_ID, Frame, from_json
 
@@ -175,9 +176,13 @@ def train(arguments: argparse.Namespace) -> None:
     share = {"mosaic": arguments.mosaic, "aim": 0.85}
     began_s = reported_s = saved_s = refreshed_s = time.monotonic()
     losses: list[list[float]] = []
+    length, done = Length(arguments.steps, arguments.minutes), first
     composed = batches(pool, arguments.imgsz, arguments.batch, share, (arguments.seed, first))
     for step, batch in zip(range(first, arguments.steps), composed, strict=False):
-        now_s, spent = time.monotonic(), step / arguments.steps
+        now_s = time.monotonic()
+        spent = length.spent(step, now_s - began_s)
+        if spent >= 1.0:
+            break
         if spent > 0.75:  # end on images as the robot sees them
             share |= {"mosaic": 0.0, "aim": 0.3}
         for group in optimiser.param_groups:
@@ -191,6 +196,7 @@ def train(arguments: argparse.Namespace) -> None:
         torch.nn.utils.clip_grad_norm_(model.parameters(), 10.0)
         optimiser.step()
         average.update(model, step)
+        done = step + 1
         losses.append([float(item) for item in (items.values() if isinstance(items, dict) else items)])
         if now_s - reported_s > REPORT_S:
             box, kind, edge = np.mean(losses, axis=0)
@@ -205,10 +211,10 @@ def train(arguments: argparse.Namespace) -> None:
         if now_s - saved_s > SAVE_S:
             saved_s = now_s
             save(average.model, arguments.out, arguments.imgsz, f"step {step}")
-            checkpoint.save(step + 1)
-    save(average.model, arguments.out, arguments.imgsz, f"step {arguments.steps}")
+            checkpoint.save(done)
+    save(average.model, arguments.out, arguments.imgsz, f"step {done}")
     checkpoint.done()
-    say("detector", f"done: {arguments.steps} steps of {arguments.batch}, {len(pool.samples)} images, {arguments.out}")
+    say("detector", f"done: {done} steps of {arguments.batch}, {len(pool.samples)} images, {arguments.out}")
 
 
 def main() -> None:
@@ -217,6 +223,9 @@ def main() -> None:
     parser.add_argument("data", type=Path, help="a data set written by sim.training.dataset")
     parser.add_argument("out", type=Path, help="where the weights go (.pt)")
     parser.add_argument("--steps", type=int, default=10000, help="batches to learn from (default 10000)")
+    parser.add_argument(
+        "--minutes", type=float, help="end after so many, the learning rate down by then (default: never)"
+    )
     parser.add_argument("--init", type=Path, help="go on from these weights of an earlier run")
     parser.add_argument("--imgsz", type=int, default=320, help="side of the training image in pixels (default 320)")
     parser.add_argument("--batch", type=int, default=16)

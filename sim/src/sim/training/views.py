@@ -8,9 +8,9 @@ import numpy as np
 
 from sim.home import Furniture, Home, Thing
 from sim.home.catalog import COCO_IDS, THINGS
+from sim.world.robot import CAMERA_Z_M, RGB_FOV_RAD
 
-CAMERA_HEIGHT_M = 0.244
-FIELD_OF_VIEW_DEG = 54.0
+FIELD_OF_VIEW_DEG = math.degrees(RGB_FOV_RAD)
 ROOM_FOR_ROBOT_M = 0.2
 SHARE_ANYWHERE = 0.15
 SHARE_OF_FURNITURE = 0.15
@@ -95,7 +95,7 @@ class Viewpoints:
         return View(
             x_m=x_m,
             y_m=y_m,
-            z_m=CAMERA_HEIGHT_M + float(rng.normal(0, 0.004)),
+            z_m=CAMERA_Z_M + float(rng.normal(0, 0.004)),
             yaw=yaw,
             pitch=math.radians(float(rng.normal(0, 1.0))),
             roll=math.radians(float(rng.normal(0, 0.8))),

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
-from geometry.poses import yaw_of
-from sim.world.robot import LIDAR_X_M, LIDAR_Z_M, ROBOT_BODY, TIMESTEP_S
+from geometry.poses import compose, yaw_of
+from sim.world.robot import LIDAR, LIDAR_Z_M, ROBOT_BODY, TIMESTEP_S
 from sim.world.types import Scene
 
 _BUMPER_HALF_ANGLE_RAD = math.radians(100.0)
@@ -101,13 +101,15 @@ class Body:
         )
 
     def ranges(self, angles_rad: NDArray[np.float64], range_max_m: float) -> NDArray[np.float64]:
-        """True distances (m) from the lidar at these angles from ahead; -1 where nothing is hit."""
-        pose = self.pose()
-        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        origin = np.array([pose.x + cos * LIDAR_X_M, pose.y + sin * LIDAR_X_M, LIDAR_Z_M])
+        """True distances (m) at these angles of the lidar's frame; -1 where nothing is hit.
+
+        The robot itself is looked through: its camera's bracket stands nearer than the lidar measures.
+        """
+        laser = compose(self.pose(), LIDAR)
+        origin = np.array([laser.x, laser.y, LIDAR_Z_M])
         count = len(angles_rad)
         rays = np.zeros((count, 3))
-        rays[:, 0], rays[:, 1] = np.cos(angles_rad + pose.yaw), np.sin(angles_rad + pose.yaw)
+        rays[:, 0], rays[:, 1] = np.cos(angles_rad + laser.yaw), np.sin(angles_rad + laser.yaw)
         geoms, distances = np.zeros(count, np.int32), np.zeros(count)
         mujoco.mj_multiRay(
             self.model, self.data, origin, rays.ravel(), self._lidar_groups, True, self.root, geoms, distances, None,

@@ -13,8 +13,8 @@ from sim.world.solids import Points, Solid, solid_of_geom
 from sim.world.types import OccupancyGrid
 
 RESOLUTION_M = 0.05
-BAND_M = (0.012, 0.26)
-"""Heights above the floor between which the robot would meet something: from its bumper's lower edge to its camera."""
+BAND_M = (0.012, 0.20)
+"""Heights above the floor between which the robot would meet something: from its bumper to the top of its camera."""
 MARGIN_M = 0.3
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 _SHRINK = 0.9

@@ -1,7 +1,12 @@
-"""The TurtleBot4 Lite as MuJoCo sees it: Create 3 base, camera mast, lidar; sizes in m, masses in kg."""
+"""The TurtleBot4 Lite as MuJoCo sees it: Create 3 base, lidar, camera on its bracket; sizes in m, masses in kg.
+
+Where the sensors sit is what turtlebot4_description 2.1.1 says of the Lite (`urdf/lite/turtlebot4.urdf.xacro`), whose
+base_link is on the floor: the camera looks out over the lidar and sees a little of the base's front edge.
+"""
 
 import math
 
+from contracts.geometry import Pose2D
 from sim.world.types import CameraModel
 
 WHEEL_RADIUS_M = 0.036
@@ -9,8 +14,10 @@ WHEEL_BASE_M = 0.233
 BODY_RADIUS_M = 0.171
 ROBOT_RADIUS_M = 0.189
 """Of its footprint, as Nav2 and robot_bridge are told it: the body and what stands out from it."""
-CAMERA_X_M, CAMERA_Z_M = 0.06, 0.244
-LIDAR_X_M, LIDAR_Z_M = -0.04, 0.193
+CAMERA_X_M, CAMERA_Z_M = -0.037, 0.186
+LIDAR = Pose2D(x=0.004, y=0.0, yaw=math.pi / 2)
+"""Of `rplidar_link` in base_link: the Lite's lidar is mounted a quarter turn to the left."""
+LIDAR_Z_M = 0.140
 RGB_SIZE_PX = 250
 RGB_FOV_RAD = math.radians(54.0)
 DEPTH_WIDTH_PX, DEPTH_HEIGHT_PX = 640, 400
@@ -57,17 +64,23 @@ def _camera(name: str, camera: CameraModel) -> str:
     )
 
 
+SHELL_XML = f"""
+<geom name="bumper" type="cylinder" pos="0 0 0.055" size="{BODY_RADIUS_M} 0.037" rgba="0.10 0.10 0.10 1" mass="0"/>
+<geom name="lidar" type="cylinder" pos="{LIDAR.x} 0 0.1195" size="0.038 0.0275" rgba="0.08 0.08 0.08 1" mass="0"/>
+<geom name="bracket" type="box" pos="-0.09 0 0.137" size="0.004 0.02 0.045" rgba="0.12 0.12 0.12 1" mass="0"/>
+<geom name="arm" type="box" pos="-0.073 0 0.186" size="0.017 0.01 0.004" rgba="0.12 0.12 0.12 1" mass="0"/>
+<geom name="camera" type="box" pos="{CAMERA_X_M - 0.01} 0 {CAMERA_Z_M}" size="0.009 0.045 0.014"
+      rgba="0.12 0.12 0.12 1" mass="0"/>"""
+"""What of the robot can be seen, in base_link; also in the pictures that the detector learns from."""
+
 ROBOT_XML = f"""
 <body name="{ROBOT_BODY}" pos="0 0 0">
   <freejoint name="base"/>
   <inertial pos="0 0 0.06" mass="3.3" diaginertia="0.03 0.03 0.05"/>
-  <geom name="bumper" type="cylinder" pos="0 0 0.055" size="{BODY_RADIUS_M} 0.037" rgba="0.10 0.10 0.10 1" mass="0"/>
-  <geom name="plate" type="cylinder" pos="0 0 0.125" size="0.16 0.030" rgba="0.15 0.15 0.15 1" mass="0"/>
-  <geom name="lidar" type="cylinder" pos="{LIDAR_X_M} 0 0.18" size="0.05 0.022" rgba="0.08 0.08 0.08 1" mass="0"/>
-  <geom name="mast" type="box" pos="0.02 0 0.20" size="0.012 0.03 0.055" rgba="0.12 0.12 0.12 1" mass="0"/>
+  {SHELL_XML}
   {_caster(0.13)}{_caster(-0.13)}
   {_wheel("left", WHEEL_BASE_M / 2)}{_wheel("right", -WHEEL_BASE_M / 2)}
-  <site name="lidar" pos="{LIDAR_X_M} 0 {LIDAR_Z_M}"/>
+  <site name="lidar" pos="{LIDAR.x} 0 {LIDAR_Z_M}" euler="0 0 {LIDAR.yaw}"/>
   <site name="imu" pos="0 0 0.06"/>
   {_camera("rgb", RGB_CAMERA)}{_camera("depth", DEPTH_CAMERA)}
 </body>"""

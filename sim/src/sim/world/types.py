@@ -16,11 +16,11 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """One turn of the lidar in `rplidar_link`, 0.193 m above the floor and 0.04 m behind base_link.
+    """One turn of the lidar in `rplidar_link`, whose pose in base_link is `sim.world.robot.LIDAR`, 0.140 m high.
 
     `ranges_m[i]` (float32, m, `inf` where nothing was hit) was measured at `angle_min + i * angle_increment`,
-    counter-clockwise. `rplidar_link` here has the heading of base_link: the quarter turn by which the real TurtleBot4
-    mounts its lidar is NOT applied, so angle 0 is straight ahead.
+    counter-clockwise from the lidar's own heading: it is mounted a quarter turn to the left, so straight ahead of the
+    robot is at -pi/2.
     """
 
     stamp_s: float
