@@ -125,12 +125,9 @@ def train(arguments: argparse.Namespace) -> None:
     draw, disturb = random.Random(arguments.seed + first), Disturbance(config.image_size_px)
     began_s = reported_s = saved_s = time.monotonic()
     sums: list[float] = []
-    length, done = Length(arguments.steps, arguments.minutes), first
-    for step in range(first, arguments.steps):
+    step, length = first - 1, Length(arguments.steps, arguments.minutes)
+    for step, spent in length.steps_from(first):
         now_s = time.monotonic()
-        spent = length.spent(step, now_s - began_s)
-        if spent >= 1.0:
-            break
         rate = arguments.lr * min(1.0, (step + 1) / 100) * (0.01 + 0.99 * (0.5 + 0.5 * math.cos(math.pi * spent)))
         for group in optimiser.param_groups:
             group["lr"] = rate
@@ -145,7 +142,6 @@ def train(arguments: argparse.Namespace) -> None:
         torch.nn.utils.clip_grad_norm_(model.parameters(), 5.0)
         optimiser.step()
         average.update(model, step)
-        done = step + 1
         sums.append(loss.item())
         if now_s - reported_s > REPORT_S:
             say("clip", f"{(now_s - began_s) / 60:.1f} min, step {step}, loss {np.mean(sums):.3f}, rate {rate:.5f}")
@@ -153,8 +149,8 @@ def train(arguments: argparse.Namespace) -> None:
         if now_s - saved_s > SAVE_S:
             saved_s = now_s
             save(arguments.out, average.model, config, {"steps": step})
-            checkpoint.save(done)
-    finish(arguments, average.model, config, {"steps": done, "crops": len(squares)})
+            checkpoint.save(step + 1)
+    finish(arguments, average.model, config, {"steps": step + 1, "crops": len(squares)})
     checkpoint.done()
 
 
@@ -185,9 +181,7 @@ def main() -> None:
     parser.add_argument("out", type=Path, help="where the weights go (.safetensors; a .json is written beside them)")
     parser.add_argument("--held-out", type=Path, help="a data set of other homes, to measure the threshold on")
     parser.add_argument("--steps", type=int, default=3000, help="batches to learn from (default 3000)")
-    parser.add_argument(
-        "--minutes", type=float, help="end after so many, the learning rate down by then (default: never)"
-    )
+    parser.add_argument("--minutes", type=float, help="end after so many, the learning rate down by then")
     parser.add_argument("--init", type=Path, help="go on from an earlier run's weights")
     parser.add_argument("--copies", type=int, default=2, help="shaken crops of each thing (default 2)")
     parser.add_argument("--batch", type=int, default=128)

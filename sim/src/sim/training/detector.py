@@ -176,13 +176,10 @@ def train(arguments: argparse.Namespace) -> None:
     share = {"mosaic": arguments.mosaic, "aim": 0.85}
     began_s = reported_s = saved_s = refreshed_s = time.monotonic()
     losses: list[list[float]] = []
-    length, done = Length(arguments.steps, arguments.minutes), first
+    step, length = first - 1, Length(arguments.steps, arguments.minutes)
     composed = batches(pool, arguments.imgsz, arguments.batch, share, (arguments.seed, first))
-    for step, batch in zip(range(first, arguments.steps), composed, strict=False):
+    for (step, spent), batch in zip(length.steps_from(first), composed, strict=False):
         now_s = time.monotonic()
-        spent = length.spent(step, now_s - began_s)
-        if spent >= 1.0:
-            break
         if spent > 0.75:  # end on images as the robot sees them
             share |= {"mosaic": 0.0, "aim": 0.3}
         for group in optimiser.param_groups:
@@ -196,7 +193,6 @@ def train(arguments: argparse.Namespace) -> None:
         torch.nn.utils.clip_grad_norm_(model.parameters(), 10.0)
         optimiser.step()
         average.update(model, step)
-        done = step + 1
         losses.append([float(item) for item in (items.values() if isinstance(items, dict) else items)])
         if now_s - reported_s > REPORT_S:
             box, kind, edge = np.mean(losses, axis=0)
@@ -211,10 +207,10 @@ def train(arguments: argparse.Namespace) -> None:
         if now_s - saved_s > SAVE_S:
             saved_s = now_s
             save(average.model, arguments.out, arguments.imgsz, f"step {step}")
-            checkpoint.save(done)
-    save(average.model, arguments.out, arguments.imgsz, f"step {done}")
+            checkpoint.save(step + 1)
+    save(average.model, arguments.out, arguments.imgsz, f"step {step + 1}")
     checkpoint.done()
-    say("detector", f"done: {done} steps of {arguments.batch}, {len(pool.samples)} images, {arguments.out}")
+    say("detector", f"done: {step + 1} steps of {arguments.batch}, {len(pool.samples)} images, {arguments.out}")
 
 
 def main() -> None:
@@ -223,9 +219,7 @@ def main() -> None:
     parser.add_argument("data", type=Path, help="a data set written by sim.training.dataset")
     parser.add_argument("out", type=Path, help="where the weights go (.pt)")
     parser.add_argument("--steps", type=int, default=10000, help="batches to learn from (default 10000)")
-    parser.add_argument(
-        "--minutes", type=float, help="end after so many, the learning rate down by then (default: never)"
-    )
+    parser.add_argument("--minutes", type=float, help="end after so many, the learning rate down by then")
     parser.add_argument("--init", type=Path, help="go on from these weights of an earlier run")
     parser.add_argument("--imgsz", type=int, default=320, help="side of the training image in pixels (default 320)")
     parser.add_argument("--batch", type=int, default=16)
