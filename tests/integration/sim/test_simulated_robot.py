@@ -91,6 +91,11 @@ def test_the_frames_chain_from_the_map_to_every_sensor(mission: Mission, sim: Si
     assert set(fixed) == {"rplidar_link", "oakd_rgb_camera_optical_frame", "oakd_stereo_camera_optical_frame"}
     optical = fixed["oakd_rgb_camera_optical_frame"].transform.rotation
     assert (optical.x, optical.y, optical.z, optical.w) == (-0.5, 0.5, -0.5, 0.5)
+    camera, laser = fixed["oakd_rgb_camera_optical_frame"].transform, fixed["rplidar_link"].transform
+    # turtlebot4_description 2.1.1, urdf/lite/turtlebot4.urdf.xacro
+    assert (camera.translation.x, camera.translation.z) == (-0.037, 0.186)
+    assert (laser.translation.x, laser.translation.z) == (0.004, 0.140)
+    assert 2 * math.atan2(laser.rotation.z, laser.rotation.w) == pytest.approx(math.pi / 2)
 
 
 def test_a_goal_is_driven_to_when_somebody_passes_the_velocity_on(mission: Mission, sim: SimProcess) -> None:
