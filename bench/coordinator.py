@@ -15,10 +15,10 @@ import numpy as np
 
 from bench.campaign import played
 from bench.floors import floor_plan
-from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.scenario import HOMES, scenario, wanted_in
 from bench.results import pyplot, quiet, save
+from bench.world.faults import Faults
 from contracts.geometry import Pose2D
 from coordinator.core.rules import Policy
 from coordinator.coverage.lawnmower import lawnmower

@@ -17,11 +17,11 @@ import numpy as np
 
 from bench.campaign import played
 from bench.missions.bridge import DESCRIPTION
-from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run
 from bench.missions.scenario import Present, Remembered, Scenario, scenario, wanted_in
 from bench.results import quiet, save
+from bench.world.faults import Faults
 from contracts.geometry import Pose2D
 from contracts.mission import MissionState
 from coordinator.core.plain.searching import sweep_speed_rad_s

@@ -10,10 +10,10 @@ from typing import TypeVar, cast
 import numpy as np
 
 from bench.missions.bus import SimulatedBus
-from bench.missions.faults import Faults
 from bench.missions.place import InPicture, SimulatedPlace
 from bench.missions.wheels import Going, Moving, Straight, Turning, Wheels
 from bench.missions.wire import Wire
+from bench.world.faults import Faults
 from contracts.base import BboxXyxy
 from contracts.causes import GoalCause, Refusal
 from contracts.description import CameraModel, RobotDescription

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.missions.faults import Faults
+from bench.world.faults import Faults
 from contracts.base import Message
 from contracts.topics import M, Topic
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from bench.missions.bridge import Frame, SimulatedBridge, shown_in
 from bench.missions.bus import SimulatedBus
-from bench.missions.faults import Faults
 from bench.missions.place import InPicture
 from bench.missions.seeing import SIZE_PX, detect, false_box, votes
 from bench.missions.wire import Wire
+from bench.world.faults import Faults
 from contracts.geometry import Pose2D
 from contracts.language import ReasonReply, ReasonRequest
 from contracts.measuring import Measurement

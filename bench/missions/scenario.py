@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.missions.faults import Faults, draw
 from bench.missions.place import SimulatedPlace
+from bench.world.faults import Faults, draw
 from contracts.geometry import Pose2D
 
 KINDS_WANTED = ("bottle", "cup", "bowl", "vase", "book", "teddy bear", "sports ball", "backpack")

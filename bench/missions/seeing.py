@@ -5,32 +5,17 @@ figures follow what the project's own small detector reaches: nearly always with
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from bench.missions.place import InPicture
+from bench.world.faults import Errors
 from contracts.colours import Colour
 from contracts.vision import Detection, Target, Verdict, Vote
 from sim.world.robot import RGB_CAMERA
 
 SIZE_PX = RGB_CAMERA.width_px
 CLIP_THRESHOLD = 0.40
-
-
-@dataclass(frozen=True)
-class Errors:
-    """How wrong the eyes are. `liar` always says yes; in the dark both visual models say no."""
-
-    false_boxes: float = 0.0
-    """Boxes of the target's class on nothing, a frame."""
-    missed: float = 0.03
-    wrong_colour: float = 0.02
-    unknown_colour: float = 0.2
-    clip_sigma: float = 0.06
-    liar: str = ""
-    dark: bool = False
-    vlm: bool = False
 
 
 def detection_chance(seen: InPicture) -> float:

@@ -5,18 +5,13 @@ from dataclasses import dataclass
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run
 from bench.missions.scenario import Present
+from bench.world.faults import SERVICE_FAULTS
 from contracts.mission import EndCause, Mission, Outcome, Report
 from contracts.vision import Verdict as Said
 from sim.scoring import Score
 
 SHARE_OF_EVERYTHING = 75
 DISTANCE_ERROR_M = 0.30
-SERVICE_FAULTS = frozenset({
-    "bus delay", "bus drop", "bus duplicate", "slow replies", "lost replies", "bridge down", "inference down",
-    "memory down", "Nav2 rejects", "Nav2 aborts 104", "Nav2 aborts 2xx", "Nav2 says done too soon", "paths refused",
-    "turns cut off",
-})  # fmt: skip
-"""Faults that may keep a mission from going on, by their names in `faults.KINDS`."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from bench.missions.faults import Faults
+from bench.world.faults import Faults
 from mesh.errors import ServiceTimeoutError, UnavailableError
 
 T = TypeVar("T")

@@ -65,7 +65,7 @@ class Stage:
             mission = await self.mesh.missions.get(event.mission_id)
             if mission.target is not None and mission.outcome is Outcome.FOUND:
                 colour = mission.target.colour.value if mission.target.colour else None
-                self.judged[event.mission_id] |= _score(self.world, mission.target.label, colour)
+                self.judged[event.mission_id] |= scored(self.world, mission.target.label, colour)
             self.ended.set()
 
     async def trace(self) -> None:
@@ -109,7 +109,7 @@ def played(
                 record |= {"problems": [f"hang: {error}"], "missions": []}
         if keep is not None:
             shutil.copytree(disk, keep, dirs_exist_ok=True)
-    record = _without_wall_time(record)
+    record = without_wall_time(record)
     record["digest"] = digest(record)
     record["wall"] = {
         "seconds": round(time.perf_counter() - began_s, 2),
@@ -239,7 +239,7 @@ def _floors(world: World, ways: Ways, asked: Asked) -> dict[str, Any]:
     }
 
 
-def _score(world: World, kind: str, colour: str | None) -> dict[str, Any]:
+def scored(world: World, kind: str, colour: str | None) -> dict[str, Any]:
     """How the robot stands to what was asked for; `false_find` where it stands before no such thing."""
     try:
         seen = score(world, kind, colour)
@@ -281,12 +281,12 @@ def _version(package: str) -> str:
     return ""
 
 
-def _without_wall_time(value: Any) -> Any:
+def without_wall_time(value: Any) -> Any:
     if isinstance(value, dict):
         fields = cast("dict[str, Any]", value)
-        return {key: _without_wall_time(one) for key, one in fields.items() if key not in UNTOLD}
+        return {key: without_wall_time(one) for key, one in fields.items() if key not in UNTOLD}
     if isinstance(value, list | tuple):
-        return [_without_wall_time(one) for one in cast("list[Any]", value)]
+        return [without_wall_time(one) for one in cast("list[Any]", value)]
     return value
 
 

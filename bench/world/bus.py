@@ -5,6 +5,7 @@ from collections import defaultdict
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+from bench.world.line import Line
 from contracts.base import Message
 from contracts.topics import M, Topic
 from mesh.tracing import following, traceparent
@@ -13,11 +14,12 @@ DELAY_S = 0.001
 
 
 class WorldBus:
-    """The port `mesh.bus.Bus`: in order, to each listener, `DELAY_S` after it was said."""
+    """The port `mesh.bus.Bus`: in order, to each listener, `DELAY_S` after it was said, as far as `line` lets it."""
 
     connected = True
 
-    def __init__(self) -> None:
+    def __init__(self, line: Line | None = None) -> None:
+        self._line = line or Line()
         self._kept: dict[str, tuple[Message, str]] = {}
         self._listeners: dict[str, list[asyncio.Queue[Any]]] = defaultdict(list)
 
@@ -28,7 +30,9 @@ class WorldBus:
         said = heard, traceparent()
         if topic.kept:
             self._kept[topic.name] = said
-        asyncio.get_running_loop().call_later(DELAY_S, self._deliver, topic.name, said)
+        loop = asyncio.get_running_loop()
+        for late_s in self._line.copies_s(loop.time()):
+            loop.call_later(DELAY_S + late_s, self._deliver, topic.name, said)
         return True
 
     def _deliver(self, name: str, said: tuple[Message, str]) -> None:

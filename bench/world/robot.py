@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Final
 
 from bench.world.sensing import Sensing
+from bench.world.troubles import NO_PATH, RobotTroubles
 from contracts.geometry import Pose2D, Twist2D
 from contracts.robot import GoalStatus
 from geometry.poses import compose
@@ -62,13 +63,23 @@ class WorldGoal(Drive):
 
 
 class AcceptedWorldGoal:
-    """`ports.AcceptedGoal`."""
+    """`ports.AcceptedGoal`. `instead`: after so long Nav2 lets go of it and says that it ended so."""
 
-    def __init__(self, drive: WorldGoal) -> None:
+    def __init__(self, drive: WorldGoal, instead: tuple[float, GoalEnd] | None = None) -> None:
         self._drive = drive
+        self._instead = instead
 
     async def end(self) -> GoalEnd:
-        return await self._drive.ended_as()
+        if self._instead is None:
+            return await self._drive.ended_as()
+        after_s, end = self._instead
+        try:
+            async with asyncio.timeout(after_s):
+                return await self._drive.ended_as()
+        except TimeoutError:
+            self._drive.cancel()
+            await self._drive.ended_as()
+            return end
 
     def cancel(self) -> None:
         self._drive.cancel()
@@ -101,8 +112,10 @@ class WorldRobot:
         *,
         on_death: Callable[[], None],
         settings: SimSettings | None = None,
+        troubles: RobotTroubles | None = None,
     ) -> None:
         """`recorded` is the map it has, which may be older than the home is now."""
+        self.troubles = troubles or RobotTroubles()
         self.world = world
         self.celebrations = 0
         self._recorded = recorded
@@ -130,19 +143,29 @@ class WorldRobot:
 
     async def start(self, *, tick: Callable[[], None], navigation_velocity: Callable[[float, float], None]) -> None:
         self._loop = asyncio.get_running_loop()
-        self._origin_s = self._loop.time() - self.world.time_s
-        self._tick = tick
-        self._drives = Drives(
-            self._navigator,
-            lambda twist, _: navigation_velocity(twist.linear_x, twist.angular_z),
-            Habits(ChainHabits(self._settings.nav2_delay_s)),
-        )
+        self._tick, self._navigation_velocity = tick, navigation_velocity
+        if self._living is None:
+            self._origin_s = self._loop.time() - self.world.time_s
+            self._drives = Drives(
+                self._navigator,
+                lambda twist, _: self._navigation_velocity(twist.linear_x, twist.angular_z),
+                Habits(ChainHabits(self._settings.nav2_delay_s)),
+            )
         self._sensing.begin(self.world, self._recorded, self._now_s())
-        self._duties(self._now_s())
-        self._living = asyncio.create_task(self._live(), name="world")
-        self._living.add_done_callback(self._died)
+        if self._living is None:
+            self._duties(self._now_s())
+            self._living = asyncio.create_task(self._live(), name="world")
+            self._living.add_done_callback(self._died)
 
     async def close(self) -> None:
+        """The process that held it is gone: nobody ticks, and the next one begins with empty senses. The robot and
+        Nav2 live on."""
+        self._tick, self._navigation_velocity = _nobody_ticks, _nobody_drives
+        self._senses = SensorReadings()
+        self._sensing = Sensing(self._senses)
+
+    async def end(self) -> None:
+        """The robot itself ends."""
         if self._living is not None:
             self._living.cancel()
             await asyncio.gather(self._living, return_exceptions=True)
@@ -190,7 +213,7 @@ class WorldRobot:
         if self._rates.due("rgb", settings.rgb_hz, time_s):
             self._sensing.colour(world, now_s)
         if self._rates.due("depth", settings.depth_hz, time_s):
-            self._sensing.depth(world, now_s)
+            self._sensing.depth(self.troubles.depth_of(world, now_s), now_s)
 
     def _control(self, now_s: float) -> None:
         self._pose = compose(self._localiser.map_to_odom, self._sensing.odometry(self.world, now_s))
@@ -226,12 +249,17 @@ class WorldRobot:
             goal.cancel()
 
     async def navigate(self, pose: Pose2D, on_progress: Callable[[float], None]) -> AcceptedWorldGoal | None:
+        begun_s = self._loop.time()
+        if self.troubles.rejects(begun_s):
+            return None
         drive = WorldGoal(pose, on_progress)
         self._goals.append(drive)
         self._drives.submit(drive)
-        return AcceptedWorldGoal(drive)
+        return AcceptedWorldGoal(drive, self.troubles.ends_instead(begun_s))
 
     async def compute_path(self, goal: Pose2D, start: Pose2D | None) -> Path:
+        if self.troubles.hides_path(self._loop.time()):
+            return Path((), NO_PATH)
         try:
             found = self._navigator.plan(start or self._pose, goal)
         except NavigationError as error:
@@ -269,6 +297,14 @@ class WorldRobot:
     def record(self, sink: Sink, *, images_hz: float) -> Callable[[], None]:
         """Nothing of ROS is there to record."""
         return lambda: None
+
+
+def _nobody_ticks() -> None:
+    pass
+
+
+def _nobody_drives(linear_x: float, angular_z: float) -> None:
+    pass
 
 
 def _wake(due: "asyncio.Future[None]") -> None:

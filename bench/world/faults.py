@@ -1,12 +1,26 @@
 """What goes wrong in a mission, drawn from its seed: delays, drops, duplicates, crashes, lies, and a person's whims."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bench.missions.seeing import Errors
-
 SERVICES = ("robot_bridge", "inference", "memory")
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How wrong eyes made from ground truth are. `liar` always says yes; in the dark both visual models say no."""
+
+    false_boxes: float = 0.0
+    """Boxes of the target's class on nothing, a frame."""
+    missed: float = 0.03
+    wrong_colour: float = 0.02
+    unknown_colour: float = 0.2
+    clip_sigma: float = 0.06
+    liar: str = ""
+    dark: bool = False
+    vlm: bool = False
 
 
 @dataclass(frozen=True)
@@ -28,6 +42,7 @@ class Faults:
     bus_duplicate: float = 0.0
     reply_delay_s_max: float = 0.0
     reply_lost: float = 0.0
+    reply_senseless: float = 0.0
     outages: tuple[Outage, ...] = ()
     coordinator_dies_s: float | None = None
     depth_lie: float = 0.0
@@ -48,13 +63,17 @@ class Faults:
         return any(o.service == service and o.from_s <= elapsed_s < o.to_s for o in self.outages)
 
 
-def draw(rng: np.random.Generator, count: int) -> Faults:
-    """`count` kinds of fault together."""
-    chosen = tuple(sorted(rng.choice(len(KINDS), size=count, replace=False).tolist()))
-    names = tuple(list(KINDS)[k] for k in chosen)
+Kinds = Mapping[str, Callable[[Faults, np.random.Generator], Faults]]
+
+
+def draw(rng: np.random.Generator, count: int, kinds: Kinds | None = None) -> Faults:
+    """`count` kinds of fault together; `kinds`: out of these, none = of all that ground-truth eyes can have."""
+    kinds = KINDS if kinds is None else kinds
+    chosen = tuple(sorted(rng.choice(len(kinds), size=count, replace=False).tolist()))
+    names = tuple(list(kinds)[k] for k in chosen)
     faults = Faults(names=names)
     for name in names:
-        faults = KINDS[name](faults, rng)
+        faults = kinds[name](faults, rng)
     return faults
 
 
@@ -78,7 +97,7 @@ def _paused(faults: Faults, rng: np.random.Generator) -> Faults:
     return replace(faults, pause_s=at_s, resume_s=None if stays else at_s + float(rng.uniform(5.0, 40.0)))
 
 
-KINDS = {
+KINDS: Kinds = {
     "bus delay": lambda f, r: replace(f, bus_delay_s_max=float(r.uniform(0.3, 2.0))),
     "bus drop": lambda f, r: replace(f, bus_drop=float(r.uniform(0.1, 0.5))),
     "bus duplicate": lambda f, r: replace(f, bus_duplicate=float(r.uniform(0.1, 0.5))),
@@ -107,3 +126,16 @@ KINDS = {
     "cancel": lambda f, r: replace(f, cancel_s=float(r.uniform(2.0, 60.0))),
 }
 """Every kind of fault by its name; each changes a plan by its own numbers."""
+OF_EYES = frozenset({
+    "false boxes", "missed boxes", "wrong colours", "a lying CLIP", "a lying VLM", "a lying detector", "poor light"
+})  # fmt: skip
+WITH_REAL_EYES: Kinds = {name: kind for name, kind in KINDS.items() if name not in OF_EYES} | {
+    "senseless replies": lambda f, r: replace(f, reply_senseless=float(r.uniform(0.02, 0.15))),
+}
+"""Kinds for a world whose eyes are the real models: those bring their own errors."""
+SERVICE_FAULTS = frozenset({
+    "bus delay", "bus drop", "bus duplicate", "slow replies", "lost replies", "senseless replies", "bridge down",
+    "inference down", "memory down", "Nav2 rejects", "Nav2 aborts 104", "Nav2 aborts 2xx", "Nav2 says done too soon",
+    "paths refused", "turns cut off",
+})  # fmt: skip
+"""Faults that may keep a mission from going on."""
