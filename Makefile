@@ -17,7 +17,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-trace trace
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-rooms bench-trace trace
 .PHONY: docs sbom audit
 .PHONY: bench-hostile bench-soak bench-calibration test-ui screens bench-ui
 
@@ -79,6 +79,9 @@ bench-campaign: setup ## hundreds of simulated missions with faults injected, ju
 bench-search: setup ## searches with the robot's own eyes: EPISODES= SETS= POLICY= SETTINGS='name=value ...' HOMES=test|tune DETECTOR=sim|coco JOBS=; goes on where it was ended
 	$(PY) -m bench.search play --episodes $(or $(EPISODES),20) --sets $(or $(SETS),all) --policy $(or $(POLICY),viewpoints) \
 		--homes $(or $(HOMES),test) --detector $(or $(DETECTOR),sim) $(foreach one,$(SETTINGS),--set $(one)) $(if $(JOBS),--jobs $(JOBS))
+
+bench-rooms: setup ## maps cut into rooms, against the simulated homes' own: HOMES=50 FIRST=7020; out/bench/rooms.json and .png, the worst
+	$(PY) -m bench.rooms --homes $(or $(HOMES),50) --first $(or $(FIRST),7020)
 
 bench-calls: setup ## how many HTTP calls a mission makes, by caller and route: out/bench/calls.json
 	$(PY) -m bench.calls --missions $(or $(MISSIONS),6)

@@ -21,7 +21,7 @@ PURE = {
         "questions.tallies",
         "queue.parse_validation",
     ),
-    "geometry": ("boxes", "grids", "places", "poses"),
+    "geometry": ("boxes", "grids", "places", "poses", "regions", "rooms"),
     "inference": (
         "boxes",
         "colours",
