@@ -69,6 +69,34 @@ async def test_a_paused_mission_stands_still_and_goes_on_when_resumed(open_mesh:
         assert (await mesh.until_over(mission.id)).outcome is Outcome.FOUND
 
 
+async def test_a_mission_stands_while_somebody_speaks_and_goes_on_when_nobody_does(open_mesh: OpenMesh) -> None:
+    async with open_mesh(HIGH, views=(VIEW,)) as mesh:
+        mission = await mesh.post_mission()
+        await mesh.clock.advance(3.0)
+        listening = await mesh.client.post(f"/missions/{mission.id}/pause", params={"for_s": 20.0})
+        assert listening.json()["paused"] is True
+        await mesh.clock.advance(0.3)
+        here = mesh.world.pose
+        await mesh.clock.advance(15.0)
+        assert mesh.world.pose == here
+        let_go = await mesh.client.post(f"/missions/{mission.id}/pause", params={"for_s": 0.0})
+        assert let_go.json()["paused"] is False
+        assert (await mesh.until_over(mission.id)).outcome is Outcome.FOUND
+
+
+async def test_who_only_listens_ends_no_pause_of_a_person(open_mesh: OpenMesh) -> None:
+    async with open_mesh(HIGH, views=(VIEW,)) as mesh:
+        mission = await mesh.post_mission()
+        await mesh.clock.advance(3.0)
+        pause = f"/missions/{mission.id}/pause"
+        assert (await mesh.client.post(pause, params={"for_s": 5.0})).status_code == 200
+        assert (await mesh.client.post(pause)).status_code == 200
+        assert (await mesh.client.post(pause, params={"for_s": 0.0})).status_code == 409
+        await mesh.clock.advance(20.0)
+        assert (await mesh.mission(mission.id)).paused
+        assert (await mesh.client.post(pause, params={"for_s": 61.0})).status_code == 422
+
+
 async def test_only_a_paused_mission_can_be_resumed(open_mesh: OpenMesh) -> None:
     async with open_mesh(HIGH) as mesh:
         mission = await mesh.post_mission()

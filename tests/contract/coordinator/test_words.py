@@ -163,6 +163,15 @@ async def test_wait_pauses_and_go_on_resumes(wait: str, go_on: str) -> None:
         assert (await refused(mesh, go_on, 409))[0] == Mood.RESUME
 
 
+async def test_wait_said_to_a_robot_that_stands_to_listen_holds_it_until_a_person_says() -> None:
+    async with opened_mesh(BOTTLE) as mesh:
+        running = await under_way(mesh)
+        await mesh.client.post(f"/missions/{running.id}/pause", params={"for_s": 2.0})
+        assert (await said(mesh, "wait")).mood is Mood.PAUSE
+        await mesh.clock.advance(10.0)
+        assert (await mesh.mission(running.id)).paused
+
+
 async def test_a_wait_while_nothing_runs_ends_all_motion() -> None:
     async with opened_mesh(BOTTLE) as mesh:
         assert (await said(mesh, "wait")).still

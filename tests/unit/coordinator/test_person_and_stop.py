@@ -6,7 +6,7 @@ import pytest
 
 from contracts.causes import GoalCause
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState, Outcome
+from contracts.mission import EventKind, MissionState, Outcome
 from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus
 from contracts.vision import Verdict
@@ -77,6 +77,50 @@ def test_a_pause_stops_and_resume_goes_on_in_the_same_state(state: MissionState)
     script.feed(ev.ResumeRequested())
     assert not script.mission.paused
     assert script.mission.running
+
+
+@pytest.mark.parametrize("state", REACH)
+def test_a_pause_to_listen_ends_by_itself_in_the_same_state(state: MissionState) -> None:
+    script = REACH[state]().feed(ev.PauseRequested(5.0))
+    assert script.mission.listening
+    assert isinstance(script.asked(do.StopMotion)[-1], do.StopMotion)
+    script.wait(4.5)
+    assert script.mission.paused
+    script.wait(0.7)
+    assert not script.mission.paused
+    assert [line.state for line in script.asked(do.Say) if line.kind is EventKind.RESUME] == [state]
+
+
+def test_who_speaks_on_holds_it_for_longer_and_one_line_tells_of_it() -> None:
+    script = Script().begin()
+    before = script.mission.deadline_s
+    script.feed(ev.PauseRequested(5.0)).wait(4.0).feed(ev.PauseRequested(5.0)).wait(4.0)
+    assert script.mission.listening
+    assert [line.kind for line in script.asked(do.Say)].count(EventKind.PAUSE) == 1
+    script.feed(ev.PauseRequested(0.0))
+    assert not script.mission.paused
+    assert script.mission.deadline_s == pytest.approx(before + 8.0, abs=0.2)
+
+
+def test_a_pause_that_a_person_asked_for_outlasts_one_to_listen() -> None:
+    script = Script().begin().feed(ev.PauseRequested(5.0)).feed(ev.PauseRequested())
+    script.feed(ev.PauseRequested(0.0)).feed(ev.PauseRequested(5.0)).wait(30.0)
+    assert script.mission.paused
+    assert not script.mission.listening
+
+
+def test_nothing_is_let_go_that_is_not_held() -> None:
+    script = Script().begin()
+    lines = len(script.asked(do.Say))
+    script.feed(ev.PauseRequested(0.0))
+    assert not script.mission.paused
+    assert len(script.asked(do.Say)) == lines
+
+
+def test_listening_undoes_no_stop() -> None:
+    script = Script().begin().feed(ev.PauseRequested(5.0)).feed(ev.StopLatched(1, "test")).feed(ev.PauseRequested(0.0))
+    assert script.mission.state is S.EMERGENCY_STOP
+    assert not script.mission.running
 
 
 def test_time_spent_paused_does_not_count_against_the_deadline() -> None:

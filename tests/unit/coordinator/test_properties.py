@@ -99,7 +99,14 @@ anything = st.one_of(
     st.tuples(st.just("tick"), st.sampled_from([0.1, 0.1, 1.0, 5.0, 40.0, 200.0])),
     st.tuples(st.just("latch"), st.booleans()),
     st.tuples(st.just("reset")),
-    st.tuples(st.just("person"), st.sampled_from([ev.CancelRequested(), ev.PauseRequested(), ev.ResumeRequested()])),
+    st.tuples(
+        st.just("person"),
+        st.sampled_from([
+            ev.CancelRequested(),
+            *(ev.PauseRequested(for_s) for for_s in (None, None, 30.0, 0.0)),
+            ev.ResumeRequested(),
+        ]),
+    ),
     st.tuples(st.just("dock")),
     noise,
     noise,

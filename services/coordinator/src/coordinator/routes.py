@@ -128,9 +128,19 @@ async def cancel(mission_id: MissionId, missions: MissionsDep) -> Mission:
 
 @router.post("/missions/{mission_id}/pause", tags=["missions"])
 @requires_role(Role.OPERATOR)
-async def pause(mission_id: MissionId, missions: MissionsDep) -> Mission:
-    """Stops where it is; 409 unless it runs."""
-    return await missions.pause(mission_id)
+async def pause(
+    mission_id: MissionId,
+    missions: MissionsDep,
+    for_s: Annotated[
+        float | None,
+        Query(ge=0.0, le=60.0, description="it goes on by itself after so long, 0 = now; none = when a person says"),
+    ] = None,
+) -> Mission:
+    """Stops where it is; 409 unless it runs. With `for_s` it stands while somebody speaks to the robot: asked for again
+    it stands so much longer from now, and a pause without `for_s` takes its place. One that a person asked for is
+    neither shortened nor ended by it (409).
+    """
+    return await missions.pause(mission_id, for_s=for_s)
 
 
 @router.post("/missions/{mission_id}/resume", tags=["missions"])

@@ -213,10 +213,13 @@ class MissionService:
             return await self._tell(mission_id, ev.CancelRequested())
         return await self.get(mission_id)
 
-    async def pause(self, mission_id: str) -> Mission:
-        if (await self.get(mission_id)).paused:
+    async def pause(self, mission_id: str, *, for_s: float | None = None) -> Mission:
+        """`for_s`: while somebody speaks to the robot; it goes on by itself after so long, 0 = now. Raises
+        `ConflictError` where a person has paused it already, or it does not run.
+        """
+        if (await self.get(mission_id)).paused and not self.runner.mission.listening:
             raise ConflictError("it is paused already")
-        return await self._tell(mission_id, ev.PauseRequested())
+        return await self._tell(mission_id, ev.PauseRequested(for_s))
 
     async def resume(self, mission_id: str) -> Mission:
         if not (await self.get(mission_id)).paused:

@@ -100,8 +100,7 @@ class Orders:
         self._runner.feed(ev.StopLatched(stop.epoch, stop.reason) if stop.latched else ev.StopReset(stop.epoch))
 
     def _pause(self) -> Heard:
-        if not self._runner.mission.paused:
-            self._runner.feed(ev.PauseRequested())
+        self._runner.feed(ev.PauseRequested())  # where it only stands to listen, it stands until a person says now
         return Heard(mood=Mood.PAUSE, text="Paused: say 'go on' or 'stop'.")
 
     def _resume(self) -> Heard:

@@ -28,12 +28,15 @@ class Starting:
 
 @dataclass(frozen=True, slots=True)
 class Paused:
-    """Until a person resumes it; `since_s` is what the mission's deadline is put off by."""
+    """Until a person resumes it, or, where it `resumes` by itself, until `until_s`; `since_s` is what the mission's
+    deadline is put off by.
+    """
 
     since_s: float
     until_s: float
     call: int = 0
     why: str = ""
+    resumes: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,7 +75,9 @@ class CancelRequested:
 
 @dataclass(frozen=True, slots=True)
 class PauseRequested:
-    pass
+    """`for_s`: somebody speaks to the robot; it goes on by itself after so long, 0 = now. None: until a person says."""
+
+    for_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -270,3 +270,8 @@ class Mission:
     @property
     def paused(self) -> bool:
         return isinstance(self.activity, Paused)
+
+    @property
+    def listening(self) -> bool:
+        """Paused for a time, while somebody speaks to the robot."""
+        return isinstance(self.activity, Paused) and self.activity.resumes

@@ -33,9 +33,9 @@ def handle(
                     cause="requested by the operator",
                 )
         case ev.PauseRequested():
-            _pause(context)
+            _pause(context, event.for_s)
         case ev.ResumeRequested():
-            _resume(context)
+            resume(context, "resumed by the operator")
         case _:
             assert_never(event)
 
@@ -93,15 +93,30 @@ def _fresh(context: StepContext, mission_id: str, order: Order) -> Mission:
     )
 
 
-def _pause(context: StepContext) -> None:
-    if context.mission.running and not context.mission.paused:
-        context.pause(f"paused by the operator while {context.mission.state.value}")
-
-
-def _resume(context: StepContext) -> None:
+def resume(context: StepContext, why: str) -> None:
+    """Takes the state up again it was paused in; nothing where it is not paused."""
     paused = context.mission.activity
     if not context.mission.running or not isinstance(paused, Paused):
         return
     context.update(deadline_s=context.mission.deadline_s + context.now_s - paused.since_s)
-    context.log_event(EventKind.RESUME, f"resumed by the operator in {context.mission.state.value}")
+    context.log_event(EventKind.RESUME, f"{why} in {context.mission.state.value}")
     context.set_activity(Starting())
+
+
+def _pause(context: StepContext, for_s: float | None) -> None:
+    """A pause that a person asked for outlasts one for a time, and is neither shortened nor ended by it."""
+    if not context.mission.running:
+        return
+    match context.mission.activity, for_s:
+        case Paused(resumes=False), _:
+            pass
+        case _, None:
+            context.pause(f"paused by the operator while {context.mission.state.value}")
+        case Paused(), 0.0:
+            resume(context, "nobody speaks to it any more: going on")
+        case Paused() as paused, _:
+            context.set_activity(replace(paused, until_s=context.now_s + for_s))
+        case _, 0.0:
+            pass
+        case _:
+            context.pause(f"standing still to listen, while {context.mission.state.value}", for_s=for_s)

@@ -117,7 +117,9 @@ def _tick(context: StepContext) -> None:
     if not mission.running:
         return
     if isinstance(mission.activity, Paused):
-        if now >= mission.activity.until_s:
+        if now >= mission.activity.until_s and mission.activity.resumes:
+            operator_commands.resume(context, "nobody said more: going on")
+        elif now >= mission.activity.until_s:
             abort(
                 context,
                 EndCause.STAYED_PAUSED,

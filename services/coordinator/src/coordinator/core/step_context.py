@@ -125,9 +125,13 @@ class StepContext:
         grown_s = self.rules.retry_wait_s * self.rules.retry_wait_factor ** (self.mission.failures - 1)
         self.set_activity(Waiting(self.now_s + min(grown_s, self.rules.retry_wait_s_max), service))
 
-    def pause(self, why: str) -> None:
+    def pause(self, why: str, *, for_s: float | None = None) -> None:
+        """Until a person resumes it, or for so long. A pause that is made longer began when it began."""
+        before = self.mission.activity
+        since_s = before.since_s if isinstance(before, Paused) else self.now_s
+        until_s = self.now_s + (self.rules.pause_timeout_s if for_s is None else for_s)
         self.stop_motion()
-        self.set_activity(Paused(since_s=self.now_s, until_s=self.now_s + self.rules.pause_timeout_s, why=why))
+        self.set_activity(Paused(since_s=since_s, until_s=until_s, why=why, resumes=for_s is not None))
         self.log_event(EventKind.PAUSE, why)
 
     # calls, each with the activity that awaits its answer
