@@ -101,11 +101,13 @@ anything = st.one_of(
     st.tuples(st.just("reset")),
     st.tuples(
         st.just("person"),
-        st.sampled_from([
-            ev.CancelRequested(),
-            *(ev.PauseRequested(for_s) for for_s in (None, None, 30.0, 0.0)),
-            ev.ResumeRequested(),
-        ]),
+        st.sampled_from(
+            [
+                ev.CancelRequested(),
+                *(ev.PauseRequested(for_s) for for_s in (None, None, 30.0, 0.0)),
+                ev.ResumeRequested(),
+            ]
+        ),
     ),
     st.tuples(st.just("dock")),
     noise,

@@ -105,18 +105,15 @@ def resume(context: StepContext, why: str) -> None:
 
 def _pause(context: StepContext, for_s: float | None) -> None:
     """A pause that a person asked for outlasts one for a time, and is neither shortened nor ended by it."""
-    if not context.mission.running:
+    activity = context.mission.activity
+    paused = activity if isinstance(activity, Paused) else None
+    if not context.mission.running or (paused is not None and not paused.resumes):
         return
-    match context.mission.activity, for_s:
-        case Paused(resumes=False), _:
-            pass
-        case _, None:
-            context.pause(f"paused by the operator while {context.mission.state.value}")
-        case Paused(), 0.0:
-            resume(context, "nobody speaks to it any more: going on")
-        case Paused() as paused, _:
-            context.set_activity(replace(paused, until_s=context.now_s + for_s))
-        case _, 0.0:
-            pass
-        case _:
-            context.pause(f"standing still to listen, while {context.mission.state.value}", for_s=for_s)
+    if for_s is None:
+        context.pause(f"paused by the operator while {context.mission.state.value}")
+    elif paused is not None and for_s == 0.0:
+        resume(context, "nobody speaks to it any more: going on")
+    elif paused is not None:
+        context.set_activity(replace(paused, until_s=context.now_s + for_s))
+    elif for_s > 0.0:
+        context.pause(f"standing still to listen, while {context.mission.state.value}", for_s=for_s)

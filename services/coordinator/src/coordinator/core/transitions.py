@@ -112,5 +112,6 @@ def page() -> str:
         f"| state | meaning |\n|---|---|\n{states}\n\n"
         f"```mermaid\n{diagram()}\n```\n\n"
         "An emergency stop leads from every state to EMERGENCY_STOP. While paused, a mission keeps its state and "
-        "nothing moves; a pause to listen ends by itself. Every change of state is a line of the timeline with its reason in words.\n"
+        "nothing moves; a pause to listen ends by itself. Every change of state is a line of the timeline with its "
+        "reason in words.\n"
     )
