@@ -276,6 +276,10 @@ class FakeEars:
     heard: bytearray = field(default_factory=bytearray)
     ended: asyncio.Event = field(default_factory=asyncio.Event)
     begun: asyncio.Event = field(default_factory=asyncio.Event)
+    held: bool = False
+
+    async def not_held(self) -> None:
+        self.held = False
 
     async def send(self, samples: bytes) -> None:
         self.heard += samples
@@ -306,10 +310,10 @@ class FakeSpeech(Service):
     spoken: list[str] = field(default_factory=list)
 
     @asynccontextmanager
-    async def listen(self, hot_words: Sequence[str]) -> AsyncIterator[FakeEars]:
+    async def listen(self, hot_words: Sequence[str], *, held: bool = False) -> AsyncIterator[FakeEars]:
         self.answer()
         self.hot_words = list(hot_words)
-        self.ears.append(FakeEars(self))
+        self.ears.append(FakeEars(self, held=held))
         yield self.ears[-1]
 
     async def speak(self, request: SpeakRequest) -> bytes:

@@ -18,7 +18,7 @@ from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from contracts.problem import DependencyState
-from contracts.speech import HOT_WORDS_MAX, Hearing, SpeechRefusal, Transcript
+from contracts.speech import HOT_WORDS_MAX, NOT_HELD, Hearing, SpeechRefusal, Transcript
 from mesh.errors import UnavailableError
 from speech.app import create_app
 from speech.ports import Reading, Spoken
@@ -257,6 +257,36 @@ def test_a_socket_tells_a_final_reading_when_the_speaker_is_done(size: int) -> N
             told.append(Hearing.model_validate_json(socket.receive_text()))
     assert told[-1].transcript.hot_text == "find the cup"
     assert not any(one.stop for one in told)
+
+
+def test_a_held_button_is_listened_to_through_a_silence_until_it_is_let_go() -> None:
+    with ready() as client, client.websocket_connect("/listen?held=true") as socket:
+        for chunk in chunks(np.concatenate([QUIET, LOUD, QUIET, QUIET, LOUD, QUIET])):
+            socket.send_bytes(chunk)
+        socket.send_text("")
+        told = [Hearing.model_validate_json(socket.receive_text())]
+        while not told[-1].final:
+            told.append(Hearing.model_validate_json(socket.receive_text()))
+    assert told[-1].transcript.duration_s > (2 * len(LOUD) + 2 * len(QUIET)) / 16_000, "both times somebody spoke"
+
+
+def test_a_button_that_was_only_tapped_is_ended_by_silence() -> None:
+    with ready() as client, client.websocket_connect("/listen?held=true") as socket:
+        socket.send_bytes(chunks(QUIET)[0])
+        socket.send_text(NOT_HELD)
+        for chunk in chunks(np.concatenate([LOUD, QUIET])):
+            socket.send_bytes(chunk)
+        while not Hearing.model_validate_json(socket.receive_text()).final:
+            pass
+
+
+def test_a_button_held_for_ever_is_listened_to_for_fifteen_seconds() -> None:
+    with ready() as client, client.websocket_connect("/listen?held=true") as socket:
+        for chunk in chunks(np.zeros(16 * 16_000, np.float32), 64_000):
+            socket.send_bytes(chunk)
+        last = Hearing.model_validate_json(socket.receive_text())
+    assert (last.final, last.transcript.no_speech) == (True, True)
+    assert last.transcript.duration_s == pytest.approx(15.0, abs=0.1)
 
 
 class OnceStopRecognizer(FakeRecognizer):

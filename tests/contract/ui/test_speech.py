@@ -11,7 +11,7 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from contracts.intent import Intent, Understood, WantedAction
 from contracts.problem import DependencyState
 from contracts.reading import Mood
-from contracts.speech import SPOKEN_CHARACTERS_MAX, SpeakRequest
+from contracts.speech import NOT_HELD, SPOKEN_CHARACTERS_MAX, SpeakRequest
 from mesh.clock import Clock, SystemClock
 from mesh.errors import UnavailableError, UnprocessableError
 from speech.app import create_app as create_speech
@@ -88,6 +88,18 @@ def test_what_was_said_is_shown_as_it_comes_and_then_what_it_means(world: UiWorl
     assert closed["code"] == 1000
     assert bytes(world.speech.ears[0].heard) == SOUND
     assert world.missions.commands == [], "what was heard begins nothing by itself"
+
+
+def test_a_held_button_is_told_on_and_so_is_a_tap(world: UiWorld) -> None:
+    world.speech.readings = (hearing("find", final=False), hearing("Find the red bottle."))
+    with page(world) as client, client.websocket_connect("/speech/listen?held=true") as socket:
+        socket.send_bytes(SOUND)
+        told(socket)
+        held = world.speech.ears[0].held
+        socket.send_text(NOT_HELD)
+        socket.send_text("")
+        outcome(socket)
+    assert (held, world.speech.ears[0].held) == (True, False)
 
 
 def test_two_readings_that_mean_different_things_are_a_question(world: UiWorld) -> None:
@@ -278,6 +290,13 @@ async def test_the_client_hears_and_speaks_through_the_real_service() -> None:
             await ears.send(loud[:3200])  # too late, and no harm
         assert (heard[-1].final, heard[-1].transcript.hot_text) == (True, "find the cup")
         assert any("tea pot" in one for one in recognizer.hot_words)
+        async with client.listen([], held=True) as ears:
+            for at in range(0, len(loud), 3200):
+                await ears.send(loud[at : at + 3200])
+            await ears.send(bytes(64_000))
+            await ears.not_held()
+            await ears.send(bytes(3200))
+            assert [one async for one in ears.hearings()][-1].final, "silence ends it where it is not held"
         assert (await client.speak(SpeakRequest(text="hello")))[:4] == b"RIFF"
         with pytest.raises(UnprocessableError):  # a failure of who asked, not of speech
             await client.speak(SpeakRequest(text="hello", voice="nobody"))

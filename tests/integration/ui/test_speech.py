@@ -59,6 +59,7 @@ async def test_what_is_said_while_the_button_is_held_is_shown_and_put_in_the_box
     await expect(heard(page)).to_have_text("find the")
     await expect(page.get_by_text(LIGHT)).to_be_visible()
     await until(lambda: any(site.world.speech.ears[0].heard), timeout_s=30.0)  # the browser's microphone beeps
+    assert site.world.speech.ears[0].held, "silence ends nothing"
     await page.mouse.up()
     await expect(page.get_by_label("What to find")).to_have_value("Find the blue cup.")
     await expect(page.get_by_text(LIGHT)).to_be_hidden()
@@ -94,6 +95,7 @@ async def test_a_tap_listens_until_the_speaker_is_done(page: Page, site: Site) -
     await expect(page.get_by_label("What to find")).to_have_value("find the cup")
     await expect(page.get_by_text(LIGHT)).to_be_hidden()
     assert not site.world.speech.ears[0].ended.is_set()
+    assert not site.world.speech.ears[0].held, "silence ends a tap"
 
 
 async def test_what_was_heard_is_sent_at_once_where_that_is_set_and_the_browser_keeps_the_setting(

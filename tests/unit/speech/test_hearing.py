@@ -35,6 +35,19 @@ def test_a_pause_ends_a_turn_and_a_breath_does_not(stretches: list[tuple[float, 
     assert after(*stretches) is turn
 
 
+def test_while_the_button_is_held_no_silence_is_an_end_and_let_go_it_is_one() -> None:
+    listening = Listening()
+    for probability in [*[0.0] * 90, *[0.9] * 5, *[0.0] * 20]:
+        listening = step(listening, probability, 0.1, held=True)
+    assert listening.turn is Turn.SPEAKING
+    assert step(listening, 0.0, 0.1).turn is Turn.DONE
+    waiting = Listening()
+    for _ in range(90):
+        waiting = step(waiting, 0.0, 0.1, held=True)
+    assert waiting.turn is Turn.WAITING
+    assert step(waiting, 0.0, 0.1).turn is Turn.NOBODY
+
+
 @pytest.mark.parametrize(
     ("one", "other", "same"),
     [

@@ -10,6 +10,8 @@ from contracts.base import Message
 HEARD_CHARACTERS_MAX = 1000
 SPOKEN_CHARACTERS_MAX = 500
 HOT_WORDS_MAX = 32
+NOT_HELD = "not held"
+"""Text to `WS /listen?held=true`: the button was only tapped, silence ends what is said from now on."""
 
 HotWord = Annotated[
     str,

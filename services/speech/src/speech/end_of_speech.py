@@ -52,8 +52,10 @@ class Listening:
     begun_s: float | None = None
 
 
-def step(was: Listening, probability: float, length_s: float) -> Listening:
-    """After `length_s` more of sound, in which speech is as likely as `probability`. An end stays an end."""
+def step(was: Listening, probability: float, length_s: float, *, held: bool = False) -> Listening:
+    """After `length_s` more of sound, in which speech is as likely as `probability`. An end stays an end; while a
+    button is `held` silence is none.
+    """
     if not ALLOWED[was.turn]:
         return was
     speech = probability >= PROBABILITY_MIN
@@ -64,10 +66,10 @@ def step(was: Listening, probability: float, length_s: float) -> Listening:
         silence_s=0.0 if speech else was.silence_s + length_s,
     )
     if was.turn is Turn.SPEAKING:
-        return replace(now, turn=Turn.DONE) if now.silence_s >= END_S else now
+        return replace(now, turn=Turn.DONE) if now.silence_s >= END_S and not held else now
     if now.speech_s >= BEGIN_S:
         return replace(now, turn=Turn.SPEAKING, begun_s=now.heard_s - now.speech_s)
-    return replace(now, turn=Turn.NOBODY) if now.heard_s >= NOBODY_S else now
+    return replace(now, turn=Turn.NOBODY) if now.heard_s >= NOBODY_S and not held else now
 
 
 def paused(now: Listening) -> bool:

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 from fastapi import WebSocket, WebSocketDisconnect
 from pydantic import Field, TypeAdapter, ValidationError
 
-from contracts.speech import HOT_WORDS_MAX, Hearing, HotWord, SpeechRefusal, Transcript
+from contracts.speech import HOT_WORDS_MAX, NOT_HELD, Hearing, HotWord, SpeechRefusal, Transcript
 from mesh.errors import MeshError, TooManyError
 from speech.end_of_speech import ALLOWED, WINDOW_SAMPLES, Listening, due, paused
 from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm, samples_of
@@ -32,8 +32,10 @@ SOCKET_S_MAX: Final = 60.0
 _HOT_WORDS: Final = TypeAdapter(Annotated[list[HotWord], Field(max_length=HOT_WORDS_MAX)])
 
 
-async def listen(socket: WebSocket, speech: SpeechService, hot_words: Sequence[str]) -> None:
-    """`hot_words` as the client sent them: looked at only here, where a refusal can say why."""
+async def listen(socket: WebSocket, speech: SpeechService, hot_words: Sequence[str], *, held: bool) -> None:
+    """`hot_words` as the client sent them: looked at only here, where a refusal can say why. `held`: a button is, and
+    its holder says when it is let go.
+    """
     await socket.accept()
     try:
         names = _HOT_WORDS.validate_python(hot_words)
@@ -42,7 +44,7 @@ async def listen(socket: WebSocket, speech: SpeechService, hot_words: Sequence[s
         return
     try:
         with speech.listener():
-            await _listen(socket, speech, names)
+            await _listen(socket, speech, names, held=held)
     except WebSocketDisconnect:
         return
     except TooManyError:
@@ -53,7 +55,7 @@ async def listen(socket: WebSocket, speech: SpeechService, hot_words: Sequence[s
         await socket.close(1011, error.detail[:100])
 
 
-async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str]) -> None:
+async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str], *, held: bool) -> None:
     loop = asyncio.get_running_loop()
     until_s = loop.time() + SOCKET_S_MAX
     teller = _Teller(socket, speech)
@@ -63,13 +65,16 @@ async def _listen(socket: WebSocket, speech: SpeechService, names: Sequence[str]
     try:
         while ALLOWED[listening.turn] and len(heard) < BYTES_MAX:
             chunk = await _chunk(socket, min(SILENT_CLIENT_S, until_s - loop.time()))
+            if chunk is None:
+                held = False
+                continue
             if not chunk:
                 break
             heard += chunk
             fresh = (len(heard) - looked) // WINDOW_BYTES
             if fresh >= LOOK_WINDOWS:
                 before, looked = max(0, looked - BEFORE_BYTES), looked + fresh * WINDOW_BYTES
-                listening = await speech.turn_of(listening, samples_of(heard[before:looked]), fresh)
+                listening = await speech.turn_of(listening, samples_of(heard[before:looked]), fresh, held=held)
             idle = speech.idle and (reading is None or reading.done())
             if idle and due(listening, read_s, speech.settings.partial_period_s):
                 read_s = listening.heard_s
@@ -114,8 +119,10 @@ class _Teller:
         await self.socket.send_text(Hearing(final=final, stop=self.stop, transcript=transcript).model_dump_json())
 
 
-async def _chunk(socket: WebSocket, timeout_s: float) -> bytes:
-    """Empty where the client says, or shows by its silence, that nothing more comes."""
+async def _chunk(socket: WebSocket, timeout_s: float) -> bytes | None:
+    """Empty where the client says, or shows by its silence, that nothing more comes; none where it says that silence
+    ends it from now on.
+    """
     try:
         message = await asyncio.wait_for(socket.receive(), timeout_s)
     except TimeoutError:
@@ -123,6 +130,8 @@ async def _chunk(socket: WebSocket, timeout_s: float) -> bytes:
     if message["type"] == "websocket.disconnect":
         raise WebSocketDisconnect
     chunk: bytes = message.get("bytes") or b""
+    if message.get("text") == NOT_HELD:
+        return None
     if message.get("text"):
         raise SoundError(SpeechRefusal.NOT_WAV, "raw samples are sent as binary messages")
     if len(chunk) > CHUNK_BYTES_MAX:

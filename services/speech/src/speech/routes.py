@@ -56,9 +56,11 @@ async def transcribe(request: Request, speech: SpeechDep, hot_words: HotWords = 
 @requires_role(Role.OPERATOR)
 async def listening(socket: WebSocket) -> None:
     """Raw 16 kHz samples in, `Hearing` out: partial readings, and a final one when the speaker is done. An empty text
-    message ends it at once. `?hot_words=` as for `POST /transcribe`. Closed with 1013 while too many are listened to,
-    with 1003 for what is no sound, with 1008 for what are no hot words."""
-    await listen(socket, socket.state.speech, socket.query_params.getlist("hot_words"))
+    message ends it at once. With `?held=true` silence is no end, until a text message says `not held`. `?hot_words=` as
+    for `POST /transcribe`. Closed with 1013 while too many are listened to, with 1003 for what is no sound, with 1008
+    for what are no hot words."""
+    query = socket.query_params
+    await listen(socket, socket.state.speech, query.getlist("hot_words"), held=query.get("held") == "true")
 
 
 @router.post("/speak", tags=["speaking"], response_class=Response, responses=WAV_RESPONSE)

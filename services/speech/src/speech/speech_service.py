@@ -145,13 +145,13 @@ class SpeechService:
             plain, stop = await self._hearing.run(self._read_plain, samples, look_for_stop)
         return self._transcript(samples, began_s, plain, plain, stop=stop)
 
-    async def turn_of(self, was: Listening, samples: Samples, fresh: int) -> Listening:
+    async def turn_of(self, was: Listening, samples: Samples, fresh: int, *, held: bool = False) -> Listening:
         """How far the speaker is after the last `fresh` windows of 32 ms of these samples; those before help to judge
-        them. Costs 0.4 ms a window, and waits for no turn."""
+        them. `held`: a button is, and silence is no end. Costs 0.4 ms a window, and waits for no turn."""
         self._require("voice_activity")
         likely = await asyncio.to_thread(self.activity.probabilities, samples)
         for probability in likely[-fresh:]:
-            was = step(was, probability, WINDOW_S)
+            was = step(was, probability, WINDOW_S, held=held)
         return was
 
     async def speak(self, request: SpeakRequest) -> bytes:

@@ -116,6 +116,10 @@ class Ears(Protocol):
         """Little-endian 16-bit mono samples of 16 kHz, two seconds at most."""
         ...
 
+    async def not_held(self) -> None:
+        """Silence ends it from now on: the button was only tapped."""
+        ...
+
     async def end(self) -> None:
         """Nothing more is said: the final reading comes."""
         ...
@@ -128,8 +132,8 @@ class Ears(Protocol):
 class Speech(Protocol):
     """speech."""
 
-    def listen(self, hot_words: Sequence[str]) -> AbstractAsyncContextManager[Ears]:
-        """`hot_words`: names that may well be said."""
+    def listen(self, hot_words: Sequence[str], *, held: bool = False) -> AbstractAsyncContextManager[Ears]:
+        """`hot_words`: names that may well be said. `held`: a button is; silence ends nothing until `not_held`."""
         ...
 
     async def speak(self, request: SpeakRequest) -> bytes:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 
-from contracts.speech import Hearing, SpeakRequest
+from contracts.speech import NOT_HELD, Hearing, SpeakRequest
 from mesh.errors import UnavailableError, UnprocessableError, UpstreamError
 from mesh.http import ServiceClient, bearer
 from ui.settings import Settings
@@ -39,6 +39,9 @@ class SpeechSocket:
 
     async def send(self, samples: bytes) -> None:
         await self._send(samples)
+
+    async def not_held(self) -> None:
+        await self._send(NOT_HELD)
 
     async def end(self) -> None:
         await self._send("")
@@ -70,8 +73,8 @@ class SpeechClient(ServiceClient):
         self._speak_timeout_s = settings.speak_timeout_s
 
     @contextlib.asynccontextmanager
-    async def listen(self, hot_words: Sequence[str]) -> AsyncGenerator[SpeechSocket]:
-        query = query_of(hot_words)
+    async def listen(self, hot_words: Sequence[str], *, held: bool = False) -> AsyncGenerator[SpeechSocket]:
+        query = f"held=true&{query_of(hot_words)}" if held else query_of(hot_words)
         try:
             socket = await connect(
                 f"{self._listen_url}?{query}",

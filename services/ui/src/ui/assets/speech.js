@@ -4,6 +4,7 @@
   const { t, box, part, say, url, socketUrl, ask, ready } = window.atom;
   const RATE_HZ = 16000;
   const TAP_MS = 400;  // pressed for less: it was a tap, and the end of what is said ends it
+  const NOT_HELD = "not held";
   const LAST_CHUNK_MS = 400;
   const SPEAK_MS = 20000;
   const SPOKEN_MAX = 500;
@@ -99,7 +100,7 @@
   }
 
   function connect(mine) {
-    const socket = new WebSocket(socketUrl("speech/listen"));
+    const socket = new WebSocket(socketUrl("speech/listen?held=true"));
     mine.socket = socket;
     socket.onopen = () => { for (const early of mine.early.splice(0)) socket.send(early); };
     socket.onmessage = (message) => {
@@ -127,6 +128,7 @@
     if (!mine || !mine.held) return;
     mine.held = false;
     if (performance.now() - mine.begun >= TAP_MS) finishSpeaking(mine);
+    else if (!spoken(mine)) send(mine, NOT_HELD);
   }
 
   // Nothing said into it is heard any more: the next press begins anew.

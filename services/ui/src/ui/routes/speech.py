@@ -9,7 +9,7 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from fastapi.responses import Response
 
 from contracts.intent import WantedAction
-from contracts.speech import Hearing, SpeakRequest
+from contracts.speech import NOT_HELD, Hearing, SpeakRequest
 from mesh.access import Role, current_principal, requires_role
 from mesh.errors import MeshError, NotFoundError
 from mesh.tracing import TracedRoute
@@ -38,7 +38,8 @@ WAV_RESPONSE: Final[dict[int | str, dict[str, Any]]] = {
 @router.websocket("/listen")
 @requires_role(Role.OPERATOR)
 async def listen(socket: WebSocket) -> None:
-    """Raw 16 kHz 16-bit mono samples in, an empty text when the speaker is done. Out, `Saying` as JSON: each reading as
+    """Raw 16 kHz 16-bit mono samples in, an empty text when the speaker is done; with `?held=true` silence is no end
+    until a text says `not held`. Out, `Saying` as JSON: each reading as
     it comes, then that it is heard out, at which the page shuts its microphone, last the final one, with what it means.
 
     An order to stop in any reading, or what the coordinator understands as one, is the emergency stop: asked for here,
@@ -50,7 +51,8 @@ async def listen(socket: WebSocket) -> None:
     try:
         if desk.speech is None:
             raise NotFoundError(_("This page has no speech service."))
-        async with desk.speech.listen(hot_words_of(desk.facts.remembered)) as ears:
+        held = socket.query_params.get("held") == "true"
+        async with desk.speech.listen(hot_words_of(desk.facts.remembered), held=held) as ears:
             forwarding = asyncio.ensure_future(_forward(socket, ears))
             try:
                 await _Relay(socket, desk).run(ears)
@@ -79,6 +81,9 @@ async def _forward(socket: WebSocket, ears: Ears) -> None:
         if message["type"] == "websocket.disconnect":
             break
         samples: bytes = message.get("bytes") or b""
+        if message.get("text") == NOT_HELD:
+            await ears.not_held()
+            continue
         if message.get("text") or len(samples) > CHUNK_BYTES_MAX or len(samples) % 2:
             await _close(socket, 1003, _("That is no sound."))
             break
