@@ -51,7 +51,7 @@ check: setup docs ## format, lint, types, images, dead wood, the site: no networ
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/pyright
 	$(VENV)/bin/pyright -p bench
-	$(VENV)/bin/hadolint --config .hadolint.yaml services/*/Dockerfile sim/Dockerfile packages/cli/Dockerfile
+	$(VENV)/bin/hadolint --config .hadolint.yaml services/*/Dockerfile sim/Dockerfile packages/cli/Dockerfile packages/ear/Dockerfile
 	$(VENV)/bin/compose-lint check -q compose.yaml
 	$(VENV)/bin/vulture --min-confidence 80 --ignore-names trace services packages sim/src demo/src bench
 

@@ -24,6 +24,7 @@ IMAGES: Final = {
     "ui": "atom-ui",
     "speech": "atom-speech",
     "keys": "atom-cli",
+    "ear": "atom-ear[device]",
     "sim": "atom-sim[ros-wheels]",
     "demo": "atom-demo",
 }

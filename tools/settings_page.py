@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings
 
 PAGE: Final = Path(__file__).parents[1] / "docs/settings.md"
-SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui")
+SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui", "ear")
 UNITS: Final = {
     "rad_s_px": "rad/s a pixel", "m_rad": "m/rad", "m_s2": "m/s²", "rad_s2": "rad/s²", "m_s": "m/s", "rad_s": "rad/s",
     "rad": "rad", "hz": "Hz", "px": "px", "m": "m", "s": "s", "days": "days", "percent": "%", "bytes": "bytes",

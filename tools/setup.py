@@ -30,6 +30,7 @@ PROJECTS = (
     "packages/mesh",
     "packages/store",
     "packages/cli",
+    "packages/ear[device]",
     "services/robot_bridge[ros-wheels,foxglove]",
     "services/inference[openvino,onnx]",
     "services/memory",

@@ -21,9 +21,10 @@ ROS_LIVES_IN = ("robot_bridge.adapters", "robot_bridge.doctor.examination", "sim
 
 MODELS = frozenset({
     "torch", "torchvision", "ultralytics", "open_clip", "openvino", "onnxruntime", "transformers",
-    "faster_whisper", "hibari",
+    "faster_whisper", "hibari", "pyopen_wakeword",
 })  # fmt: skip
 MODELS_LIVE_IN = (
+    "ear.adapters",
     "inference.adapters",
     "inference.perception.small_clip",
     "inference.perception.torchvision_cpu",
@@ -66,6 +67,11 @@ def strangers(module: Module, roots: frozenset[str], home: tuple[str, ...]) -> s
 def test_a_service_imports_no_other_service_nor_the_simulator(service: str) -> None:
     others = OURS - {service, *SHARED}
     assert {one.name: one.roots & others for one in modules(service) if one.roots & others} == {}
+
+
+def test_the_ear_is_a_client_that_imports_no_service() -> None:
+    others = OURS - {"ear", "contracts", "mesh", "vocabulary"}
+    assert {one.name: one.roots & others for one in modules("ear") if one.roots & others} == {}
 
 
 def test_only_the_bridges_adapters_and_the_simulated_robot_speak_ros() -> None:

@@ -14,10 +14,11 @@ import yaml
 from support.source import ROOT, SERVICES
 
 COMPOSE = Path(sys.executable).with_name("docker-compose")
-OURS = [*SERVICES, "sim", "keys"]
+OURS = [*SERVICES, "sim", "ear", "keys"]
 WITH_PROFILE = {
     "sim": "sim",
     "speech": "speech",
+    "ear": "ear",
     "ollama": "llm",
     "prometheus": "observe",
     "grafana": "observe",
@@ -104,10 +105,10 @@ def test_sums_take_one_thread_as_in_the_demo(name: str) -> None:
 
 def test_nothing_begins_before_its_keys_are_there() -> None:
     waiting = [name for name, one in composed()["services"].items() if "keys" in one.get("depends_on", {})]
-    assert waiting == sorted([*SERVICES, "redis", "prometheus"])
+    assert waiting == sorted([*SERVICES, "ear", "redis", "prometheus"])
 
 
-@pytest.mark.parametrize("name", [*SERVICES, "redis", "prometheus"])
+@pytest.mark.parametrize("name", [*SERVICES, "ear", "redis", "prometheus"])
 def test_each_holds_its_own_key_and_nobody_elses(name: str) -> None:
     """All keys lie in a volume that only the container sees that makes them."""
     held = [one["source"] for one in of(name)["volumes"] if one["source"].startswith("keys")]
@@ -131,7 +132,7 @@ def test_only_the_bridge_is_on_the_machines_own_network_and_listens_nowhere_else
     gateway = composed()["networks"]["default"]["ipam"]["config"][0]["gateway"]
     assert of("robot_bridge")["environment"]["ROBOT_BRIDGE_HOST"] == f"127.0.0.1,{gateway}"
     callers = [name for name in containers() if "http://robot_bridge:8004" in of(name).get("environment", {}).values()]
-    assert callers == ["coordinator", "inference", "memory", "ui"]
+    assert callers == ["coordinator", "ear", "inference", "memory", "ui"]
     assert all(of(name)["extra_hosts"] == [f"robot_bridge={gateway}"] for name in callers)
 
 

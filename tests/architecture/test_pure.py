@@ -21,6 +21,7 @@ PURE = {
         "questions.tallies",
         "queue.parse_validation",
     ),
+    "ear": ("choices", "core", "messages", "quiet_hours", "sayings", "tones", "words"),
     "geometry": ("boxes", "grids", "places", "poses", "regions", "rooms"),
     "inference": (
         "boxes",

@@ -23,6 +23,8 @@ NOT_RUN = {
     ".venv/bin/atom restore --check atom-backup.tar": MESH,
     ".venv/bin/atom restore atom-backup.tar": MESH,
     "INFERENCE_MODEL_SET=coco python -m inference": "needs weights that are fetched by hand",
+    ".venv/bin/python -m ear": "needs a microphone; tests/integration/ear let it hear a file",
+    "arecord -q -f S16_LE -r 16000 -c 1 -t raw | EAR_SOUND=- .venv/bin/python -m ear": "needs a microphone",
     "git pull": "fetches",
     "make demo": LONG,
     "make demo COMMAND=\"find the blue cup\" SEED=4": LONG,

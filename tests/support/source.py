@@ -16,6 +16,7 @@ SOURCES = {
     "mesh": ROOT / "packages/mesh/src/mesh",
     "store": ROOT / "packages/store/src/store",
     "atom_cli": ROOT / "packages/cli/src/atom_cli",
+    "ear": ROOT / "packages/ear/src/ear",
     "sim": ROOT / "sim/src/sim",
     "demo": ROOT / "demo/src/demo",
     **{name: ROOT / "services" / name / "src" / name for name in SERVICES},

@@ -31,6 +31,7 @@ from contracts.topics import bus_rules
 
 ROLES: Final = {
     "coordinator": Role.SERVICE,
+    "ear": Role.OPERATOR,
     "inference": Role.VIEWER,
     "memory": Role.VIEWER,
     "robot_bridge": Role.VIEWER,

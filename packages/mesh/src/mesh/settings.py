@@ -19,35 +19,15 @@ SYSTEMD: Final = {"MEMORY_PRESSURE_WATCH", "MEMORY_PRESSURE_WRITE"}
 """systemd tells these to every service; they are not memory's."""
 
 
-class ServiceSettings(BaseSettings):
-    """Read from the environment, with the service's own prefix; frozen. A variable that is no setting is refused."""
+class ClientSettings(BaseSettings):
+    """Of a program that asks the services, and listens to no port itself. Read from the environment, with its own
+    prefix; frozen. A variable that is no setting is refused.
+    """
 
     model_config = SettingsConfigDict(frozen=True)
 
-    host: str = Field(default="127.0.0.1", description="addresses to listen on, commas between; 0.0.0.0 for every one")
-    port: Port
-    redis_url: str = Field(
-        default="redis://127.0.0.1:6379/0",
-        description="of the bus; redis://NAME@host takes a password made of the service's own key",
-    )
-    origins_allowed: tuple[str, ...] = Field(
-        default=(), description='further names it goes by, e.g. behind a proxy: ["https://robot.example"]'
-    )
-    keys_file: Path | None = Field(
-        default=None, description="who may what, as `atom keys make` writes it; none = anybody, from this machine only"
-    )
     key: SecretStr | None = Field(default=None, description="this service's own key, for the others; or in a file")
     key_file: Path | None = Field(default=None, description="holds this service's own key")
-
-    @model_validator(mode="after")
-    def _stays_on_this_machine_without_keys(self) -> Self:
-        if self.keys_file is None and not all(map(_is_here, self.host.split(","))):
-            prefix = _names(type(self))[0]
-            raise ValueError(
-                f"{prefix}HOST={self.host} without keys: whoever reached the port could do anything. "
-                f"`atom keys make` makes them, {prefix}KEYS_FILE names their file; or leave {prefix}HOST at 127.0.0.1"
-            )
-        return self
 
     @property
     def own_key(self) -> SecretStr | None:
@@ -59,18 +39,11 @@ class ServiceSettings(BaseSettings):
         except OSError as error:
             raise SystemExit(f"{_names(type(self))[0]}KEY_FILE: {self.key_file}: {error.strerror}") from None
 
-    def credential_store(self) -> CredentialStore | None:
-        """Raises `SystemExit` when the file of keys cannot be read."""
-        try:
-            return CredentialStore(self.keys_file) if self.keys_file is not None else None
-        except ValueError as error:
-            raise SystemExit(f"{_names(type(self))[0]}KEYS_FILE: {error}") from None
-
     @classmethod
     def read(cls) -> Self:
         """From the environment; raises `SystemExit` with a sentence for each variable that is refused."""
         try:
-            return cls()  # pyright: ignore[reportCallIssue]  # each service has a port of its own by default
+            return cls()
         except SettingsError as error:
             raise SystemExit(f"{error}: {error.__cause__}") from None
         except ValidationError as error:
@@ -86,6 +59,42 @@ class ServiceSettings(BaseSettings):
         if said := refusals(cls, os.environ):
             raise ValueError("\n".join(said))
         return values
+
+
+class ServiceSettings(ClientSettings):
+    """Of a service, which others ask."""
+
+    model_config = SettingsConfigDict(frozen=True)
+
+    host: str = Field(default="127.0.0.1", description="addresses to listen on, commas between; 0.0.0.0 for every one")
+    port: Port
+    redis_url: str = Field(
+        default="redis://127.0.0.1:6379/0",
+        description="of the bus; redis://NAME@host takes a password made of the service's own key",
+    )
+    origins_allowed: tuple[str, ...] = Field(
+        default=(), description='further names it goes by, e.g. behind a proxy: ["https://robot.example"]'
+    )
+    keys_file: Path | None = Field(
+        default=None, description="who may what, as `atom keys make` writes it; none = anybody, from this machine only"
+    )
+
+    @model_validator(mode="after")
+    def _stays_on_this_machine_without_keys(self) -> Self:
+        if self.keys_file is None and not all(map(_is_here, self.host.split(","))):
+            prefix = _names(type(self))[0]
+            raise ValueError(
+                f"{prefix}HOST={self.host} without keys: whoever reached the port could do anything. "
+                f"`atom keys make` makes them, {prefix}KEYS_FILE names their file; or leave {prefix}HOST at 127.0.0.1"
+            )
+        return self
+
+    def credential_store(self) -> CredentialStore | None:
+        """Raises `SystemExit` when the file of keys cannot be read."""
+        try:
+            return CredentialStore(self.keys_file) if self.keys_file is not None else None
+        except ValueError as error:
+            raise SystemExit(f"{_names(type(self))[0]}KEYS_FILE: {error}") from None
 
 
 def _is_here(host: str) -> bool:

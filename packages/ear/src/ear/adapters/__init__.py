@@ -1,0 +1,1 @@
+"""Where the ear touches the world: microphone, loudspeaker, wake word, services."""

@@ -1,0 +1,344 @@
+"""The shell round the core: sound goes in, what is decided is done, one thing of a conversation at a time."""
+
+import asyncio
+import contextlib
+from collections import deque
+from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import dataclass, field
+from datetime import time
+from typing import Any, Final, assert_never
+
+import structlog
+
+from contracts.mission import EventKind, Mission, MissionEvent
+from contracts.robot import EmergencyStopRequest
+from contracts.speech import Hearing, SpeakRequest
+from ear import core, words
+from ear.ports import (
+    CHUNK_BYTES,
+    CHUNK_S,
+    Coordinator,
+    Ears,
+    Loudspeaker,
+    Memory,
+    Robot,
+    SoundError,
+    Source,
+    Speech,
+    WakeWordDetector,
+)
+from ear.quiet_hours import QuietHours
+from ear.sayings import Sayings
+from ear.settings import Settings
+from ear.tones import wav_of
+from mesh.clock import Clock
+from mesh.errors import MeshError, UnavailableError, UpstreamError
+from mesh.tasks import Tasks
+
+log = structlog.get_logger()
+
+LEAD_S: Final = 0.4
+"""What was said just before the wake word was noticed goes along: people do not wait for it."""
+SILENCE_S: Final = 2.0
+"""Behind the end of a recording, so that the end of what was said is found."""
+INSIST_S: Final = 5.0
+"""So long a stop that did not reach the robot is asked for,"""
+AGAIN_S: Final = 0.3
+"""each time so long after the last answer."""
+NEWS_S_MAX: Final = 60.0
+"""Older than that it is no news any more."""
+NAMES_S: Final = 60.0
+RUNS: Final = frozenset({EventKind.START, EventKind.RESUME})
+ENDS: Final = frozenset({EventKind.FOUND, EventKind.END})
+
+
+@dataclass
+class RobotEar:
+    settings: Settings
+    clock: Clock
+    time_of_day: Callable[[], time]
+    tasks: Tasks
+    source: Source
+    loudspeaker: Loudspeaker
+    wake_word: WakeWordDetector
+    speech: Speech
+    coordinator: Coordinator
+    robot: Robot
+    memory: Memory | None
+    ear: core.Ear = field(default_factory=core.Ear)
+    _quiet_hours: QuietHours | None = None
+    _recent: deque[bytes] = field(default_factory=lambda: deque[bytes](maxlen=round(LEAD_S / CHUNK_S)))
+    _sayings: Sayings = field(default_factory=Sayings)
+    _listening: "asyncio.Queue[bytes] | None" = None
+    _short: "asyncio.Queue[bytes]" = field(default_factory=lambda: asyncio.Queue[bytes](1))
+    _holding: asyncio.Queue[core.Hold | core.LetGo] = field(default_factory=asyncio.Queue[core.Hold | core.LetGo])
+    _tones: asyncio.Queue[core.Tone] = field(default_factory=asyncio.Queue[core.Tone])
+    _held: str = ""
+    _names: Sequence[str] = ()
+    _doing: "asyncio.Task[Any] | None" = None
+    _may_move: bool = True
+    """Until the coordinator says that no mission runs."""
+
+    def __post_init__(self) -> None:
+        self._quiet_hours = QuietHours.read(self.settings.quiet_hours)
+
+    async def run(self) -> None:
+        """Until the sound ends, which a microphone's does not. Raises `SoundError`."""
+        for name, forever in (
+            ("hold", self._hold_and_let_go()),
+            ("follow", self._follow()),
+            ("tones", self._play_tones()),
+            ("short sayings", self._read_short_sayings()),
+            ("names", self._keep_names()),
+        ):
+            self.tasks.start(name, forever)
+        async for chunk in self.source.chunks():
+            await self._hear(chunk)
+        for _ in range(round(SILENCE_S / CHUNK_S)):
+            await self.clock.sleep(CHUNK_S)
+            await self._hear(bytes(CHUNK_BYTES))
+        while self.ear.state is not core.State.ASLEEP:
+            await self.clock.sleep(CHUNK_S)
+        await self._holding.join()
+
+    def feed(self, event: core.Event) -> None:
+        before = self.ear.state
+        self.ear, actions = core.step(self.ear, event, self.clock.now_s(), quiet=self._is_quiet())
+        if self.ear.state is not before:
+            log.info("ear", state=self.ear.state.value, before=before.value)
+        for action in actions:
+            self._do(action)
+
+    def _is_quiet(self) -> bool:
+        return self._quiet_hours is not None and self._quiet_hours.covers(self.time_of_day())
+
+    # sound in
+
+    async def _hear(self, chunk: bytes) -> None:
+        if not core.hears(self.ear, self.clock.now_s()):
+            self._forget()
+            return
+        self._recent.append(chunk)
+        if self._listening is not None:
+            await self._listening.put(chunk)
+            return
+        if self.settings.stop_without_wake_word and self._may_move:
+            saying = self._sayings.take(chunk)
+            if saying is not None and self._short.empty():
+                self._short.put_nowait(saying)
+        if self.ear.state is core.State.ASLEEP and await asyncio.to_thread(self.wake_word.heard, chunk):
+            self.wake_word.forget()
+            self.feed(core.Woken())
+
+    def _forget(self) -> None:
+        """What it says itself is followed by nothing."""
+        if self._recent:
+            self._recent.clear()
+            self._sayings.forget()
+            self.wake_word.forget()
+
+    async def _read_short_sayings(self) -> None:
+        while True:
+            saying = await self._short.get()
+            with contextlib.suppress(MeshError):  # away or busy: the next one is asked again
+                transcript = await self.speech.transcribe(saying)
+                if transcript.stop:
+                    self.feed(core.StopHeard(transcript.text))
+
+    # what was decided
+
+    def _do(self, action: core.Action) -> None:
+        match action:
+            case core.StopRobot():
+                self._leave()
+                self.tasks.start("stop", self._stop_robot(action), forever=False)
+            case core.Listen():
+                self._converse(self._listen(action))
+            case core.Understand():
+                self._converse(self._understand(action))
+            case core.Send():
+                self._converse(self._send(action))
+            case core.Say():
+                self._converse(self._say(action))
+            case core.Sound(tone):
+                self._tones.put_nowait(tone)
+            case core.Hold() | core.LetGo():
+                self._holding.put_nowait(action)
+            case _:
+                assert_never(action)
+
+    def _converse(self, coroutine: Coroutine[Any, Any, None]) -> None:
+        self._leave()
+        self._doing = self.tasks.start("conversation", coroutine, forever=False)
+
+    def _leave(self) -> None:
+        """What was under way is given up, unless it is what decides this."""
+        if self._doing is not None and self._doing is not asyncio.current_task():
+            self._doing.cancel()
+        self._doing = None
+
+    async def _stop_robot(self, action: core.StopRobot) -> None:
+        request = EmergencyStopRequest(reason=f"said: {action.words[:100]}", by="ear")
+        until_s = self.clock.now_s() + INSIST_S
+        while True:
+            try:
+                await self.robot.emergency_stop(request)
+            except MeshError as error:
+                log.warning("a spoken stop did not reach the robot", why=error.detail)
+                if self.clock.now_s() >= until_s:
+                    self.feed(core.Stopped(action.turn, reached=False))
+                    return
+                await self.clock.sleep(AGAIN_S)
+            else:
+                self.feed(core.Stopped(action.turn, reached=True))
+                return
+
+    async def _listen(self, action: core.Listen) -> None:
+        samples: asyncio.Queue[bytes] = asyncio.Queue()
+        for chunk in () if action.again else self._recent:
+            samples.put_nowait(chunk)
+        self._recent.clear()
+        self._listening = samples
+        event: core.Event
+        try:
+            async with self.speech.listen(self._names) as ears:
+                event = await self._heard_by(ears, samples, action.turn)
+        except MeshError as error:
+            event = core.Away(action.turn, "speech", error.detail)
+        finally:
+            if self._listening is samples:
+                self._listening = None
+            self.wake_word.forget()
+            self._sayings.forget()
+        self.feed(event)
+
+    async def _heard_by(self, ears: Ears, samples: "asyncio.Queue[bytes]", turn: int) -> core.Event:
+        """The first stop, or the final reading. Raises `MeshError`."""
+        sending = asyncio.create_task(_send_on(samples, ears))
+        try:
+            async for hearing in ears.hearings():
+                if hearing.stop:
+                    return core.StopHeard(hearing.transcript.text)
+                if hearing.final:
+                    return _heard_out(hearing, turn)
+        finally:
+            sending.cancel()
+            await asyncio.gather(sending, return_exceptions=True)
+        raise UnavailableError("speech", "it ended without a last reading")
+
+    async def _understand(self, action: core.Understand) -> None:
+        event: core.Event
+        try:
+            event = core.Meant(action.turn, await self.coordinator.understand(action.readings))
+        except MeshError as error:
+            event = _failed(action.turn, error)
+        self.feed(event)
+
+    async def _send(self, action: core.Send) -> None:
+        event: core.Event
+        command = action.intent.command
+        try:
+            if action.intent.action.is_question:
+                event = core.Replied(action.turn, words.short((await self.coordinator.ask(command)).answer))
+            else:
+                begun = await self.coordinator.start(command)
+                mission = isinstance(begun, Mission)
+                event = core.Begun(action.turn, words.short(action.intent.able)) if mission else core.Replied(
+                    action.turn, words.short(begun.text)
+                )  # fmt: skip
+        except MeshError as error:
+            event = _failed(action.turn, error)
+        self.feed(event)
+
+    async def _say(self, action: core.Say) -> None:
+        event: core.Event = core.Spoken(action.turn)
+        try:
+            wav = await self.speech.speak(SpeakRequest(text=action.sentence, voice=self.settings.voice or None))
+            self.feed(core.Sounding(action.turn))
+            await self.loudspeaker.play(wav)
+        except MeshError as error:
+            event = core.Away(action.turn, "speech", error.detail)
+        except SoundError as error:
+            log.warning("it cannot be said", why=str(error))
+        self.feed(event)
+
+    # beside the conversation
+
+    async def _play_tones(self) -> None:
+        while True:
+            tone = await self._tones.get()
+            try:
+                await self.loudspeaker.play(wav_of(tone))
+            except SoundError as error:
+                log.warning("no tone", why=str(error))
+
+    async def _hold_and_let_go(self) -> None:
+        """In their order. A mission that a person paused, or that has ended, is left alone."""
+        while True:
+            action = await self._holding.get()
+            try:
+                match action:
+                    case core.Hold():
+                        await self._hold()
+                    case core.LetGo():
+                        held, self._held = self._held, ""
+                        if held:
+                            await self.coordinator.hold(held, for_s=0.0)
+            except MeshError as error:
+                log.info("not held, or not let go", why=error.detail)
+            finally:
+                self._holding.task_done()
+
+    async def _hold(self) -> None:
+        mission = (await self.coordinator.status()).mission
+        if mission is None or mission.outcome is not None or mission.queue_position is not None:
+            self._held = ""
+        elif not mission.paused or mission.id == self._held:
+            await self.coordinator.hold(mission.id, for_s=self.settings.hold_s)
+            self._held = mission.id
+
+    async def _follow(self) -> None:
+        with contextlib.suppress(MeshError):
+            mission = (await self.coordinator.status()).mission
+            self._may_move = mission is not None and mission.outcome is None
+        async for event in self.coordinator.events():
+            if event.kind in RUNS:
+                self._may_move = True
+            elif event.kind in ENDS:
+                self._may_move = False
+                await self._tell(event)
+
+    async def _tell(self, event: MissionEvent) -> None:
+        if self.clock.now_s() - event.stamp_s > NEWS_S_MAX or not event.mission_id:
+            return
+        with contextlib.suppress(MeshError):
+            sentence = words.ending(await self.coordinator.mission(event.mission_id))
+            if sentence:
+                self.feed(core.News(sentence))
+
+    async def _keep_names(self) -> None:
+        while True:
+            if self.memory is not None:
+                with contextlib.suppress(MeshError):
+                    self._names = await self.memory.names()
+            await self.clock.sleep(NAMES_S)
+
+
+async def _send_on(samples: "asyncio.Queue[bytes]", ears: Ears) -> None:
+    while True:
+        await ears.send(await samples.get())
+
+
+def _heard_out(hearing: Hearing, turn: int) -> core.HeardOut:
+    transcript = hearing.transcript
+    return core.HeardOut(turn, words.readings_of(transcript.hot_text, transcript.text), not transcript.no_speech)
+
+
+def _failed(turn: int, error: MeshError) -> core.Event:
+    match error:
+        case UpstreamError():
+            return core.Replied(turn, words.short(error.said))
+        case UnavailableError():
+            return core.Away(turn, error.service, error.said)
+        case _:
+            return core.Away(turn, "coordinator", error.detail)
