@@ -290,7 +290,7 @@ FAULTS = (
     ),
     Fault(
         "bridge_updated",
-        "SIGTERM: at rest while it is away; the mission waits for it and goes on",
+        "SIGTERM: at rest while it is away; the mission goes on, or ends with the cause after 15 s without the robot",
         bridge_updated,
         needs_mission=True,
     ),

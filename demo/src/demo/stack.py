@@ -14,7 +14,8 @@ from typing import Any
 
 from supervisor.xmlrpc import SupervisorTransport
 
-STOP_WAIT_S = 8
+STOP_WAIT_S = 10
+"""As in `compose.yaml`: 5 s are meant, and a busy machine takes longer."""
 ROOT = Path(__file__).resolve().parents[3]
 """The repository: the simulated home's weights lie in it."""
 
