@@ -64,7 +64,7 @@ async def test_the_wake_word_wakes_and_a_command_alone_does_not(speech_url: str,
     assert woken == [True, True, False, False, False]
 
 
-def test_every_word_of_the_settings_has_its_model() -> None:
+async def test_every_word_of_the_settings_has_its_model() -> None:
     assert [OpenWakeWordDetector(word, 0.5).heard(bytes(CHUNK_BYTES)) for word in WakeWord] == [False] * len(WakeWord)
 
 

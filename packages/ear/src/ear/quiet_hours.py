@@ -23,8 +23,8 @@ class QuietHours:
         found = _WRITTEN.fullmatch(written.strip())
         if found is None:
             raise ValueError(f"{written!r} is no stretch of the day: write it as 22:00-07:00")
-        numbers = [int(one) for one in found.groups()]
-        return cls(time(*numbers[:2]), time(*numbers[2:]))
+        begin_h, begin_min, end_h, end_min = (int(one) for one in found.groups())
+        return cls(time(begin_h, begin_min), time(end_h, end_min))
 
     def covers(self, now: time) -> bool:
         """`now` is the time of day where the robot is."""
