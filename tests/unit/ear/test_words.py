@@ -55,6 +55,7 @@ def test_yes_means_the_only_choice() -> None:
         ("Hey Jarvis, find the red bottle.", ("find the red bottle.",)),
         ("Jarvis find the cup", ("find the cup",)),
         ("find the cup", ("find the cup",)),
+        ("Ok Naboo, find the cup", ("find the cup",)),
         ("Hey, Jarvis.", ()),
         ("", ()),
         ("...", ()),

@@ -37,8 +37,9 @@ from mesh.tasks import Tasks
 
 log = structlog.get_logger()
 
-LEAD_S: Final = 0.4
-"""What was said just before the wake word was noticed goes along: people do not wait for it."""
+LEAD_S: Final = 1.6
+"""The wake word itself goes along, as people speak on without waiting: a recogniser that hears half of it makes other
+words of that ("let us find", "and just find")."""
 SILENCE_S: Final = 2.0
 """Behind the end of a recording, so that the end of what was said is found."""
 INSIST_S: Final = 5.0

@@ -13,7 +13,9 @@ STOP_LOST: Final = "The stop did not reach me. Press the stop button."
 GAVE_UP: Final = "I did not understand. I do nothing."
 READINGS_MAX: Final = 4
 READING_CHARACTERS_MAX: Final = 500
-WAKING: Final = frozenset({"hey", "hi", "okay", "ok", "jarvis", "nabu", "alexa", "mycroft", "rhasspy"})
+WAKING: Final = frozenset({
+    "hey", "hi", "okay", "ok", "jarvis", "nabu", "naboo", "navu", "alexa", "mycroft", "rhasspy", "raspy",
+})  # fmt: skip
 """The parts of the words that wake it, as a recogniser writes them."""
 
 
