@@ -40,7 +40,7 @@ Recall by distance, the six searched kinds: {rings}.
 ```
 python -m sim.training.dataset DATA --first 100000 --homes 700 --images 10       # homes to train on
 python -m sim.training.dataset HELD_OUT --first 900000 --homes 60 --images 8     # homes to measure on
-python -m sim.training.detector DATA detector.pt --steps 20000 --threads 2       # --init goes on, --minutes ends it by the clock
+python -m sim.training.detector DATA detector.pt --steps 20000 --threads 2       # or --init, --minutes
 python -m sim.training.clip DATA clip.safetensors --held-out HELD_OUT --steps 3000
 python -m sim.training.evaluate HELD_OUT --weights sim/weights [--coco PATH]     # writes this page and scores.json
 ```
