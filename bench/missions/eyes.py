@@ -16,6 +16,7 @@ from contracts.language import ReasonReply, ReasonRequest
 from contracts.measuring import Measurement
 from contracts.memory import LabelCount, LookBatch, RecalledView, RecallReply, RecallRequest, RememberedObject, View
 from contracts.problem import Dependency
+from contracts.rooms import RoomsReply
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
 from contracts.vision import (
     Detection,
@@ -164,6 +165,9 @@ class SimulatedMemory:
 
     async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
         return ()
+
+    async def rooms(self) -> RoomsReply:
+        return RoomsReply()
 
     async def dependency(self) -> Dependency:
         return Dependency.of("memory", ok=not self.wire.down)

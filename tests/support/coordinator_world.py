@@ -39,6 +39,7 @@ from contracts.robot import (
     RobotState,
     VelocityReply,
 )
+from contracts.rooms import NamedRoom, RoomsReply
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import (
     Detection,
@@ -527,6 +528,7 @@ class FakeMemory:
         self.remembered = tuple(views)
         self.away = False
         self.things: tuple[RememberedObject, ...] | None = None
+        self.named_rooms: tuple[NamedRoom, ...] = ()
         """None: a memory that knows views only, and takes no looks."""
         self.looked: list[Look] = []
         self.in_other_maps: tuple[str, ...] = ()
@@ -553,6 +555,10 @@ class FakeMemory:
         if self.things is None:
             raise UpstreamError("memory", 404, "Not Found")
         return [one for one in self.things if label in {None, one.label}][:limit]
+
+    async def rooms(self) -> RoomsReply:
+        self._check()
+        return RoomsReply(map_id="home", rooms=self.named_rooms)
 
     def _check(self) -> None:
         if self.away:

@@ -13,7 +13,7 @@ from memory.belief import LOST_BELOW, after_miss
 from memory.frames import Frame, Tally
 from memory.object_association import Ledger
 from memory.objects import MapObject
-from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView, in_maps
+from memory.ports import Candidates, Counts, ExportBatch, KeptMap, KeptRoom, StoredView, in_maps
 from memory.views import AggregatedView, ViewCell, contradicted, merged, view_at
 from mesh.errors import UnavailableError, UnprocessableError
 from store.copies import DatabaseCopy, JudgedDatabase
@@ -33,6 +33,7 @@ class FakeStore:
         self._views_max = views_max
         self._things_max = things_max
         self._maps: dict[int, tuple[str, float]] = {0: ("", 0.0)}
+        self._rooms: list[KeptRoom] = []
         self._things: dict[int, MapObject] = {}
         self._views: dict[ViewCell, tuple[int, AggregatedView, float]] = {}
         self._thing_ids = count(1)
@@ -79,6 +80,25 @@ class FakeStore:
     async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
         self._there()
         return tuple({place.map_number for place in self._views if place.label == label})[:limit]
+
+    async def rooms(self, map_number: int) -> tuple[KeptRoom, ...]:
+        self._there()
+        return tuple(one for one in self._rooms if one.map_number == map_number)
+
+    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> None:
+        self._there()
+        for x, y in places:
+            self._rooms.append(KeptRoom(len(self._rooms) + 1, map_number, self._most(map_number) + 1, x, y))
+
+    async def name_room(self, map_number: int, room_id: int, name: str) -> int:
+        for other in await self.rooms(map_number):
+            if name and other.id != room_id and other.name.casefold() == name.casefold():
+                return other.id
+        self._rooms = [replace(one, name=name) if one.id == room_id else one for one in self._rooms]
+        return room_id
+
+    def _most(self, map_number: int) -> int:
+        return max((one.number for one in self._rooms if one.map_number == map_number), default=0)
 
     async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[StoredView]:
         self._there()
@@ -243,6 +263,11 @@ class FakeStore:
 
     def _merge(self, old: int, new: int) -> None:
         del self._maps[old]
+        most = self._most(new)
+        self._rooms = [
+            replace(one, map_number=new, number=one.number + most) if one.map_number == old else one
+            for one in self._rooms
+        ]
         self._things = {
             number: replace(one, map_number=new) if one.map_number == old else one
             for number, one in self._things.items()

@@ -26,7 +26,7 @@ from support.waiting import until
 
 A_BATCH = 7
 """Views that one request writes in one transaction."""
-NEWEST = "0004"
+NEWEST = "0005"
 
 
 @pytest.fixture

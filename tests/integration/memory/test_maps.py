@@ -173,3 +173,18 @@ CREATE INDEX views_best_first ON views (label, confidence DESC);
 CREATE INDEX views_of_colour ON views (label, colour, confidence DESC) WHERE thing_id IS NULL;
 UPDATE alembic_version SET version_num = '0003';
 """
+
+
+async def test_rooms_belong_to_a_map_and_two_of_one_map_never_bear_one_name(store: Store) -> None:
+    home, office = await store.enter_map("home", (), 1.0), await store.enter_map("office", (), 2.0)
+    await store.add_rooms(home, [(1.0, 2.0), (3.0, 4.0)])
+    await store.add_rooms(office, [(1.0, 2.0)])
+    first, second = await store.rooms(home)
+    (other,) = await store.rooms(office)
+    assert [(one.number, one.x, one.y, one.name) for one in (first, second)] == [(1, 1.0, 2.0, ""), (2, 3.0, 4.0, "")]
+    assert await store.name_room(home, first.id, "Den") == first.id
+    assert await store.name_room(home, second.id, "den") == first.id
+    assert await store.name_room(office, other.id, "den") == other.id
+    assert [one.name for one in (*await store.rooms(home), *await store.rooms(office))] == ["Den", "", "den"]
+    await store.enter_map("home", ("office",), 3.0)
+    assert [(one.number, one.name) for one in await store.rooms(home)] == [(1, "Den"), (2, ""), (3, "den")]

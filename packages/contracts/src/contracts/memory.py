@@ -124,6 +124,7 @@ class RememberedObject(Message):
     times_missed: int = Field(default=0, ge=0)
     moved_from: int | None = None
     moved_to: int | None = None
+    room_id: int | None = Field(default=None, description="the room it stands in, see /rooms; none: not known")
 
 
 class LabelCount(Message):

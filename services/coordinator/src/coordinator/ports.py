@@ -12,6 +12,7 @@ from contracts.mission import Mission, MissionEvent
 from contracts.motion import BaseReply, DriveReply, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, Goal, GoalRequest, Map, VelocityReply
+from contracts.rooms import RoomsReply
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
 from store.copies import DatabaseCopy, JudgedDatabase
 
@@ -83,6 +84,10 @@ class Memory(Protocol):
     async def views(self, label: str, limit: int) -> Sequence[View]: ...
     async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
         """`UpstreamError` 404 from a memory that knows views only."""
+        ...
+
+    async def rooms(self) -> RoomsReply:
+        """`UpstreamError` 404 from a memory that names no rooms."""
         ...
 
     async def dependency(self) -> Dependency: ...

@@ -39,6 +39,7 @@ from memory.objects import to_message
 from memory.picture import map_svg
 from memory.ports import DepthAndMap, Store
 from memory.recall import Weights
+from memory.room_book import RoomBook
 from memory.settings import Settings
 from memory.whereabouts import Whereabouts
 from mesh.bus import Bus, redis_dependency
@@ -70,6 +71,7 @@ class MemoryService:
         self.writing = SharedLock()
         """Shared by all that writes: numbers of maps that it holds are those of the database it writes to."""
         self._whereabouts = Whereabouts(store, senses, clock, self.writing)
+        self.rooms = RoomBook(store, senses, self._whereabouts, clock, self.writing)
         self._ingest = FrameIngest(settings, store, senses)
         self._blind = FrameIngest(settings, store, None)
         self._pending: deque[Detections] = deque(maxlen=PENDING_MAX)
@@ -190,19 +192,18 @@ class MemoryService:
         ]
 
     async def objects(
-        self,
-        label: str | None,
-        state: ObjectState | None,
-        colour: str | None,
-        limit: int,
-        map_id: str | None = None,
-    ) -> list[RememberedObject]:
+        self, label: str | None, state: ObjectState | None, colour: str | None, limit: int,
+        map_id: str | None = None, room: int | None = None,
+    ) -> list[RememberedObject]:  # fmt: skip
         """Most believed first."""
         now_s, number = self._clock.now_s(), await self._whereabouts.number(map_id)
         kept = await self._store.things(label, None, self._settings.objects_max, number)
-        found = [to_message(one, now_s) for one in kept]
-        wanted = [one for one in found if state in {None, one.state} and colour in {None, one.colour}]
-        return sorted(wanted, key=lambda one: (-one.belief, -one.last_seen_s, one.id))[:limit]
+        told = [to_message(one, now_s) for one in kept]
+        fits = [one for one in told if state in {None, one.state} and colour in {None, one.colour}]
+        found = sorted(fits, key=lambda one: (-one.belief, -one.last_seen_s, one.id))
+        if room is not None:
+            found = [one for one in await self.rooms.placed(found, number) if one.room_id == room]
+        return await self.rooms.placed(found[:limit], number)
 
     async def object(self, number: int) -> RememberedObject:
         thing = await self._store.thing(number)

@@ -74,6 +74,19 @@ class KeptMap:
 
 
 @dataclass(frozen=True, slots=True)
+class KeptRoom:
+    """A room of a map, remembered by a place in it. `number` counts the rooms of its map; `name` is a person's, or
+    empty."""
+
+    id: int
+    map_number: int
+    number: int
+    x: float
+    y: float
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Counts:
     """Of the whole store."""
 
@@ -138,6 +151,18 @@ class Store(Protocol):
 
     async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
         """Numbers of maps in which something of the label is remembered."""
+        ...
+
+    async def rooms(self, map_number: int) -> tuple[KeptRoom, ...]:
+        """By their ids."""
+        ...
+
+    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> None:
+        """Rooms without a name, by a place in each (x, y in m)."""
+        ...
+
+    async def name_room(self, map_number: int, room_id: int, name: str) -> int:
+        """The id of the room that bears the name now: another's where that had it before, and nothing has changed."""
         ...
 
     async def remember(self, frames: Sequence[Frame]) -> Tally:

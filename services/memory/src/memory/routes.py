@@ -27,6 +27,7 @@ from contracts.memory import (
     RememberedObject,
     View,
 )
+from contracts.rooms import NamedRoom, NameRoom, RoomsReply
 from memory.memory_service import MemoryService
 from memory.metrics import RECALLS
 from mesh.access import Role, requires_role
@@ -81,6 +82,20 @@ async def maps(memory: MemoryDep) -> list[RememberedMap]:
     return await memory.maps()
 
 
+@router.get("/rooms", tags=["reading"])
+@requires_role(Role.VIEWER)
+async def rooms(memory: MemoryDep) -> RoomsReply:
+    """The rooms of the map the robot is in, by name; none where there is no map now."""
+    return await memory.rooms.rooms()
+
+
+@router.put("/rooms/{number}/name", tags=["writing"])
+@requires_role(Role.OPERATOR)
+async def name_room(number: Number, body: NameRoom, memory: MemoryDep) -> NamedRoom:
+    """Gives a room a person's name, or takes it away (''); 404 when there is no such room, 409 when another has it."""
+    return await memory.rooms.name(number, body.name)
+
+
 @router.get("/views", tags=["reading"])
 @requires_role(Role.VIEWER)
 async def views(
@@ -100,11 +115,12 @@ async def objects(
     label: Annotated[Label | None, Query()] = None,
     state: Annotated[ObjectState | None, Query()] = None,
     colour: Annotated[ColourWord | None, Query()] = None,
+    room: Annotated[int | None, Query(ge=1, le=2**31 - 1, description="a room's id, see /rooms")] = None,
     limit: Annotated[int, Query(ge=1, le=5000)] = 200,
     in_map: InMap = None,
 ) -> list[RememberedObject]:
-    """Things with a place of their own, most believed first."""
-    return await memory.objects(label, state, colour, limit, in_map)
+    """Things with a place of their own, most believed first, each with the room it stands in."""
+    return await memory.objects(label, state, colour, limit, in_map, room)
 
 
 @router.get("/objects/{number}", tags=["reading"])

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import httpx
 
 from contracts.memory import LabelCount, LookBatch, RecallReply, RecallRequest, RememberedObject, View
+from contracts.rooms import RoomsReply
 from coordinator.settings import Settings
 from mesh.http import ServiceClient
 
@@ -36,3 +37,6 @@ class MemoryClient(ServiceClient):
     async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
         wanted = {"label": label} if label is not None else {}
         return await self.get_list("/objects", RememberedObject, limit=limit, **wanted)
+
+    async def rooms(self) -> RoomsReply:
+        return await self.get("/rooms", RoomsReply)

@@ -1,6 +1,7 @@
 """What a question is about, read by rules: words lead to a topic, a kind of thing, a colour, a room. Nothing else."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from contracts.asking import About
@@ -10,7 +11,7 @@ from vocabulary.folding import joined, plain_words_of
 from vocabulary.groups import Group, group_in
 from vocabulary.labels import label_in
 from vocabulary.moods import read
-from vocabulary.rooms import room_in
+from vocabulary.rooms import named_in
 
 SPOKEN: tuple[tuple[About, str], ...] = (
     (About.BATTERY, r"\bbatter(y|ies)\b|\bcharg(e|ed|ing)\b|\bpower\b"),
@@ -36,9 +37,10 @@ class ParsedQuestion:
     """Of changes: how far back."""
 
 
-def parse_question(question: str) -> ParsedQuestion:
+def parse_question(question: str, rooms: Iterable[str] = ()) -> ParsedQuestion:
+    """`rooms`: the names of the home's own."""
     text = joined(plain_words_of(question))
-    label, room = label_in(text), room_in(text)
+    label, room = label_in(text), named_in(question, rooms)
     colour = colour_asked(label or "", text)
     group = group_in(text) if label is None else None
     about = _about(text, label, room)

@@ -17,6 +17,7 @@ from coordinator.core.report import ago
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Inference, Memory, MissionLog
 from coordinator.questions.parsed_question import ParsedQuestion, parse_question
+from coordinator.questions.rooms_meant import KnownRooms, called, inside
 from coordinator.questions.tallies import THERE, apart_m, changes, tally
 from coordinator.settings import Settings
 from mesh.clock import Clock
@@ -56,6 +57,7 @@ class QuestionService:
         self._log = log_
         self._runner = runner
         self._clock = clock
+        self._rooms = KnownRooms()
 
     async def ask(self, question: str) -> Answer:
         mood = read(question).mood
@@ -64,6 +66,8 @@ class QuestionService:
         asked, notes = parse_question(question), ""
         try:
             async with asyncio.timeout(self._settings.call_timeout_s):
+                self._rooms = await self._known_rooms()
+                asked = parse_question(question, self._rooms.names)
                 records, lead = await self._facts(asked)
         except (MeshError, TimeoutError) as error:
             log.warning("a question could not be answered", error=str(error))
@@ -132,7 +136,15 @@ class QuestionService:
             known = [Record(source="memory", text=f"{one.label}: seen from {one.views} places", label=one.label,
                             stamp_s=one.last_seen_s) for one in counts[:RECORDS_MAX]]  # fmt: skip
             return known, "I remember:" if known else "I remember nothing yet."
-        marks = [one for one in things if one.label in ROOMS[asked.room]]
+        meant = self._rooms.meant(asked.room)
+        if meant:
+            there = inside(things, meant)
+            where = " and ".join(called(one.name) for one in meant)
+            lead = f"In {where}:" if there else f"I remember nothing in {where}."
+            return [self._of_object(one) for one in there[:RECORDS_MAX]], lead
+        marks = [one for one in things if one.label in ROOMS.get(asked.room, ())]
+        if asked.room not in ROOMS:
+            return (), f"I know no room called {asked.room}."
         if not marks:
             return (), f"I do not know where the {asked.room} is: I have seen none of {', '.join(ROOMS[asked.room])}."
         named = ", ".join(sorted({one.label for one in marks}))
@@ -179,7 +191,9 @@ class QuestionService:
     async def _near_room(self, things: list[RememberedObject], room: str | None) -> list[RememberedObject]:
         if room is None:
             return things
-        marks = [one for one in await self._objects(None) if one.label in ROOMS[room]]
+        if meant := self._rooms.meant(room):
+            return inside(things, meant)
+        marks = [one for one in await self._objects(None) if one.label in ROOMS.get(room, ())]
         return [one for one in things if any(apart_m(one, mark) <= ROOM_M for mark in marks)]
 
     async def _objects(self, label: str | None) -> list[RememberedObject]:
@@ -190,6 +204,14 @@ class QuestionService:
             log.debug("memory names no objects", reason=error.detail)
             return []
         return sorted(found, key=lambda one: -one.belief)
+
+    async def _known_rooms(self) -> KnownRooms:
+        """None from a memory that names no rooms: then a room is what lies near the things that make it one."""
+        try:
+            return KnownRooms((await self._memory.rooms()).rooms)
+        except MeshError as error:
+            log.debug("memory names no rooms", reason=error.detail)
+            return KnownRooms()
 
     def _doing(self) -> list[Record]:
         status = self._runner.status()
@@ -229,7 +251,7 @@ class QuestionService:
     def _of_object(self, one: RememberedObject) -> Record:
         text = (
             f"{one.description} at x {one.position.x:.1f} m, y {one.position.y:.1f} m, "
-            f"seen {self._ago(one.last_seen_s)}, {one.state.value}"
+            f"seen {self._ago(one.last_seen_s)}, {one.state.value}{self._rooms.where(one)}"
         )
         return Record(source="memory", id=f"object {one.id}", text=text, label=one.label, stamp_s=one.last_seen_s)
 

@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 from sqlalchemy import Connection, delete, func, insert, select, update
 
+from memory.adapters import rooms
 from memory.adapters.tables import maps, things, views
 from memory.adapters.writing import merge_loose_views
 from memory.ports import ExportBatch, KeptMap, in_maps
@@ -55,6 +56,7 @@ def enter(connection: Connection, map_id: str, was: Collection[str], now_s: floa
 
 def _merge(connection: Connection, old: int, new: int) -> None:
     merge_loose_views(connection, old, new)
+    rooms.merge(connection, old, new)
     for table in (things, views):
         connection.execute(update(table).where(table.c.map_number == old).values(map_number=new))
     connection.execute(delete(maps).where(maps.c.number == old))

@@ -9,7 +9,7 @@ from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_
 
 from contracts.memory import Area, LabelCount
 from memory.adapters.rows import COLOURS_AT, THING, VIEW, thing_of, view_of
-from memory.adapters.tables import maps, things, views
+from memory.adapters.tables import maps, rooms, things, views
 from memory.objects import MapObject, to_message
 from memory.ports import Candidates, Counts, ExportBatch, StoredView
 
@@ -189,7 +189,7 @@ def everything(connection: Connection) -> None:
     known = set(connection.execute(select(maps.c.number)).scalars())
     if not known:
         raise ValueError("it holds no map, so nothing can be anywhere")
-    for table in (things, views):
+    for table in (things, views, rooms):
         astray = set(connection.execute(select(table.c.map_number).distinct()).scalars()) - known
         if astray:
             raise ValueError(f"{table.name} are in a map {min(astray)} that it does not hold")

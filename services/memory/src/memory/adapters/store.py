@@ -8,12 +8,12 @@ from pathlib import Path
 from sqlalchemy import Connection, make_url
 
 from contracts.memory import Area, ForgetRequest, LabelCount
-from memory.adapters import places, reading, writing
+from memory.adapters import places, reading, rooms, writing
 from memory.adapters.postgres import Postgres
 from memory.adapters.tables import MIGRATIONS, things, views
 from memory.frames import Frame, Tally
 from memory.objects import MapObject
-from memory.ports import Candidates, Counts, ExportBatch, KeptMap, StoredView
+from memory.ports import Candidates, Counts, ExportBatch, KeptMap, KeptRoom, StoredView
 from memory.settings import Settings
 from store.connections import Connections
 from store.copies import DatabaseCopy, JudgedDatabase
@@ -85,6 +85,15 @@ class SqlStore:
 
     async def maps_with(self, label: str, limit: int) -> tuple[int, ...]:
         return await self._connections.read(lambda connection: places.maps_with(connection, label, limit))
+
+    async def rooms(self, map_number: int) -> tuple[KeptRoom, ...]:
+        return await self._connections.read(lambda connection: rooms.rooms_of_map(connection, map_number))
+
+    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> None:
+        await self._connections.write(lambda connection: rooms.add(connection, map_number, places))
+
+    async def name_room(self, map_number: int, room_id: int, name: str) -> int:
+        return await self._connections.write(lambda connection: rooms.name(connection, map_number, room_id, name))
 
     async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[StoredView]:
         return await self._connections.read(lambda connection: reading.best_views(connection, label, limit, map_number))

@@ -32,6 +32,19 @@ maps = Table(
     Column("last_seen_s", Real, nullable=False),
 )
 
+rooms = Table(
+    "rooms",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("map_number", Integer, nullable=False),
+    Column("number", Integer, nullable=False),  # 'unnamed room 3'
+    Column("x", Real, nullable=False),
+    Column("y", Real, nullable=False),
+    Column("name", Text, nullable=False),  # a person's; empty: nobody named it
+    sqlite_autoincrement=True,  # an id is never given twice: a page may still show the old one
+)
+Index("rooms_of_map", rooms.c.map_number)
+
 things = Table(
     "things",
     metadata,
