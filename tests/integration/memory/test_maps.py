@@ -158,6 +158,7 @@ async def _still_there(opened_store: SqlStore) -> None:
 
 
 BACK_TO_0003 = """
+DROP TABLE rooms;
 DROP INDEX things_of_label;
 DROP INDEX things_at;
 DROP INDEX views_place;
