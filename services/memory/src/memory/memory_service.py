@@ -209,7 +209,8 @@ class MemoryService:
         thing = await self._store.thing(number)
         if thing is None:
             raise NotFoundError(f"no object {number} is remembered")
-        return to_message(thing, self._clock.now_s())
+        (told,) = await self.rooms.placed([to_message(thing, self._clock.now_s())], thing.map_number)
+        return told
 
     async def recall(self, request: RecallRequest) -> RecallReply:
         """Requirement A5; see `memory.recall`."""
