@@ -454,7 +454,7 @@ class BridgeBehaviour:
 
         await until_true(located)
         place = (await rig.post("/localize", boxes)).json()["measurements"][0]
-        assert math.isclose(place["base_point"]["x"], depth_m + 0.06, abs_tol=0.02)
+        assert math.isclose(place["base_point"]["x"], depth_m + rig.toy.camera_x_m, abs_tol=0.02)
         assert math.isclose(place["map_point"]["x"], x, abs_tol=0.03)
         assert math.isclose(place["map_point"]["y"], y, abs_tol=0.03)
         assert abs(place["bearing_rad"]) < 0.02

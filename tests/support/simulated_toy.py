@@ -37,7 +37,7 @@ from sim.nav.docking import Docking, Undocking
 from sim.nav.navigator import Navigator, Outcome
 from sim.nav.planner import plan
 from sim.world import World, WorldOptions
-from sim.world.robot import LIDAR, LIDAR_Z_M
+from sim.world.robot import CAMERA_X_M, LIDAR, LIDAR_Z_M
 from sim.world.types import CameraModel, OccupancyGrid
 from support.simulated_room import DOCK, SCENE, WIDTH_M
 from support.toy_base_stop import ToyBaseStop
@@ -59,7 +59,7 @@ class SimulatedToy(ToyRobot):
     """The toy's controls over a world. Commands to the world are handed to its thread."""
 
     def __init__(self) -> None:
-        super().__init__(wall_ahead_m=WIDTH_M - START.x)
+        super().__init__(wall_ahead_m=WIDTH_M - START.x, camera_x_m=CAMERA_X_M)
         self.where = START
         self._moves: list[Pose2D] = []
 

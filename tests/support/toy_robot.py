@@ -47,6 +47,8 @@ class ToyRobot:
     give_up_code: int = 104
     distance_left_m: float = 1.5
     """What Nav2 feeds back while it drives. Only the fake robot heeds it."""
+    camera_x_m: float = CAMERA_X_M
+    """Of the camera before base_link."""
     preempted: bool = False
     """Somebody else's goal has taken the place of one that was given up. Only the fake robot heeds it."""
     thinking: set[str] = field(default_factory=set)
