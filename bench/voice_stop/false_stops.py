@@ -74,7 +74,7 @@ async def listened(speech: SpeechService, sound: Sound) -> tuple[int, list[str]]
     at, turns, false = 0, 0, list[str]()
     while at < len(raw):
         socket = FileSocket(raw, at, speech)
-        await listen(cast(Any, socket), speech, ())
+        await listen(cast(Any, socket), speech, (), held=False)
         turns += bool(socket.told) and not socket.told[-1].transcript.no_speech
         stops = [one for one in socket.told if one.stop]
         if stops:

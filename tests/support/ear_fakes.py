@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from fastapi import FastAPI, Query, WebSocket, WebSocketDisconnect
 
 from contracts.asking import About, Answer
+from contracts.colours import Colour
 from contracts.intent import Intent, Understand, Understood, WantedAction
 from contracts.mission import (
     EventKind,
@@ -28,7 +29,7 @@ from mesh.errors import UnavailableError, UpstreamError
 RUNNING = Mission(
     id="m1",
     command="find the red bottle",
-    target=Target(label="bottle", colour="red", description="red bottle"),
+    target=Target(label="bottle", colour=Colour.RED, description="red bottle"),
     state=MissionState.MEMORY_NAV,
     started_s=1.0,
 )
