@@ -9,11 +9,12 @@ lay() { # whole or not at all: a service may read it at any time
   cp "$ATOM_KEYS_FOLDER/$1" "$to/.new" && chmod 444 "$to/.new" && mv "$to/.new" "$to/$1"
 }
 beside=${ATOM_KEYS_FOLDER%/*}
-for service in coordinator ear inference memory robot_bridge speech ui; do
+for service in coordinator inference memory robot_bridge speech ui; do
   to=$beside/$service
   lay keys.json
   lay $service.key
 done
+to=$beside/ear; lay ear.key # it asks, and is asked by nobody
 to=$beside/redis; lay redis.acl
 to=$beside/prometheus; lay prometheus.key
 [ $# -gt 0 ] || echo "The services have their keys. Yours: docker compose run --rm keys make YOUR_NAME --role admin"

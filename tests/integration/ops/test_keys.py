@@ -10,7 +10,7 @@ import pytest
 
 from support.source import ROOT, SERVICES
 
-FOLDERS = (*SERVICES, "redis", "prometheus")
+FOLDERS = (*SERVICES, "ear", "redis", "prometheus")
 
 
 @pytest.fixture
@@ -34,9 +34,9 @@ def laid(volumes: Path) -> dict[str, set[str]]:
 def test_each_service_gets_its_own_key_and_no_secret_is_told(volumes: Path) -> None:
     told = keys(volumes)
     expected = {name: {"keys.json", f"{name}.key"} for name in SERVICES}
-    assert laid(volumes) == expected | {"redis": {"redis.acl"}, "prometheus": {"prometheus.key"}}
+    assert laid(volumes) == expected | {"ear": {"ear.key"}, "redis": {"redis.acl"}, "prometheus": {"prometheus.key"}}
     secrets = [one.read_text().strip() for one in (volumes / "all").glob("*.key")]
-    assert len(secrets) == len(SERVICES) + 1
+    assert len(secrets) == len(SERVICES) + 2  # the ear's and Prometheus'
     assert [one for one in secrets if one in told] == []
     assert "docker compose run --rm keys make" in told
 
