@@ -12,7 +12,9 @@ from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings
 
 PAGE: Final = Path(__file__).parents[1] / "docs/settings.md"
-SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui", "ear")
+SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui")
+CLIENTS: Final = ("ear",)
+"""They ask and are asked by nobody: no port, no Redis."""
 UNITS: Final = {
     "rad_s_px": "rad/s a pixel", "m_rad": "m/rad", "m_s2": "m/s²", "rad_s2": "rad/s²", "m_s": "m/s", "rad_s": "rad/s",
     "rad": "rad", "hz": "Hz", "px": "px", "m": "m", "s": "s", "days": "days", "percent": "%", "bytes": "bytes",
@@ -55,7 +57,7 @@ def _variables(
 
 
 def page() -> str:
-    return HEAD + "".join(_section(service) for service in SERVICES)
+    return HEAD + "".join(_section(service) for service in (*SERVICES, *CLIENTS))
 
 
 def _section(service: str) -> str:
