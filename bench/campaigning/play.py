@@ -2,8 +2,6 @@
 
 import asyncio
 import logging
-import shutil
-import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,20 +10,16 @@ from typing import Any
 from bench.campaigning.episode import FaultedEpisode
 from bench.campaigning.verdict import judged
 from bench.search.play import STARTED_S, circumstances, digest, scored, without_wall_time
-from bench.search.policies import deciding
+from bench.search.staging import staged
 from bench.world.clock import TOOK_S, NothingLeftError, SpinningError, run_simulated
-from bench.world.drawn import drawn_from
 from bench.world.fate import Fate
 from bench.world.line import Line
 from bench.world.mesh import Mesh, MeshSettings, open_mesh
-from bench.world.tour import toured
 from bench.world.troubles import RobotTroubles
 from contracts.mission import Mission, MissionState, Outcome
 from coordinator.core.recording import read, replay
 from inference.perception.models import Loaded
 from mesh.errors import MeshError
-from sim.home import Home
-from sim.world import World, WorldOptions
 
 log = logging.getLogger(__name__)
 
@@ -53,36 +47,25 @@ class Played:
 
 def played(one: FaultedEpisode, models: Loaded, settings: MeshSettings, *, tours: Path) -> dict[str, Any]:
     """The record of a faulted mission. What the simulation cannot go on with counts as a hang or a crash."""
-    began_s, episode = time.perf_counter(), one.episode
-    home = Home.generate(episode.home_seed)
-    remembered = toured(home, models, settings, tours) if episode.tour else None
+    began_s = time.perf_counter()
     run = Played()
-    with tempfile.TemporaryDirectory() as scratch, World(home) as before, drawn_from(episode.seed):
-        recorded, disk = before.grid, Path(scratch) / "disk"
-        if remembered is None:
-            disk.mkdir()
-        else:
-            shutil.copytree(remembered, disk)
-        rules = deciding(settings.coordinator, episode.policy, episode.changes)
-        ours = MeshSettings(disk, rules, settings.inference, settings.memory, settings.bridge)
-        for carried in episode.since_tour:
-            home = carried.done_to(home)
-        options = WorldOptions(light=episode.light, rgb_noise_sigma=episode.grain)
-        line, troubles = Line(one.faults, one.seed), RobotTroubles(one.faults, one.seed)
-        with World(home, seed=episode.seed, start=episode.start, options=options) as world:
+    line, troubles = Line(one.faults, one.seed), RobotTroubles(one.faults, one.seed)
+    with staged(one.episode, models, settings, tours) as stage:
 
-            async def main() -> None:
-                async with open_mesh(world, recorded, models, ours, line=line, troubles=troubles) as mesh:
-                    await _play(one, mesh, run)
+        async def main() -> None:
+            async with open_mesh(
+                stage.world, stage.recorded, models, stage.settings, line=line, troubles=troubles
+            ) as mesh:
+                await _play(one, mesh, run)
 
-            try:
-                run_simulated(main, start_s=STARTED_S, took_s=TOOK_S)
-            except (NothingLeftError, SpinningError) as error:
-                run.problems.append(f"hang: {error}")
-            except Exception as error:
-                log.exception("mission %d", one.seed)
-                run.problems.append(f"crash: {type(error).__name__}: {error}")
-            run.metres = round(world.truth.path_length_m, 2)
+        try:
+            run_simulated(main, start_s=STARTED_S, took_s=TOOK_S)
+        except (NothingLeftError, SpinningError) as error:
+            run.problems.append(f"hang: {error}")
+        except Exception as error:
+            log.exception("mission %d", one.seed)
+            run.problems.append(f"crash: {type(error).__name__}: {error}")
+        run.metres = round(stage.world.truth.path_length_m, 2)
     record = _told(one, run) | {"on": circumstances(models)}
     return record | {"digest": digest(record), "wall": {"seconds": round(time.perf_counter() - began_s, 2)}}
 

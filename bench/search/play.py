@@ -7,7 +7,6 @@ import json
 import math
 import platform
 import shutil
-import tempfile
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,18 +17,16 @@ from typing import Any, cast
 from bench.search.activity import Activity
 from bench.search.episode import Asked, Command, Episode
 from bench.search.floor import Ways, counts_within_m, floor_s
-from bench.search.policies import deciding
+from bench.search.staging import staged
 from bench.world.clock import TOOK_S, NothingLeftError, SpinningError, run_simulated
-from bench.world.drawn import drawn_from
 from bench.world.mesh import Mesh, MeshSettings, open_mesh
-from bench.world.tour import TOURED_S, toured
+from bench.world.tour import TOURED_S
 from contracts.mission import EventKind, Mission, MissionEvent, Outcome
 from contracts.topics import MISSION_EVENTS
 from inference.perception.models import Loaded
 from mesh.errors import MeshError
-from sim.home import Home
 from sim.scoring import NothingToScoreError, score
-from sim.world import ThingTruth, World, WorldOptions
+from sim.world import ThingTruth, World
 
 STARTED_S = TOURED_S + 3600.0
 SETTLE_S = 3.0
@@ -81,40 +78,25 @@ def played(
 ) -> dict[str, Any]:
     """The record of an episode. `settings.disk` is not used; `keep` keeps the robot's disk, with the recording."""
     began_s, began_cpu_s = time.perf_counter(), time.process_time()
-    home = Home.generate(episode.home_seed)
-    remembered = toured(home, models, settings, tours) if episode.tour else None
-    toured_cpu_s = time.process_time() - began_cpu_s
-    with tempfile.TemporaryDirectory() as scratch, World(home) as before, drawn_from(episode.seed):
-        recorded = before.grid
-        disk = Path(scratch) / "disk"
-        if remembered is None:
-            disk.mkdir()
-        else:
-            shutil.copytree(remembered, disk)
-        rules = deciding(settings.coordinator, episode.policy, episode.changes)
-        ours = MeshSettings(disk, rules, settings.inference, settings.memory, settings.bridge)
-        for carried in episode.since_tour:
-            home = carried.done_to(home)
-        options = WorldOptions(light=episode.light, rgb_noise_sigma=episode.grain)
-        record: dict[str, Any] = {"episode": episode.model_dump(mode="json"), "on": circumstances(models)}
-        with World(home, seed=episode.seed, start=episode.start, options=options) as world:
+    record: dict[str, Any] = {"episode": episode.model_dump(mode="json"), "on": circumstances(models)}
+    with staged(episode, models, settings, tours) as stage:
 
-            async def main() -> dict[str, Any]:
-                async with open_mesh(world, recorded, models, ours) as mesh:
-                    return await _play(Stage(episode, world, mesh))
+        async def main() -> dict[str, Any]:
+            async with open_mesh(stage.world, stage.recorded, models, stage.settings) as mesh:
+                return await _play(Stage(episode, stage.world, mesh))
 
-            try:
-                record |= run_simulated(main, start_s=STARTED_S, took_s=TOOK_S)
-            except (NothingLeftError, SpinningError) as error:
-                record |= {"problems": [f"hang: {error}"], "missions": []}
+        try:
+            record |= run_simulated(main, start_s=STARTED_S, took_s=TOOK_S)
+        except (NothingLeftError, SpinningError) as error:
+            record |= {"problems": [f"hang: {error}"], "missions": []}
         if keep is not None:
-            shutil.copytree(disk, keep, dirs_exist_ok=True)
+            shutil.copytree(stage.settings.disk, keep, dirs_exist_ok=True)
     record = without_wall_time(record)
     record["digest"] = digest(record)
     record["wall"] = {
         "seconds": round(time.perf_counter() - began_s, 2),
         "cpu_s": round(time.process_time() - began_cpu_s, 2),
-        "tour_cpu_s": round(toured_cpu_s, 2),
+        "tour_cpu_s": round(stage.toured_cpu_s, 2),
         "simulated_s": record.get("simulated_s", 0.0),
     }
     return record

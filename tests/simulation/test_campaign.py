@@ -9,13 +9,12 @@ from typing import Any
 import pytest
 
 from bench.campaign import in_one_home, played
-from bench.missions.faults import Faults
 from bench.missions.place import SimulatedPlace
 from bench.missions.run import Run
 from bench.missions.scenario import HOMES, Present, Remembered, Scenario, scenario, wanted_in
-from bench.missions.seeing import Errors
 from bench.missions.verdict import Verdict
 from bench.world.clock import NothingLeftError, run_simulated
+from bench.world.faults import Errors, Faults
 from contracts.mission import Outcome
 from coordinator import replay
 from coordinator.core.recording import MalformedRecordingError, read

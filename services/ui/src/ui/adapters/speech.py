@@ -1,99 +1,19 @@
-"""speech over HTTP and a socket: what is said, and a voice for what is answered."""
-
-import contextlib
-from collections.abc import AsyncGenerator, AsyncIterator, Sequence
-from typing import Final
-from urllib.parse import urlencode
+"""speech over HTTP and a socket, with the page's settings."""
 
 import httpx
-from pydantic import ValidationError
-from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import ConnectionClosed, WebSocketException
 
-from contracts.speech import NOT_HELD, Hearing, SpeakRequest
-from mesh.errors import UnavailableError, UnprocessableError, UpstreamError
-from mesh.http import ServiceClient, bearer
+import mesh.speech
 from ui.settings import Settings
 
-OPEN_S: Final = 2.0
-QUERY_BYTES_MAX: Final = 6_000
-"""Of hot words: a request line of more than 8 kB is refused by the server before anybody reads it."""
 
-
-def query_of(hot_words: Sequence[str]) -> str:
-    """As many of the first as `QUERY_BYTES_MAX` holds: a letter of another script is nine bytes."""
-    told = ""
-    for one in hot_words:
-        longer = f"{told}&{urlencode({'hot_words': one})}".lstrip("&")
-        if len(longer) > QUERY_BYTES_MAX:
-            break
-        told = longer
-    return told
-
-
-class SpeechSocket:
-    """The port `Ears`, for real: WS /listen."""
-
-    def __init__(self, socket: ClientConnection) -> None:
-        self._socket = socket
-
-    async def send(self, samples: bytes) -> None:
-        await self._send(samples)
-
-    async def not_held(self) -> None:
-        await self._send(NOT_HELD)
-
-    async def end(self) -> None:
-        await self._send("")
-
-    async def _send(self, message: str | bytes) -> None:
-        """What is said after the last reading is nobody's loss: why it closed is told by `hearings`."""
-        with contextlib.suppress(ConnectionClosed):
-            await self._socket.send(message)
-
-    async def hearings(self) -> AsyncIterator[Hearing]:
-        try:
-            async for message in self._socket:
-                yield Hearing.model_validate_json(message)
-        except ConnectionClosed as error:
-            why = error.rcvd.reason if error.rcvd is not None and error.rcvd.reason else "the line to it broke"
-            raise UnavailableError("speech", why) from error
-        except ValidationError as error:
-            raise UpstreamError("speech", 200, "the answer is not the contract") from error
-
-
-class SpeechClient(ServiceClient):
+class SpeechClient(mesh.speech.SpeechClient):
     """The port `Speech`, for real."""
 
     def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        base_url, key = settings.speech_url, settings.own_key
-        super().__init__("speech", base_url, key=key, timeout_s=settings.call_timeout_s, transport=transport)
-        self._listen_url = f"ws{base_url.removeprefix('http')}/listen"
-        self._says_who = bearer(key)
-        self._speak_timeout_s = settings.speak_timeout_s
-
-    @contextlib.asynccontextmanager
-    async def listen(self, hot_words: Sequence[str], *, held: bool = False) -> AsyncGenerator[SpeechSocket]:
-        query = f"held=true&{query_of(hot_words)}" if held else query_of(hot_words)
-        try:
-            socket = await connect(
-                f"{self._listen_url}?{query}",
-                additional_headers=self._says_who,
-                open_timeout=OPEN_S,
-                close_timeout=1.0,
-                proxy=None,
-            )
-        except (OSError, TimeoutError, WebSocketException) as error:
-            raise UnavailableError("speech", "not reachable") from error
-        try:
-            yield SpeechSocket(socket)
-        finally:
-            await socket.close()
-
-    async def speak(self, request: SpeakRequest) -> bytes:
-        try:
-            return (await self.call("POST", "/speak", body=request, timeout_s=self._speak_timeout_s)).content
-        except UpstreamError as error:
-            if error.upstream_status in {404, 422}:  # no such voice, nothing to say: a failure of who asked
-                raise UnprocessableError(error.said, code=error.code) from error
-            raise
+        super().__init__(
+            settings.speech_url,
+            key=settings.own_key,
+            timeout_s=settings.call_timeout_s,
+            speak_timeout_s=settings.speak_timeout_s,
+            transport=transport,
+        )
