@@ -28,6 +28,7 @@ PROJECTS = (
     "packages/geometry",
     "packages/vocabulary",
     "packages/mesh",
+    "packages/clients",
     "packages/store",
     "packages/cli",
     "packages/ear[device]",

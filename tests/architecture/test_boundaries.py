@@ -47,7 +47,7 @@ CONTRACTS_MAY_IMPORT = frozenset({
 })  # fmt: skip
 """Data only: names to build messages of, and nothing that could do anything with them."""
 
-SHARED = frozenset({"contracts", "geometry", "mesh", "store", "vocabulary"})
+SHARED = frozenset({"clients", "contracts", "geometry", "mesh", "store", "vocabulary"})
 """The packages that a service may import."""
 
 MESH_MAY_KNOW = ("contracts.access", "contracts.base", "contracts.problem", "contracts.topics")
@@ -70,7 +70,7 @@ def test_a_service_imports_no_other_service_nor_the_simulator(service: str) -> N
 
 
 def test_the_ear_is_a_client_that_imports_no_service() -> None:
-    others = OURS - {"ear", "contracts", "mesh", "vocabulary"}
+    others = OURS - {"ear", "clients", "contracts", "mesh", "vocabulary"}
     assert {one.name: one.roots & others for one in modules("ear") if one.roots & others} == {}
 
 
@@ -103,6 +103,11 @@ def test_the_mesh_knows_no_service_and_no_domain() -> None:
     allowed = (*MESH_MAY_KNOW, "mesh")
     found = {n.name: {i for i in n.imports if within(i, ours) and not within(i, allowed)} for n in modules("mesh")}
     assert {name: names for name, names in found.items() if names} == {}
+
+
+def test_a_shared_client_knows_what_is_said_and_how_it_travels() -> None:
+    others = OURS - {"clients", "contracts", "mesh"}
+    assert {one.name: one.roots & others for one in modules("clients") if one.roots & others} == {}
 
 
 def test_the_simulator_imports_no_service_but_the_model_it_trains() -> None:

@@ -15,6 +15,7 @@ from contracts.measuring import LocalizeRequest
 from contracts.memory import LookBatch, RecallRequest
 from contracts.motion import RotateRequest
 from contracts.robot import CandidatePose, EmergencyStopRequest, GoalRequest, PathRequest
+from contracts.speech import RATE_HZ
 from contracts.vision import ParseTaskRequest, Target, ValidateRequest
 from coordinator.adapters.inference import InferenceClient
 from coordinator.adapters.memory import MemoryClient
@@ -22,7 +23,7 @@ from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.settings import Settings
 from inference.adapters.bridge_camera import BridgeCamera
 from memory.adapters.robot_bridge import MAP_AGE_S_MAX, RobotBridge
-from speech.sound import RATE_HZ, to_wav
+from speech.sound import to_wav
 from support.consumer_link import InThread, Line
 from support.fake_clock import FakeClock
 from support.observations import look

@@ -14,6 +14,7 @@ SOURCES = {
     "geometry": ROOT / "packages/geometry/src/geometry",
     "vocabulary": ROOT / "packages/vocabulary/src/vocabulary",
     "mesh": ROOT / "packages/mesh/src/mesh",
+    "clients": ROOT / "packages/clients/src/clients",
     "store": ROOT / "packages/store/src/store",
     "atom_cli": ROOT / "packages/cli/src/atom_cli",
     "ear": ROOT / "packages/ear/src/ear",

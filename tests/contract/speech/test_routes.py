@@ -18,12 +18,12 @@ from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from contracts.problem import DependencyState
-from contracts.speech import HOT_WORDS_MAX, NOT_HELD, Hearing, SpeechRefusal, Transcript
+from contracts.speech import HOT_WORDS_MAX, NOT_HELD, RATE_HZ, Hearing, SpeechRefusal, Transcript
 from mesh.errors import UnavailableError
 from speech.app import create_app
 from speech.ports import Reading, Spoken
 from speech.settings import Settings
-from speech.sound import RATE_HZ, Samples, to_wav
+from speech.sound import Samples, to_wav
 from support.speech_fakes import FakeRecognizer, FakeSynthesizer, LoudActivity
 from support.waiting import until
 from vocabulary.hot_words import OPENINGS

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
+from clients.speech import SpeechClient
 from contracts.intent import Intent, Understood, WantedAction
 from contracts.problem import DependencyState
 from contracts.reading import Mood
@@ -20,7 +21,6 @@ from support.served import served
 from support.speech_fakes import FakeRecognizer, FakeSynthesizer, LoudActivity
 from support.ui_world import UiWorld, fresh_nicegui, hearing
 from support.waiting import until
-from ui.adapters.speech import SpeechClient
 from ui.app import create_app
 from ui.desk import Desk
 from ui.hearing import UNDERSTOOD_S, Saying

@@ -13,9 +13,10 @@ import pytest
 import pytest_asyncio
 
 from contracts.mission import EventKind
+from contracts.speech import RATE_HZ
 from ear.__main__ import hear
 from ear.adapters.wake_word import OpenWakeWordDetector
-from ear.ports import CHUNK_BYTES, RATE_HZ
+from ear.ports import CHUNK_BYTES
 from ear.settings import Settings, WakeWord
 from mesh.clock import SystemClock
 from speech.app import create_app

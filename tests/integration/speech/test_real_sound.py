@@ -8,10 +8,10 @@ import pytest
 import pytest_asyncio
 from asgi_lifespan import LifespanManager
 
-from contracts.speech import Transcript
+from contracts.speech import RATE_HZ, Transcript
 from speech.app import create_app
 from speech.settings import Settings
-from speech.sound import RATE_HZ, to_wav
+from speech.sound import to_wav
 from support.waiting import until
 
 pytestmark = pytest.mark.asyncio(loop_scope="module")

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from ear.ports import CHUNK_BYTES, CHUNK_S, RATE_HZ
+from contracts.speech import RATE_HZ
+from ear.ports import CHUNK_BYTES, CHUNK_S
 from ear.sayings import LONG_S, Sayings
 
 RNG = np.random.default_rng(0)

@@ -5,8 +5,8 @@ import struct
 import numpy as np
 import pytest
 
-from contracts.speech import SpeechRefusal
-from speech.sound import RATE_HZ, SoundError, duration_s, from_pcm, from_wav, to_wav
+from contracts.speech import RATE_HZ, SpeechRefusal
+from speech.sound import SoundError, duration_s, from_pcm, from_wav, to_wav
 
 
 def tone(rate_hz: int, seconds: float = 1.0) -> np.ndarray:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, Final
 
-RATE_HZ: Final = 16_000
+from contracts.speech import RATE_HZ
+
 SECONDS_MAX: Final = 15.0
 """Speech takes no more."""
 BYTES_MAX: Final = int(SECONDS_MAX * RATE_HZ) * 2

@@ -7,6 +7,8 @@ from pydantic import Field
 
 from contracts.base import Message
 
+RATE_HZ = 16_000
+"""Samples a second of all sound that is sent to `WS /listen`."""
 HEARD_CHARACTERS_MAX = 1000
 SPOKEN_CHARACTERS_MAX = 500
 HOT_WORDS_MAX = 32

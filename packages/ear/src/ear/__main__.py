@@ -10,10 +10,10 @@ from pathlib import Path
 
 import structlog
 
+from clients.speech import SpeechClient
 from ear.adapters.recorded import StandardInput, WavFile
 from ear.adapters.services import CoordinatorClient, MemoryClient, RobotClient
 from ear.adapters.sound_device import Microphone, NoLoudspeaker, SoundDeviceLoudspeaker
-from ear.adapters.speech import SpeechClient
 from ear.adapters.wake_word import OpenWakeWordDetector
 from ear.ports import Loudspeaker, SoundError, Source
 from ear.robot_ear import RobotEar

@@ -8,9 +8,8 @@ from contracts.asking import Answer
 from contracts.intent import Understood
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest
-from contracts.speech import Hearing, SpeakRequest, Transcript
+from contracts.speech import RATE_HZ, Hearing, SpeakRequest, Transcript
 
-RATE_HZ: Final = 16_000
 CHUNK_S: Final = 0.08
 """What the wake word looks at a time."""
 CHUNK_BYTES: Final = int(RATE_HZ * CHUNK_S) * 2

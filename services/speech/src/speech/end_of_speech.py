@@ -4,8 +4,10 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
 
+from contracts.speech import RATE_HZ
+
 WINDOW_SAMPLES: Final = 512
-WINDOW_S: Final = WINDOW_SAMPLES / 16_000
+WINDOW_S: Final = WINDOW_SAMPLES / RATE_HZ
 """What voice activity looks at a time."""
 
 PROBABILITY_MIN: Final = 0.5

@@ -9,10 +9,10 @@ from typing import Annotated, Final
 from fastapi import WebSocket, WebSocketDisconnect
 from pydantic import Field, TypeAdapter, ValidationError
 
-from contracts.speech import HOT_WORDS_MAX, NOT_HELD, Hearing, HotWord, SpeechRefusal, Transcript
+from contracts.speech import HOT_WORDS_MAX, NOT_HELD, RATE_HZ, Hearing, HotWord, SpeechRefusal, Transcript
 from mesh.errors import MeshError, TooManyError
 from speech.end_of_speech import ALLOWED, WINDOW_SAMPLES, Listening, due, paused
-from speech.sound import DURATION_S_MAX, DURATION_S_MIN, RATE_HZ, SoundError, from_pcm, samples_of
+from speech.sound import DURATION_S_MAX, DURATION_S_MIN, SoundError, from_pcm, samples_of
 from speech.speech_service import SpeechService
 
 CHUNK_BYTES_MAX: Final = 64_000

@@ -7,9 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from contracts.speech import SpeechRefusal
+from contracts.speech import RATE_HZ, SpeechRefusal
 
-RATE_HZ: Final = 16_000
 RATE_HZ_MIN, RATE_HZ_MAX = 8_000, 48_000
 CHANNELS_MAX: Final = 2
 DURATION_S_MIN, DURATION_S_MAX = 0.1, 15.0

@@ -7,6 +7,7 @@ from typing import TypedDict
 
 from fastapi import FastAPI, Request
 
+from clients.speech import SpeechClient
 from contracts.problem import Dependency
 from mesh.app import make_app
 from mesh.bus import Bus, open_bus
@@ -17,7 +18,6 @@ from ui import i18n, page
 from ui.adapters.coordinator import CoordinatorClient
 from ui.adapters.memory import MemoryClient
 from ui.adapters.robot_bridge import RobotBridgeClient
-from ui.adapters.speech import SpeechClient
 from ui.desk import Desk
 from ui.page_socket import PageSocketErrors
 from ui.ports import Memory, Missions, Robot, Speech

@@ -6,7 +6,8 @@ import wave
 from collections.abc import AsyncIterator
 from pathlib import Path
 
-from ear.ports import CHUNK_BYTES, CHUNK_S, RATE_HZ, SoundError
+from contracts.speech import RATE_HZ
+from ear.ports import CHUNK_BYTES, CHUNK_S, SoundError
 from mesh.clock import Clock
 
 

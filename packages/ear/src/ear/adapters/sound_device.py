@@ -10,7 +10,8 @@ from typing import Any, Final
 
 import structlog
 
-from ear.ports import CHUNK_BYTES, CHUNK_S, RATE_HZ, SoundError
+from contracts.speech import RATE_HZ
+from ear.ports import CHUNK_BYTES, CHUNK_S, SoundError
 
 log = structlog.get_logger()
 

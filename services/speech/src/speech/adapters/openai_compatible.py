@@ -9,9 +9,10 @@ from typing import Final
 import httpx
 from pydantic import BaseModel, ValidationError
 
+from contracts.speech import RATE_HZ
 from mesh.errors import UnavailableError
 from speech.ports import Reading
-from speech.sound import RATE_HZ, Samples, to_wav
+from speech.sound import Samples, to_wav
 
 CHARACTERS_A_TOKEN: Final = 3
 """Its tokens are not known here; names of things take no more of them."""

@@ -17,10 +17,10 @@ from wyoming.event import Event
 from wyoming.info import Describe, Info
 from wyoming.tts import Synthesize, SynthesizeVoice
 
-from contracts.speech import Voice
+from contracts.speech import RATE_HZ, Voice
 from mesh.errors import UnavailableError
 from speech.ports import Reading, Spoken
-from speech.sound import RATE_HZ, Samples
+from speech.sound import Samples
 
 T = TypeVar("T")
 

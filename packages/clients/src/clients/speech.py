@@ -1,8 +1,10 @@
 """speech, for whoever hears and talks through it: a socket for what is said, and a voice for what is answered."""
 
 import contextlib
+import io
+import wave
 from collections.abc import AsyncGenerator, AsyncIterator, Sequence
-from typing import Final
+from typing import Final, Protocol
 from urllib.parse import urlencode
 
 import httpx
@@ -10,7 +12,7 @@ from pydantic import SecretStr, ValidationError
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 
-from contracts.speech import NOT_HELD, Hearing, SpeakRequest
+from contracts.speech import NOT_HELD, RATE_HZ, Hearing, SpeakRequest, Transcript
 from mesh.errors import UnavailableError, UnprocessableError, UpstreamError
 from mesh.http import ServiceClient, bearer
 
@@ -64,22 +66,31 @@ class SpeechSocket:
             raise UpstreamError("speech", 200, "the answer is not the contract") from error
 
 
-class SpeechClient(ServiceClient):
-    """Each caller's own limits, s: `timeout_s` for what is quick, `speak_timeout_s` for a sentence."""
+class SpeechSettings(Protocol):
+    """What a caller says of itself; times in s."""
 
-    def __init__(
-        self,
-        base_url: str,
-        *,
-        key: SecretStr | None,
-        timeout_s: float,
-        speak_timeout_s: float,
-        transport: httpx.AsyncBaseTransport | None = None,
-    ) -> None:
-        super().__init__("speech", base_url, key=key, timeout_s=timeout_s, transport=transport)
-        self._listen_url = f"ws{base_url.removeprefix('http')}/listen"
+    @property
+    def speech_url(self) -> str: ...
+    @property
+    def own_key(self) -> SecretStr | None: ...
+    @property
+    def call_timeout_s(self) -> float:
+        """Of what is quick."""
+        ...
+
+    @property
+    def speak_timeout_s(self) -> float:
+        """Of a sentence to be made."""
+        ...
+
+
+class SpeechClient(ServiceClient):
+    def __init__(self, settings: SpeechSettings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
+        key = settings.own_key
+        super().__init__("speech", settings.speech_url, key=key, timeout_s=settings.call_timeout_s, transport=transport)
+        self._listen_url = f"ws{settings.speech_url.removeprefix('http')}/listen"
         self._says_who = bearer(key)
-        self._speak_timeout_s = speak_timeout_s
+        self._speak_timeout_s = settings.speak_timeout_s
 
     @contextlib.asynccontextmanager
     async def listen(self, hot_words: Sequence[str], *, held: bool = False) -> AsyncGenerator[SpeechSocket]:
@@ -108,3 +119,17 @@ class SpeechClient(ServiceClient):
             if error.upstream_status in {404, 422}:  # no such voice, nothing to say: a failure of who asked
                 raise UnprocessableError(error.said, code=error.code) from error
             raise
+
+    async def transcribe(self, samples: bytes) -> Transcript:
+        """`samples`: 16-bit little-endian PCM, one channel, `RATE_HZ`."""
+        return await self.post("/transcribe", _wav(samples), Transcript)
+
+
+def _wav(samples: bytes) -> bytes:
+    file = io.BytesIO()
+    with wave.open(file, "wb") as out:
+        out.setnchannels(1)
+        out.setsampwidth(2)
+        out.setframerate(RATE_HZ)
+        out.writeframes(samples)
+    return file.getvalue()
