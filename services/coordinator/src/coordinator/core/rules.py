@@ -108,7 +108,11 @@ class Policy(BaseModel):
     detector_period_s: float = Field(default=0.2, gt=0.0, le=5.0, description="between looks while scanning")
     look_timeout_s: float = Field(default=5.0, gt=0.0, description="for a picture taken after a turn")
     look_settle_s: float = Field(default=0.15, ge=0.0, description="a frame this young after a turn may be blurred")
-    blind_looks_max: int = Field(default=4, ge=1, description="looks in a row without a picture before giving up")
+    blind_looks_max: int = Field(
+        default=12,
+        ge=1,
+        description="looks in a row without a picture before giving up: inference is away up to 40 s for an update",
+    )
     moving_confidence_min: float = Field(default=0.45, ge=0.0, le=1.0, description="for stopping a drive at a sighting")
     moving_twice: bool = Field(default=True, description="and in two pictures in a row; else in one (requirement A13)")
 
