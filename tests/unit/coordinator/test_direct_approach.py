@@ -2,9 +2,12 @@
 
 import pytest
 
+from contracts.geometry import Pose2D
+from contracts.measuring import NotMeasured, not_measured
 from contracts.mission import MissionState, Outcome
+from contracts.motion import MotionEnd
 from contracts.robot import GoalStatus
-from contracts.vision import Verdict
+from contracts.vision import Detection, Verdict
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from support.mission_script import Script, box
@@ -28,6 +31,57 @@ def test_what_has_no_place_is_centred_on_as_ever() -> None:
     script = Script(approach_rule="direct").begin().centred().measured(1.2, 3)
     assert script.asked(do.Validate)
     assert script.mission.state is S.DEPTH_CHECK
+
+
+def too_far() -> Detection:
+    nothing = not_measured(NotMeasured.NO_DEPTH, "too few depth pixels in the box")
+    return box().model_copy(update={"measurement": nothing})
+
+
+def test_what_is_too_far_to_measure_is_driven_towards_until_it_can_be() -> None:
+    script = Script(approach_rule="direct").begin().see(too_far())
+    assert script.states[-1] is S.APPROACHING
+    assert not script.asked(do.Rotate)
+    assert script.last(do.Navigate).candidates[0].pose.x == pytest.approx(2.0, abs=0.1)
+    script.see(too_far()).robot(Pose2D(x=1.0, y=0.0, yaw=0.0)).see_at(2.4, 3.46)
+    assert len(script.asked(do.Navigate)) == 2
+    assert script.last(do.Navigate).candidates[0].pose.x == pytest.approx(3.46 - 0.62, abs=0.6)
+    assert not script.asked(do.StopMotion)
+    assert script.mission.state is S.APPROACHING
+
+
+def test_what_is_not_measured_on_the_way_either_is_looked_at_standing() -> None:
+    script = Script(approach_rule="direct").begin().see(too_far())
+    script.arrived()
+    assert script.mission.state is S.CENTERING
+
+
+def test_what_is_neither_measured_nor_come_nearer_to_is_left_after_two_steps() -> None:
+    script = Script(approach_rule="direct").begin().see(too_far()).arrived(GoalStatus.ABORTED)
+    for _ in range(2):
+        for _ in range(3):
+            script.see(too_far())
+        script.see(too_far()).see(too_far()).see(too_far()).wait(2.1)
+        assert script.mission.state is S.DRIVING_1M, script.said()
+        script.drove(MotionEnd.BLOCKED, moved=0.02)
+    assert script.mission.state is S.SCANNING
+    assert [one.narrow for one in script.mission.search.rejections] == [True]
+
+
+def test_two_models_that_are_used_to_say_yes_are_not_enough_by_evidence() -> None:
+    """Their log-odds say what such a yes is worth: here not enough."""
+    script = on_the_way(validation_rule="evidence").see_at(1.9, 2.06).voted(Verdict.YES, 0.7, log_odds=-0.5)
+    assert script.mission.candidate is not None
+    assert not script.mission.candidate.confirmed
+    assert script.mission.state is S.APPROACHING
+    script.wait(1.1).see_at(0.9, 2.06).voted(Verdict.YES, 0.9, log_odds=2.0)
+    assert script.mission.candidate.confirmed
+
+
+def test_what_was_measured_and_judged_from_afar_is_driven_up_to_without_a_step_between() -> None:
+    script = Script(approach_rule="direct").begin().centred().measured(2.2, 3).voted(Verdict.YES)
+    assert script.mission.state is S.APPROACHING
+    assert S.DRIVING_1M not in script.states
 
 
 def test_it_is_judged_on_the_way_without_the_slow_model_and_without_a_stop() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from contracts.memory import RecalledView, RememberedObject
 from contracts.vision import Target
+from geometry.poses import wrap
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +24,13 @@ class Clue:
 
 
 SIGMA_M_MIN = 0.25
-VIEW_AHEAD_M, VIEW_SIGMA_M = 1.3, 0.8
-"""Of a view without a measured place: somewhere before the camera."""
+VIEW_AHEAD_M, VIEW_SIGMA_M = 2.5, 1.2
+"""Of a view without a measured place: somewhere before the camera, more often far than near."""
+VIEW_SHARE = 0.5
+SHOWN_RAD, SHOWN_M = 0.6, 8.0
+"""What such a view shows lies in this direction of it, and so near: of a thing in it whose place is known it tells
+nothing new.
+"""
 ITSELF_MAX = 0.95
 NEAR_SIGMA_M = 1.2
 TIMES_NEAR, TIMES_SAME = 2.5, 2.0
@@ -53,7 +59,10 @@ NEAR: dict[str, tuple[str, ...]] = {
 def clues(target: Target, recalled: Sequence[RecalledView], things: Sequence[RememberedObject]) -> tuple[Clue, ...]:
     """From what memory recalls of the target, and from all the things that it remembers."""
     own: dict[tuple[float, float], Clue] = {}
+    placed = [one.thing for one in recalled if one.thing is not None]
     for one in recalled:
+        if one.thing is None and any(_shows(one, thing) for thing in placed):
+            continue
         clue = _of(one)
         place = (clue.x, clue.y)
         if place not in own or own[place].weight < clue.weight:
@@ -72,7 +81,14 @@ def _of(recalled: RecalledView) -> Clue:
     pose = recalled.pose or view.pose
     x, y = pose.x + VIEW_AHEAD_M * math.cos(pose.yaw), pose.y + VIEW_AHEAD_M * math.sin(pose.yaw)
     weight = (parts.belief if parts is not None else 0.5) * view.confidence * share
-    return Clue(x, y, VIEW_SIGMA_M, min(ITSELF_MAX, weight), why)
+    return Clue(x, y, VIEW_SIGMA_M, min(ITSELF_MAX, weight * VIEW_SHARE), why)
+
+
+def _shows(recalled: RecalledView, thing: RememberedObject) -> bool:
+    pose, at = recalled.pose or recalled.view.pose, thing.position
+    bearing_rad = math.atan2(at.y - pose.y, at.x - pose.x)
+    near = math.hypot(at.x - pose.x, at.y - pose.y) <= SHOWN_M
+    return near and abs(wrap(bearing_rad - pose.yaw)) <= SHOWN_RAD
 
 
 def _near(target: Target, thing: RememberedObject) -> Clue | None:

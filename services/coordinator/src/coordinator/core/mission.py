@@ -81,6 +81,8 @@ class Candidate:
     """Pictures that named another colour in its place, less those that named the one asked for."""
     centered: int = 0
     rounds: int = 0
+    stuck: int = 0
+    """Steps towards it, while it has no place, that something in the way cut off at once."""
     samples: tuple[Measurement, ...] = ()
     distance_m: float | None = None
     sigma_m: float = 0.0
@@ -138,9 +140,11 @@ class Loss:
 
 @dataclass(frozen=True, slots=True)
 class NearGoal:
-    """A place near the thing: where that was believed to be, and how far from it the goal was chosen."""
+    """A place near the thing: where that was believed to be, and how far from it the goal was chosen. None: it was
+    only seen, and the goal lies in its direction.
+    """
 
-    thing_xy: tuple[float, float]
+    thing_xy: tuple[float, float] | None
     radius_m: float
     since_s: float
 

@@ -52,13 +52,13 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
     _S.CENTERING: {
         _S.DEPTH_CHECK: "in the middle in three pictures",
         _S.SCANNING: "lost for 4 s, or not centred within 15 s",
-        _S.APPROACHING: "validated and localised, but out of the picture; measured (the direct approach)",
+        _S.APPROACHING: "validated and localised, but out of the picture; seen (the direct approach)",
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },
     _S.DEPTH_CHECK: {
         _S.DONE: "within reach and validated",
-        _S.APPROACHING: "validated, nearer than 1.5 m",
+        _S.APPROACHING: "validated, nearer than 1.5 m; measured (the direct approach)",
         _S.DRIVING_1M: "too far to judge, or validated from afar",
         _S.SCANNING: "refused by the votes",
         _S.CENTERING: "the box grew old, or was not in the picture that was judged",

@@ -1,10 +1,9 @@
 """DEPTH_CHECK: standing still, measuring how far, and asking the three votes (requirements A9 to A11)."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from contracts.geometry import Pose2D
-from contracts.measuring import Measurement
+from contracts.measuring import Measurement, NotMeasured
 from contracts.mission import EventFacts, EventKind, MissionState
 from contracts.vision import Validation, Verdict, Vote
 from coordinator.core import actions as do
@@ -13,9 +12,10 @@ from coordinator.core.depth_consensus import agreed
 from coordinator.core.events import DetectionsSeen, Event
 from coordinator.core.events import Validated as ValidatedEvent
 from coordinator.core.evidence import Judgement, fused, of_the_same, said_by
+from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import found, retry_or_abort
 from coordinator.core.plausibility import is_confirmed
-from coordinator.core.rules import Rules
+from coordinator.core.rules import ApproachRule, Rules, ValidationRule
 from coordinator.core.search import back_to_search
 from coordinator.core.sightings import follow, is_refused, lose, reject, tracked
 from coordinator.core.states.state import State
@@ -32,9 +32,6 @@ class DepthCheck(State):
     """Whether what lies within reach counts as found without a vote."""
     looks_closer = True
     """Whether a narrow no is looked at from closer once."""
-
-    def confirms(self, context: StepContext, validation: Validation) -> bool:
-        return is_confirmed(validation, context.rules)
 
     def doubts(self, context: StepContext) -> bool:
         """Whether what this picture refused may be the target for other reasons."""
@@ -132,13 +129,13 @@ class DepthCheck(State):
         elif self.takes_unasked and distance <= rules.reach_m:
             found(context, distance, "within reach")
         elif distance > rules.far_m:
-            context.transition_to(MissionState.DRIVING_1M, f"{distance:.1f} m is too far away to judge: moving closer")
+            _move_closer(context, f"{distance:.1f} m is too far away to judge: moving closer")
         else:
             _ask(context)
 
     def _validated(self, context: StepContext, validation: Validation) -> None:
         rules, candidate = context.rules, context.candidate
-        confirmed, tally = take_votes(context, validation, self.confirms), in_words(validation.votes)
+        confirmed, tally = take_votes(context, validation), in_words(validation.votes)
         word = "confirmed" if confirmed else "refused"
         distance = candidate.distance_m if candidate.distance_m is not None else rules.reach_m
         if confirmed:
@@ -147,7 +144,7 @@ class DepthCheck(State):
             elif distance <= rules.near_m:
                 context.transition_to(MissionState.APPROACHING, f"{word} ({tally}): driving up to it")
             else:
-                context.transition_to(MissionState.DRIVING_1M, f"{word} ({tally}): moving closer first")
+                _move_closer(context, f"{word} ({tally}): moving closer first")
             return
         narrow = (
             is_narrow(validation.votes, rules.narrow_margin) or self.doubts(context) or by_too_few(validation.votes)
@@ -174,6 +171,12 @@ class DepthCheck(State):
         back_to_search(context, f"{word} ({tally})")
 
 
+def _move_closer(context: StepContext, text: str) -> None:
+    """A step; all the way where the place gets better and the votes come on the way."""
+    direct = context.rules.approach_rule is ApproachRule.DIRECT and context.candidate.track is not None
+    context.transition_to(MissionState.APPROACHING if direct else MissionState.DRIVING_1M, text)
+
+
 def _weigh(context: StepContext, validation: Validation) -> float:
     """Writes the look down; returns what all looks at this place come to, this one alone without a place."""
     said, at, here = said_by(validation.votes), context.candidate.map_xy, context.mission.robot.pose
@@ -190,13 +193,16 @@ def _evidence(context: StepContext) -> str:
     return f"; evidence {', '.join(f'{one:+.1f}' for one in grown)}" if len(grown) > 1 else ""
 
 
-def take_votes(
-    context: StepContext, validation: Validation, confirms: Callable[[StepContext, Validation], bool]
-) -> bool:
-    """Whether they confirm it. Kept with the picture they were given on."""
+def take_votes(context: StepContext, validation: Validation) -> bool:
+    """Whether they confirm it: two of three, and by evidence nothing in the other looks that speaks against it. Kept
+    with the picture they were given on.
+    """
     log_odds = _weigh(context, validation)
     context.update_candidate(log_odds=(*context.candidate.log_odds, log_odds)[-100:])
-    confirmed = confirms(context, validation)
+    by_evidence = context.rules.validation_rule is ValidationRule.EVIDENCE
+    confirmed = is_confirmed(validation, context.rules) and (
+        not by_evidence or log_odds >= context.rules.confirm_log_odds
+    )
     context.update_candidate(votes=validation.votes, confirmed=confirmed, picture=None, judged_s=context.now_s)
     _keep_picture(context, validation.id)
     picture = context.candidate.picture
@@ -206,10 +212,6 @@ def take_votes(
         EventFacts(confirmed=confirmed, votes=validation.votes, log_odds=log_odds, picture=picture),
     )
     return confirmed
-
-
-def two_of_three(context: StepContext, validation: Validation) -> bool:
-    return is_confirmed(validation, context.rules)
 
 
 def in_words(votes: tuple[Vote, ...]) -> str:
@@ -233,15 +235,25 @@ def take_measurement(context: StepContext, reply: Measurement) -> None:
 
 def _unmeasured(context: StepContext) -> None:
     """No depth inside the box: a big box is near enough to judge, a small one is beyond the camera's range."""
-    box = context.candidate.sighting.box
-    x0, y0, x1, y1 = box.bbox_xyxy
-    share = (x1 - x0) * (y1 - y0) / (box.image_width_px * box.image_height_px)
     why = context.candidate.samples[-1].text if context.candidate.samples else ""
     context.log_event(EventKind.DEPTH, f"no distance could be measured ({why or 'no depth in the box'})")
-    if share >= NEAR_BOX_SHARE:
+    if _is_big(context.candidate.sighting):
         _ask(context)
     else:
         context.transition_to(MissionState.DRIVING_1M, "too far away to measure: moving closer")
+
+
+def _is_big(sighting: Sighting) -> bool:
+    box = sighting.box
+    x0, y0, x1, y1 = box.bbox_xyxy
+    return (x1 - x0) * (y1 - y0) >= NEAR_BOX_SHARE * box.image_width_px * box.image_height_px
+
+
+def is_out_of_range(sighting: Sighting) -> bool:
+    """Asked about, and without a distance although it is not near."""
+    measurement = sighting.measurement
+    far = measurement.cause in {NotMeasured.NO_DEPTH, NotMeasured.IMPLAUSIBLE}
+    return far and measurement.distance_m is None and not _is_big(sighting)
 
 
 def _ask(context: StepContext) -> None:

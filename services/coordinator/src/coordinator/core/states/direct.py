@@ -1,13 +1,15 @@
-"""The direct approach: a thing that was measured is driven up to at once; its place and its votes come on the way.
+"""The direct approach: what was seen is driven up to at once; its place and its votes come on the way. Without a
+measurement the robot drives in the direction it was seen in, until there is one.
 
-The evidence of a find is the usual one: two of three votes, measurements that agree, and a last one from near. What is
-not sure when the robot arrives is centred on, measured and judged standing, as always.
+The evidence of a find is the usual one: the votes by the mission's rule, measurements that agree, and a last one from
+near. What is not sure when the robot arrives is centred on, measured and judged standing, as always.
 """
 
 import math
 
+from contracts.geometry import Pose2D
 from contracts.mission import EventKind, MissionState
-from contracts.robot import GoalStatus
+from contracts.robot import CandidatePose, GoalStatus
 from contracts.vision import Detections, Validation
 from coordinator.core.activities import Navigating
 from coordinator.core.approach_poses import approach_candidates
@@ -21,15 +23,19 @@ from coordinator.core.states.depth_check import (
     ask_votes,
     in_words,
     is_no_clear_no,
+    is_out_of_range,
     label_of,
     take_votes,
-    two_of_three,
     unseen,
 )
 from coordinator.core.step_context import StepContext
+from geometry.poses import wrap
 
 SHIFT_M = 0.35
 """A goal that is wrong by more than this is replaced on the way: each new one costs a second or two of standing."""
+TOWARDS_M = (2.0, 1.5, 1.0, 0.6)
+DETOUR = 3.0
+"""So many metres of way a metre in its direction is worth."""
 GOAL_S_MIN = 3.0
 GOALS_MAX = 4
 VOTES_PERIOD_S = 1.0
@@ -45,20 +51,27 @@ class DirectCentering(Centering):
 
     def begin(self, context: StepContext) -> None:
         candidate = context.candidate
-        if candidate.rounds == 0 and candidate.track is not None and context.mission.robot.pose is not None:
+        first = candidate.rounds == 0 and context.mission.robot.pose is not None
+        if first and (candidate.track is not None or is_out_of_range(candidate.sighting)):
+            known = "its place is measured: driving up to it at once"
+            text = known if candidate.track is not None else "too far away to measure: driving towards it"
             context.update_candidate(rounds=1, since_s=context.now_s)
-            context.transition_to(MissionState.APPROACHING, "its place is measured: driving up to it at once")
+            context.transition_to(MissionState.APPROACHING, text)
         else:
             super().begin(context)
 
 
 class DirectApproach(Approaching):
     def begin(self, context: StepContext) -> None:
-        if context.candidate.confirmed or context.candidate.track is None:
+        candidate, near_m = context.candidate, context.rules.near_m
+        settled = candidate.confirmed and (candidate.distance_m is None or candidate.distance_m <= near_m)
+        if settled or (candidate.track is None and candidate.map_xy is not None):
             super().begin(context)
             return
         context.update(approach=Approach(until_s=context.now_s + APPROACH_TIMEOUT_S))
-        if not _drive_on(context, "driving to a place in front of it"):
+        if candidate.track is None:
+            _drive_towards(context)
+        elif not _drive_on(context, "driving to a place in front of it"):
             _look_standing(context)
 
     def handle(self, context: StepContext, event: Event) -> None:
@@ -84,6 +97,27 @@ class DirectApproach(Approaching):
                     _look_standing(context)
             case _:
                 super().handle(context, event)
+
+
+def _drive_towards(context: StepContext) -> None:
+    """In the direction it was seen in. A place that only a long way round leads to is not worth it."""
+    pose, bearing_rad = context.mission.robot.pose, context.candidate.sighting.bearing_rad
+    assert pose is not None, "what is driven towards was seen from somewhere"
+    context.update_approach(goal=NearGoal(None, 0.0, context.now_s))
+    context.navigate(
+        tuple(
+            CandidatePose(
+                pose=Pose2D(
+                    x=pose.x + metres * math.cos(bearing_rad),
+                    y=pose.y + metres * math.sin(bearing_rad),
+                    yaw=wrap(bearing_rad),
+                ),
+                cost_m=DETOUR * (TOWARDS_M[0] - metres),
+            )
+            for metres in TOWARDS_M
+        ),
+        ring_radius_m=0.0,
+    )
 
 
 def _drive_on(context: StepContext, text: str) -> bool:
@@ -113,6 +147,8 @@ def _is_stale(context: StepContext) -> bool:
     track, goal = context.candidate.track, context.approach.goal
     if track is None or goal is None:
         return False
+    if goal.thing_xy is None:
+        return True
     return math.dist(track.place, goal.thing_xy) + max(0.0, goal.radius_m - _radius_m(context)) > SHIFT_M
 
 
@@ -135,13 +171,17 @@ def _seen(context: StepContext, seen: Detections) -> None:
         if due and not candidate.confirmed and distance_m <= rules.far_m:
             context.update_approach(votes_call=ask_votes(context, moving=True))
     goal = approach.goal
-    if goal is not None and context.now_s - goal.since_s >= GOAL_S_MIN and _is_stale(context):
+    if goal is None or not _is_stale(context):
+        return
+    if goal.thing_xy is None:
+        _drive_on(context, "its place is measured: driving up to it")
+    elif context.now_s - goal.since_s >= GOAL_S_MIN:
         _drive_on(context, "its place is known better: driving there instead")
 
 
 def _judged(context: StepContext, validation: Validation) -> None:
     context.update_approach(votes_call=0, votes_due_s=context.now_s + VOTES_PERIOD_S)
-    if take_votes(context, validation, two_of_three):
+    if take_votes(context, validation):
         context.update_approach(clear_noes=0)
         return
     votes, distance_m = validation.votes, context.candidate.distance_m or math.inf

@@ -8,8 +8,13 @@ from coordinator.core.approach_poses import approach_candidates, other_sides, su
 from coordinator.core.events import Event, GoalEnded, MotionEnded
 from coordinator.core.reactions import Reaction, react
 from coordinator.core.search import back_to_search, set_aside
+from coordinator.core.sightings import reject
+from coordinator.core.states.depth_check import label_of
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
+
+STUCK_M, STUCK_MAX = 0.1, 2
+"""What cannot be measured and cannot be come nearer to in two steps is left: from elsewhere it may be seen better."""
 
 
 class Driving1m(State):
@@ -54,6 +59,14 @@ def _driven(context: StepContext, ended: MotionEnded) -> None:
     early = f"the step ended after {ended.driven_m:.2f} m: {ended.text or ended.end.sentence}"
     match react(context, ended):
         case Reaction.GO_ON:
+            candidate = context.candidate
+            stuck = not ended.end.completed and ended.driven_m < STUCK_M and candidate.map_xy is None
+            context.update_candidate(stuck=candidate.stuck + stuck)
+            if context.candidate.stuck >= STUCK_MAX:
+                why = f"a {label_of(context)} too far away to measure, and no way nearer from there"
+                reject(context, why, narrow=True)
+                back_to_search(context, why)
+                return
             how = "one step closer" if ended.end.completed else early
             context.transition_to(MissionState.CENTERING, how, facts=EventFacts(moved_m=round(ended.driven_m, 3)))
         case Reaction.SET_ASIDE:

@@ -5,7 +5,6 @@ given up, and again when everything else has failed.
 from dataclasses import replace
 
 from contracts.mission import MissionState
-from contracts.vision import Validation
 from coordinator.core.approach_poses import other_sides
 from coordinator.core.evidence import fused, of_the_same
 from coordinator.core.mission import Candidate, Rejection, Search
@@ -16,10 +15,6 @@ from coordinator.core.step_context import StepContext
 
 
 class WeighingDepthCheck(DepthCheck):
-    def confirms(self, context: StepContext, validation: Validation) -> bool:
-        """Two of three as ever, and nothing in the other looks that speaks against it."""
-        return super().confirms(context, validation) and _log_odds(context) >= context.rules.confirm_log_odds
-
     def doubts(self, context: StepContext) -> bool:
         return _log_odds(context) > context.rules.doubt_log_odds
 
