@@ -1,6 +1,7 @@
 """The shell's side of the belief: every look is told once, whatever was cancelled."""
 
 import asyncio
+import math
 import threading
 from contextlib import suppress
 
@@ -18,6 +19,30 @@ from support.mission_script import rules_of
 HERE = Pose2D(x=1.0, y=1.0, yaw=0.0)
 GRID = OccupancyGrid(np.zeros((40, 40), dtype=np.int8), 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
 NOTHING = Detections(stamp_s=1.0, image_width_px=250, image_height_px=250, detections=())
+
+
+async def test_a_robot_that_stops_beside_what_it_chose_is_not_sent_there_for_ever() -> None:
+    """It stands a little beside the place and turned a little beside the heading, so it sees other cells than those it
+    was sent for.
+    """
+    cells = np.zeros((80, 160), dtype=np.int8)
+    cells[:2], cells[-2:], cells[:, :2], cells[:, -2:], cells[30:60, 80:84] = 100, 100, 100, 100, 100
+    grid, here = OccupancyGrid(cells, 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0)), HERE
+    space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
+    chosen = list[tuple[Pose2D, tuple[float, ...]]]()
+    for _ in range(80):
+        view = (await space.choose(grid, here, (), ())).view
+        if view is None:
+            break
+        chosen.append((view.pose, view.headings))
+        if math.hypot(view.pose.x - here.x, view.pose.y - here.y) > 0.3:  # else it stays where it is
+            here = Pose2D(x=view.pose.x - 0.2, y=view.pose.y - 0.2, yaw=view.pose.yaw)
+        for heading in view.headings:
+            here = here.model_copy(update={"yaw": heading - 0.06})
+            space.look(here, NOTHING)
+    else:
+        pytest.fail(f"{len(chosen)} views and no end: {chosen[-2:]}")
+    assert len(set(chosen)) == len(chosen)
 
 
 async def test_a_choice_after_a_cancelled_one_waits_for_it_and_no_look_is_told_twice(

@@ -48,6 +48,24 @@ class Glance:
     boxes_rad: tuple[tuple[float, float], ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """Of the cells in reach of one picture: whether it shows them, how probably it would what stands there, how
+    probably in its middle, and the bearing from the camera's axis, rad.
+    """
+
+    shown: NDArray[np.bool_]
+    chance: Cells
+    in_the_middle: Cells
+    bearings: Cells
+    sides: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+
+    def at(self, some: NDArray[np.bool_]) -> _Shown:
+        return self.sides[some], self.rows[some], self.columns[some]
+
+
 class BeliefMap:
     """Over one map; a new map begins a new one, to which the looks are told again."""
 
@@ -83,25 +101,38 @@ class BeliefMap:
         place = self.cell(glance.pose)
         if place is None:
             return
+        seen = self._seen(place, glance.pose, glance.hfov_rad)
+        vain = seen.shown.copy()
+        for low, high in glance.boxes_rad:
+            boxed = seen.shown & (seen.bearings >= low) & (seen.bearings <= high)
+            vain &= ~boxed
+            at = seen.at(boxed)
+            self._boxed.append((at, seen.chance[boxed]))
+            self.looked[at] = np.maximum(self.looked[at], seen.in_the_middle[boxed])
+        self._in_vain(seen.at(vain), seen.chance[vain])
+
+    def spend(self, pose: Pose2D, hfov_rad: float) -> None:
+        """A look from there was chosen and taken, if not quite from there: to choose it again shows nothing new."""
+        place = self.cell(pose)
+        if place is not None:
+            seen = self._seen(place, pose, hfov_rad)
+            at = seen.at(seen.shown)
+            self.looked[at] = np.maximum(self.looked[at], seen.in_the_middle[seen.shown])
+
+    def _seen(self, place: tuple[int, int], pose: Pose2D, hfov_rad: float) -> "_Seen":
         view = VisibilityIndex(self.coarse.blocked, np.array([place]), self.reach, rays=RAYS, edges=True)
         rows, columns = view.around
-        bearings = np.arctan2(rows, columns) + self.grid.origin.yaw - glance.pose.yaw
+        bearings = np.arctan2(rows, columns) + self.grid.origin.yaw - pose.yaw
         bearings = (bearings + np.pi) % (2 * np.pi) - np.pi
-        off_axis = np.abs(np.tan(np.clip(bearings, -1.5, 1.5))) / math.tan(glance.hfov_rad / 2)
+        off_axis = np.abs(np.tan(np.clip(bearings, -1.5, 1.5))) / math.tan(hfov_rad / 2)
         off_axis = np.where(np.abs(bearings) < np.pi / 2, off_axis, np.inf)
         in_the_middle = by_distance(self.label, np.hypot(rows, columns) * self.coarse.resolution_m)
         chance = in_the_middle * across(off_axis)
+        sides = sides_of(rows, columns)
         rows, columns = rows + place[0], columns + place[1]
         height, width = self._prior.shape
         shown = view.seen[0] & (chance > 0) & (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-        sides, vain = sides_of(*view.around), shown.copy()
-        for low, high in glance.boxes_rad:
-            boxed = shown & (bearings >= low) & (bearings <= high)
-            vain &= ~boxed
-            at = sides[boxed], rows[boxed], columns[boxed]
-            self._boxed.append((at, chance[boxed]))
-            self.looked[at] = np.maximum(self.looked[at], in_the_middle[boxed])
-        self._in_vain((sides[vain], rows[vain], columns[vain]), chance[vain])
+        return _Seen(shown, chance, in_the_middle, bearings, sides, rows, columns)
 
     def refuse(self, x: float, y: float) -> None:
         """What stands there was judged, and is another thing: the looks that showed its box were in vain."""

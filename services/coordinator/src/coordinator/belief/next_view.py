@@ -93,7 +93,9 @@ def next_view(
 
 
 class _Views:
-    """All views of one belief from where the robot stands; place 0 is that place."""
+    """All views of one belief from where the robot stands; place 0 is that place, and no other lies within `avoid_m`:
+    the robot would not drive to it, and look from where it is.
+    """
 
     def __init__(
         self, belief: BeliefMap, here: Pose2D, pace: MotionTimes, avoid: tuple[Pose2D, ...], avoid_m: float
@@ -101,7 +103,7 @@ class _Views:
         self._belief, self._pace, self._here = belief, pace, here
         coarse, reach = belief.coarse, belief.reach
         start = belief.cell(here) or (0, 0)
-        lattice = candidate_cells(belief.grid, coarse, avoid, avoid_m)
+        lattice = candidate_cells(belief.grid, coarse, (*avoid, here), avoid_m)
         self._walks: dict[int, NDArray[np.float64]] = {}
         index = VisibilityIndex(coarse.blocked, np.vstack([[start], lattice]), reach, rays=RAYS, edges=True)
         rows, columns = index.around

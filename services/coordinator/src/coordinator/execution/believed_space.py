@@ -2,16 +2,20 @@
 
 import asyncio
 import threading
+from collections.abc import Sequence
 
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.vision import Detections, Target
 from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
 from coordinator.belief.clues import Clue
-from coordinator.belief.next_view import Choice, MotionTimes, next_view
+from coordinator.belief.next_view import Choice, MotionTimes, NextView, next_view
 from coordinator.core.rules import Rules
 from coordinator.coverage.explored_space import LOOKS_MAX, PLANNING_TASK
 from geometry.grids import OccupancyGrid
+from geometry.poses import apart_m, wrap
+
+BESIDE_M, BESIDE_RAD = 0.5, 0.35
 
 
 class BelievedSpace:
@@ -23,6 +27,7 @@ class BelievedSpace:
         self._belief: BeliefMap | None = None
         self._glances: list[Glance] = []
         self._told = 0
+        self._chosen: NextView | None = None
         self._choosing = threading.Lock()
 
     def look(self, pose: Pose2D, seen: Detections | None) -> None:
@@ -53,8 +58,10 @@ class BelievedSpace:
                     grid, label=self._target.label, clues=self._clues, radius_m=body.footprint_radius_m, start=here
                 )
             told = len(self._glances)
-            for glance in self._glances[self._told : told]:
+            new = self._glances[self._told : told]
+            for glance in new:
                 belief.look(glance)
+            self._spend(belief, new)
             self._told = told
             for x, y in refused:
                 belief.refuse(x, y)
@@ -64,4 +71,18 @@ class BelievedSpace:
                 hfov_rad=rules.camera_hfov_rad,
                 step_rad=min(rules.scan_step_rad, rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)),
             )
-            return next_view(belief, here, pace, avoid=avoid)
+            choice = next_view(belief, here, pace, avoid=avoid)
+            self._chosen = choice.view
+            return choice
+
+    def _spend(self, belief: BeliefMap, new: Sequence[Glance]) -> None:
+        """The robot stops a little beside the place it chose, and turned a little beside the heading."""
+        if (chosen := self._chosen) is None:
+            return
+        for heading in chosen.headings:
+            for glance in new:
+                near = apart_m(glance.pose, chosen.pose) <= BESIDE_M
+                if near and abs(wrap(glance.pose.yaw - heading)) <= BESIDE_RAD:
+                    for place in (glance.pose, chosen.pose):
+                        turned = place.model_copy(update={"yaw": heading})
+                        belief.spend(turned, self._rules.camera_hfov_rad)
