@@ -15,7 +15,7 @@ POLICIES: dict[str, dict[str, Any]] = {
     "frontier": {"coverage_rule": "frontier", "memory_views_max": 0},
     "random": {"coverage_rule": "random", "memory_views_max": 0},
     "belief": {
-        "coverage_rule": "belief", "approach_rule": "direct", "validation_rule": "evidence", "approach_speed_m_s": 0.25,
+        "coverage_rule": "belief", "approach_rule": "direct", "validation_rule": "evidence", "approach_speed_m_s": 0.2,
     },
 }  # fmt: skip
 """`atom` is A5, A6, A8, A10 and A13 to the letter; `frontier` and `random` know no memory."""

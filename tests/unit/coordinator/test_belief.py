@@ -264,3 +264,15 @@ def test_a_refused_box_leaves_what_lies_before_and_behind_it_as_looked_at_in_vai
     vain.look(Glance(START, HFOV_RAD))
     vain.refuse(3.0, 2.0)
     assert np.allclose(boxed.cells, vain.cells)
+
+
+def test_where_the_votes_confirmed_it_it_is_expected_until_it_is_refused() -> None:
+    belief = belief_of(CUP)
+    before = belief.cells[belief.cell(Pose2D(x=6.0, y=3.0, yaw=0.0))]
+    belief.expect(6.0, 3.0)
+    after = belief.cells[belief.cell(Pose2D(x=6.0, y=3.0, yaw=0.0))]
+    assert after > 20 * before
+    belief.look(Glance(Pose2D(x=5.0, y=3.0, yaw=0.0), HFOV_RAD))
+    assert belief.cells[belief.cell(Pose2D(x=6.0, y=3.0, yaw=0.0))] > before
+    belief.refuse(6.0, 3.0)
+    assert belief.cells[belief.cell(Pose2D(x=6.0, y=3.0, yaw=0.0))] < before

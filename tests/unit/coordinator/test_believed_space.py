@@ -11,6 +11,7 @@ import pytest
 from contracts.geometry import Pose2D
 from contracts.vision import Detections, Target
 from coordinator.belief.belief_map import BeliefMap, Glance
+from coordinator.core.actions import PlanCoverage
 from coordinator.execution.believed_space import BelievedSpace
 from geometry.grids import OccupancyGrid
 from support.described import DESCRIPTION
@@ -18,6 +19,7 @@ from support.mission_script import rules_of
 
 HERE = Pose2D(x=1.0, y=1.0, yaw=0.0)
 GRID = OccupancyGrid(np.zeros((40, 40), dtype=np.int8), 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
+ANYWHERE = PlanCoverage(1, (), 20.0)
 NOTHING = Detections(stamp_s=1.0, image_width_px=250, image_height_px=250, detections=())
 
 
@@ -25,13 +27,13 @@ async def test_a_robot_that_stops_beside_what_it_chose_is_not_sent_there_for_eve
     """It stands a little beside the place and turned a little beside the heading, so it sees other cells than those it
     was sent for.
     """
-    cells = np.zeros((80, 160), dtype=np.int8)
-    cells[:2], cells[-2:], cells[:, :2], cells[:, -2:], cells[30:60, 80:84] = 100, 100, 100, 100, 100
+    cells = np.zeros((60, 100), dtype=np.int8)
+    cells[:2], cells[-2:], cells[:, :2], cells[:, -2:], cells[20:40, 50:54] = 100, 100, 100, 100, 100
     grid, here = OccupancyGrid(cells, 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0)), HERE
     space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
     chosen = list[tuple[Pose2D, tuple[float, ...]]]()
     for _ in range(80):
-        view = (await space.choose(grid, here, (), ())).view
+        view = (await space.choose(grid, here, ANYWHERE)).view
         if view is None:
             break
         chosen.append((view.pose, view.headings))
@@ -58,13 +60,13 @@ async def test_a_choice_after_a_cancelled_one_waits_for_it_and_no_look_is_told_t
     monkeypatch.setattr(BeliefMap, "look", look)
     space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
     space.look(HERE, NOTHING)
-    cancelled = asyncio.create_task(space.choose(GRID, HERE, (), ()))
+    cancelled = asyncio.create_task(space.choose(GRID, HERE, ANYWHERE))
     assert await asyncio.to_thread(began.wait, 10.0)
     cancelled.cancel()
     with suppress(asyncio.CancelledError):
         await cancelled
     began.clear()
-    again = asyncio.create_task(space.choose(GRID, HERE, (), ()))
+    again = asyncio.create_task(space.choose(GRID, HERE, ANYWHERE))
     assert not await asyncio.to_thread(began.wait, 0.2)
     go_on.set()
     await again

@@ -70,7 +70,7 @@ def test_what_is_neither_measured_nor_come_nearer_to_is_left_after_two_steps() -
 
 def test_two_models_that_are_used_to_say_yes_are_not_enough_by_evidence() -> None:
     """Their log-odds say what such a yes is worth: here not enough."""
-    script = on_the_way(validation_rule="evidence").see_at(1.9, 2.06).voted(Verdict.YES, 0.7, log_odds=-0.5)
+    script = on_the_way(validation_rule="evidence").see_at(1.9, 2.06).voted(Verdict.YES, 0.7, log_odds=-0.7)
     assert script.mission.candidate is not None
     assert not script.mission.candidate.confirmed
     assert script.mission.state is S.APPROACHING

@@ -75,7 +75,7 @@ def test_a_clear_no_is_given_up_at_once() -> None:
     assert not script.mission.search.rejections[0].narrow
 
 
-@pytest.mark.parametrize(("log_odds", "confirmed"), [(2.0, True), (-0.5, False)])
+@pytest.mark.parametrize(("log_odds", "confirmed"), [(2.0, True), (-0.7, False)])
 def test_two_yes_that_are_hardly_over_their_thresholds_do_not_confirm(log_odds: float, confirmed: bool) -> None:
     script = Script(validation_rule="evidence").begin().centred().measured(1.1, 3).voted(Verdict.YES, log_odds=log_odds)
     assert script.mission.candidate is not None

@@ -32,6 +32,8 @@ REACH_M = 4.5
 RAYS = 180
 SEEN_TIMES = 6.0
 """A box of the target's class makes what lies behind it so many times more probable, until it is judged."""
+CONFIRMED_TIMES = 100.0
+"""The same of a place where the votes confirmed it, until it is reached or refused."""
 REFUSED_M, REFUSED_LEFT = 0.4, 0.05
 
 Cells = NDArray[np.float64]
@@ -84,6 +86,7 @@ class BeliefMap:
         """The same of every look, in vain or not: to look there again from that side shows nothing new."""
         self._boxed: list[tuple[_Shown, Cells]] = []
         self._refused = np.zeros(self._prior.shape, dtype=bool)
+        self._expected = self._refused.copy()
 
     @property
     def cells(self) -> Cells:
@@ -144,6 +147,10 @@ class BeliefMap:
                 self._in_vain(at, chance)
         self._boxed = [one for one, judged in zip(self._boxed, of_it, strict=True) if not judged]
 
+    def expect(self, x: float, y: float) -> None:
+        """It was seen there, judged, and lost from sight: no look in vain from one side outweighs that."""
+        self._expected |= self._apart_m(x, y) <= REFUSED_M
+
     def cell(self, pose: Pose2D) -> tuple[int, int] | None:
         fine = self.grid.cell(pose.x, pose.y)
         return (fine[0] // self.coarse.factor, fine[1] // self.coarse.factor) if fine is not None else None
@@ -165,6 +172,7 @@ class BeliefMap:
         times = np.ones_like(self._prior)
         for (_, rows, columns), _ in self._boxed:
             times[rows, columns] = SEEN_TIMES
+        times[self._expected] = CONFIRMED_TIMES
         times[self._refused] = REFUSED_LEFT
         return self._prior * times * np.prod(1.0 - self.doubt, axis=0)
 

@@ -31,7 +31,8 @@ SHOWN_RAD, SHOWN_M = 0.6, 8.0
 """What such a view shows lies in this direction of it, and so near: of a thing in it whose place is known it tells
 nothing new.
 """
-ITSELF_MAX = 0.95
+ITSELF_MAX = 0.85
+"""Things are carried about: memory alone is never surer than this that one stands where it stood."""
 NEAR_SIGMA_M = 1.2
 TIMES_NEAR, TIMES_SAME = 2.5, 2.0
 NEAR_MAX = 40

@@ -36,18 +36,20 @@ NEAR_M = 3.0
 
 @dataclass(frozen=True, slots=True)
 class MotionTimes:
-    """How long moving and looking takes."""
+    """How long moving and looking takes. The defaults are what `bench.search` showed (30 November, homes `tune`): 1.6 s
+    a look of a sweep, and 3 to 5 s of each drive beside its metres.
+    """
 
     speed_m_s: float
     turn_rad_s: float
     hfov_rad: float
     step_rad: float
-    look_s: float = 0.9
-    turn_s: float = 0.7
+    look_s: float = 0.5
+    turn_s: float = 0.4
     """Beside the turning itself: to begin and to end it."""
     choice_s: float = 1.5
     """Of each view, to be chosen and begun."""
-    drive_s: float = 3.0
+    drive_s: float = 4.0
     """The same of a drive: planning, turning there, settling."""
 
 

@@ -77,6 +77,8 @@ class PlanCoverage:
     timeout_s: float
     refused: tuple[tuple[float, float], ...] = ()
     """Places in map of what was judged and is another thing; told to a belief only."""
+    expected: tuple[tuple[float, float], ...] = ()
+    """The same of what was confirmed, and then lost from sight before it was reached."""
 
 
 @dataclass(frozen=True, slots=True)

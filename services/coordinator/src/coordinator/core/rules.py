@@ -194,7 +194,7 @@ class Policy(BaseModel):
     )
     closer_looks_max: int = Field(default=1, ge=0, description="looks from nearer after a narrow no")
     unseen_again_max: int = Field(default=2, ge=0, description="a no on a picture without its box is asked again")
-    confirm_log_odds: float = Field(default=1.0, ge=0.0, le=20.0, description="all looks together, to confirm")
+    confirm_log_odds: float = Field(default=0.5, ge=0.0, le=20.0, description="all looks together, to confirm")
     doubt_log_odds: float = Field(default=-1.0, ge=-20.0, le=0.0, description="a refused thing above it is in doubt")
     other_sides_max: int = Field(default=2, ge=0, le=8, description="other sides a thing in doubt is looked at from")
     revisits_max: int = Field(default=3, ge=0, le=20, description="things in doubt looked at again in the end")

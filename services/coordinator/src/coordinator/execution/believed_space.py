@@ -10,6 +10,7 @@ from contracts.vision import Detections, Target
 from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
 from coordinator.belief.clues import Clue
 from coordinator.belief.next_view import Choice, MotionTimes, NextView, next_view
+from coordinator.core.actions import PlanCoverage
 from coordinator.core.rules import Rules
 from coordinator.coverage.explored_space import LOOKS_MAX, PLANNING_TASK
 from geometry.grids import OccupancyGrid
@@ -40,15 +41,11 @@ class BelievedSpace:
         )
         self._glances.append(Glance(pose, self._rules.camera_hfov_rad, tuple(boxes)))
 
-    async def choose(
-        self, grid: OccupancyGrid, here: Pose2D, avoid: tuple[Pose2D, ...], refused: tuple[tuple[float, float], ...]
-    ) -> Choice:
-        choosing = asyncio.to_thread(self._choose, grid, here, avoid, refused)
+    async def choose(self, grid: OccupancyGrid, here: Pose2D, asked: PlanCoverage) -> Choice:
+        choosing = asyncio.to_thread(self._choose, grid, here, asked)
         return await asyncio.create_task(choosing, name=PLANNING_TASK)
 
-    def _choose(
-        self, grid: OccupancyGrid, here: Pose2D, avoid: tuple[Pose2D, ...], refused: tuple[tuple[float, float], ...]
-    ) -> Choice:
+    def _choose(self, grid: OccupancyGrid, here: Pose2D, asked: PlanCoverage) -> Choice:
         """The belief is touched here alone, one call after another: the thread of a cancelled one goes on."""
         with self._choosing:
             body, rules, belief = self._body, self._rules, self._belief
@@ -63,7 +60,9 @@ class BelievedSpace:
                 belief.look(glance)
             self._spend(belief, new)
             self._told = told
-            for x, y in refused:
+            for x, y in asked.expected:
+                belief.expect(x, y)
+            for x, y in asked.refused:
                 belief.refuse(x, y)
             pace = MotionTimes(
                 speed_m_s=body.speed_m_s_max,
@@ -71,7 +70,7 @@ class BelievedSpace:
                 hfov_rad=rules.camera_hfov_rad,
                 step_rad=min(rules.scan_step_rad, rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)),
             )
-            choice = next_view(belief, here, pace, avoid=avoid)
+            choice = next_view(belief, here, pace, avoid=asked.avoid)
             self._chosen = choice.view
             return choice
 

@@ -300,7 +300,7 @@ class MissionRunner:
         if here is None:
             raise UnavailableError("robot_bridge", "the robot does not know where it is")
         grid = (await self._explored.refresh()).grid
-        choice = await believed.choose(grid, here, action.avoid, action.refused)
+        choice = await believed.choose(grid, here, action)
         points, headings = ((), ()) if choice.view is None else ((choice.view.pose,), choice.view.headings)
         return ev.CoveragePlanned(action.call, points, grid.free_area_m2, choice.trouble, headings, choice.why)
 

@@ -6,6 +6,7 @@ from contracts.robot import CandidatePose
 from coordinator.core import actions as do
 from coordinator.core.activities import Navigating, PlanningCoverage
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event
+from coordinator.core.mission import Loss
 from coordinator.core.outcomes import give_up
 from coordinator.core.states.travelling import MovingToScan, is_here
 from coordinator.core.states.weighing import revisit
@@ -19,7 +20,8 @@ class ByBelief(MovingToScan):
     def begin(self, context: StepContext) -> None:
         search, rules = context.search, context.rules
         refused = tuple(one.map_xy for one in search.rejections if one.map_xy is not None)
-        action = do.PlanCoverage(context.call(), search.unreachable, rules.plan_timeout_s, refused)
+        expected = tuple((at.x, at.y) for one in search.losses if (at := _confirmed_at(one)) is not None)
+        action = do.PlanCoverage(context.call(), search.unreachable, rules.plan_timeout_s, refused, expected)
         context.request(action)
         context.set_activity(PlanningCoverage(action.call, context.now_s + action.timeout_s + rules.call_margin_s))
 
@@ -51,6 +53,10 @@ class ByBelief(MovingToScan):
             self.arrive(context)
         else:
             context.navigate((CandidatePose(pose=goal),))
+
+
+def _confirmed_at(loss: Loss) -> Pose2D | None:
+    return loss.record.place if loss.confirmed and loss.record is not None else None
 
 
 def _is_new(context: StepContext, pose: Pose2D) -> bool:
