@@ -57,6 +57,10 @@ async def test_what_it_is_doing_and_what_it_did_come_from_its_missions(open_mesh
         busy = await ask(mesh, "What are you doing?")
         assert busy.records[0].id == mission.id
         assert "find the red bottle" in busy.answer
+        pause = f"/missions/{mission.id}/pause"
+        await mesh.client.post(pause, params={"for_s": 20.0})
+        assert "paused" not in (await ask(mesh, "what are you doing?")).answer, "it stands to hear the question"
+        await mesh.client.post(pause, params={"for_s": 0.0})
         assert (await mesh.until_over(mission.id)).outcome is Outcome.FOUND
         done = await ask(mesh, "did you find the bottle?")
         assert done.about is About.HISTORY

@@ -117,6 +117,26 @@ def test_nothing_is_let_go_that_is_not_held() -> None:
     assert len(script.asked(do.Say)) == lines
 
 
+@pytest.mark.parametrize("state", REACH)
+def test_lifted_while_it_listens_it_stands_until_a_person_says(state: MissionState) -> None:
+    script = REACH[state]().feed(ev.PauseRequested(5.0))
+
+    def hangs(lifted: bool) -> None:
+        pose = script.mission.robot.pose
+        script.feed(ev.RobotUpdated(script.now_s, pose, pose, False, 0.0, False, 0, lifted=lifted))
+
+    hangs(True)
+    script.now_s += script.mission.rules.lifted_s
+    hangs(True)
+    hangs(False)
+    asked = len([a for a in script.actions if isinstance(a, MOTION)])
+    script.wait(6.0).feed(ev.PauseRequested(0.0))
+    assert script.mission.paused
+    assert not script.mission.listening
+    assert len([a for a in script.actions if isinstance(a, MOTION)]) == asked
+    assert not script.feed(ev.ResumeRequested()).mission.paused
+
+
 def test_listening_undoes_no_stop() -> None:
     script = Script().begin().feed(ev.PauseRequested(5.0)).feed(ev.StopLatched(1, "test")).feed(ev.PauseRequested(0.0))
     assert script.mission.state is S.EMERGENCY_STOP

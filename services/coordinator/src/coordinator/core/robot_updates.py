@@ -104,10 +104,12 @@ def _check_the_map(context: StepContext) -> None:
 
 
 def _lifted(context: StepContext) -> None:
-    """In whatever state it is: a robot that was carried must not drive off by itself when it is put down."""
+    """In whatever state it is: a robot that was carried must not drive off by itself when it is put down, nor when a
+    pause to listen, which ends by itself, is over.
+    """
     mission, since_s = context.mission, context.mission.robot.lifted_s
     lasts = since_s is not None and context.now_s - since_s >= mission.rules.lifted_s
-    if lasts and mission.running and not mission.paused:
+    if lasts and mission.running and (not mission.paused or mission.listening):
         lifted(context)
 
 

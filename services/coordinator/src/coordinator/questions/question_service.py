@@ -219,7 +219,8 @@ class QuestionService:
         if mission is None or (mission.outcome is not None and status.state.value == "IDLE"):
             first = Record(source="robot", text="I am doing nothing and wait for a command")
         else:
-            word = "paused" if mission.paused else status.state.value.lower().replace("_", " ")
+            stands = mission.paused and not self._runner.mission.listening  # to hear the question, as a rule
+            word = "paused" if stands else status.state.value.lower().replace("_", " ")
             text = f"'{mission.command}': {word}; {status.progress}"
             first = Record(source="mission", id=mission.id, text=text[:300], stamp_s=mission.started_s)
         waiting = [Record(source="queue", id=one.id, text=f"'{one.command}' waits"[:300]) for one in status.queue]
