@@ -24,6 +24,7 @@ from contracts.reading import Mood
 from contracts.robot import EmergencyStop, EmergencyStopReply, EmergencyStopRequest
 from contracts.speech import Hearing, SpeakRequest, Transcript
 from contracts.vision import Target
+from ear.ports import Line
 from mesh.errors import UnavailableError, UpstreamError
 
 RUNNING = Mission(
@@ -151,7 +152,7 @@ class FakeCoordinator:
     commands: list[str] = field(default_factory=list[str])
     holds: list[float] = field(default_factory=list[float])
     refuses: str = ""
-    happened: "asyncio.Queue[MissionEvent]" = field(default_factory=asyncio.Queue)
+    happened: "asyncio.Queue[MissionEvent | Line]" = field(default_factory=asyncio.Queue)
 
     async def understand(self, readings: Sequence[str]) -> Understood:
         self.asked.append(tuple(readings))
@@ -176,7 +177,8 @@ class FakeCoordinator:
         self.holds.append(for_s)
         return RUNNING
 
-    async def events(self) -> AsyncIterator[MissionEvent]:
+    async def events(self) -> AsyncIterator[MissionEvent | Line]:
+        yield Line.OPEN
         while True:
             yield await self.happened.get()
 
@@ -238,6 +240,8 @@ def served_coordinator(coordinator: FakeCoordinator, robot: FakeRobot) -> FastAP
         await socket.accept()
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             async for event in coordinator.events():
+                if isinstance(event, Line):
+                    continue
                 await socket.send_text(event.model_dump_json())
 
     return app

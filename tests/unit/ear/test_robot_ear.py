@@ -83,7 +83,7 @@ class Heard:
 
     async def asleep(self) -> None:
         await until(lambda: self.ear.ear.state is State.ASLEEP)
-        await until(self.ear._holding.empty)
+        await self.ear._standing.settled()
 
 
 async def test_what_is_said_after_the_wake_word_is_sent_to_the_coordinator() -> None:

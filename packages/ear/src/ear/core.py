@@ -166,8 +166,8 @@ class _Step:
                 self._do(intent)
             case Neither():
                 self._rest()
-            case None:  # it may be a new sentence
-                self._understand(readings)
+            case None:  # it may be a new sentence, with the word that wakes it before it
+                self._understand(words.readings_of(*readings) or readings)
 
     def _understand(self, readings: tuple[str, ...]) -> None:
         self._to(State.UNDERSTANDING)

@@ -2,6 +2,7 @@
 
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AbstractAsyncContextManager
+from enum import Enum
 from typing import Final, Protocol
 
 from contracts.asking import Answer
@@ -17,6 +18,13 @@ CHUNK_BYTES: Final = int(RATE_HZ * CHUNK_S) * 2
 
 class SoundError(Exception):
     """Why nothing can be heard, or played, here. For a person."""
+
+
+class Line(Enum):
+    """To the timeline. While it is broken nobody knows what happens."""
+
+    OPEN = "open"
+    BROKEN = "broken"
 
 
 class Source(Protocol):
@@ -78,8 +86,10 @@ class Coordinator(Protocol):
         """It stands for so long, 0 = it goes on now. Raises `UpstreamError` where a person paused it, or it ended."""
         ...
 
-    def events(self) -> AsyncIterator[MissionEvent]:
-        """From now on, for ever: what was missed while the coordinator was away follows."""
+    def events(self) -> AsyncIterator[MissionEvent | Line]:
+        """From now on, for ever: what was missed while the coordinator was away follows, where one event came before.
+        Whoever needs to know more asks for the status each time the line opens.
+        """
         ...
 
 

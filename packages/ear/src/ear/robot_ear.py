@@ -10,10 +10,13 @@ from typing import Any, Final, assert_never
 
 import structlog
 
-from contracts.mission import EventKind, Mission, MissionEvent
+from contracts.mission import Mission
 from contracts.robot import EmergencyStopRequest
 from contracts.speech import Hearing, SpeakRequest
 from ear import core, words
+from ear.deadlines import within
+from ear.following import Following
+from ear.mouth import Mouth
 from ear.ports import (
     CHUNK_BYTES,
     CHUNK_S,
@@ -30,7 +33,7 @@ from ear.ports import (
 from ear.quiet_hours import QuietHours
 from ear.sayings import Sayings
 from ear.settings import Settings
-from ear.tones import wav_of
+from ear.standing import Standing
 from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError, UpstreamError
 from mesh.tasks import Tasks
@@ -46,11 +49,11 @@ INSIST_S: Final = 5.0
 """So long a stop that did not reach the robot is asked for,"""
 AGAIN_S: Final = 0.3
 """each time so long after the last answer."""
-NEWS_S_MAX: Final = 60.0
-"""Older than that it is no news any more."""
 NAMES_S: Final = 60.0
-RUNS: Final = frozenset({EventKind.START, EventKind.RESUME})
-ENDS: Final = frozenset({EventKind.FOUND, EventKind.END})
+HEARD_S_MAX: Final = 60.0
+"""Speech ends a saying long before."""
+SHORT_SAYINGS_MAX: Final = 3
+"""What waits to be read for a stop; the oldest is left out."""
 
 
 @dataclass
@@ -71,24 +74,33 @@ class RobotEar:
     _recent: deque[bytes] = field(default_factory=lambda: deque[bytes](maxlen=round(LEAD_S / CHUNK_S)))
     _sayings: Sayings = field(default_factory=Sayings)
     _listening: "asyncio.Queue[bytes] | None" = None
-    _short: "asyncio.Queue[bytes]" = field(default_factory=lambda: asyncio.Queue[bytes](1))
-    _holding: asyncio.Queue[core.Hold | core.LetGo] = field(default_factory=asyncio.Queue[core.Hold | core.LetGo])
-    _tones: asyncio.Queue[core.Tone] = field(default_factory=asyncio.Queue[core.Tone])
-    _held: str = ""
+    _short: "asyncio.Queue[bytes]" = field(default_factory=lambda: asyncio.Queue[bytes](SHORT_SAYINGS_MAX))
     _names: Sequence[str] = ()
     _doing: "asyncio.Task[Any] | None" = None
-    _may_move: bool = True
-    """Until the coordinator says that no mission runs."""
+    _mouth: Mouth = field(init=False)
+    _standing: Standing = field(init=False)
+    _following: Following = field(init=False)
 
     def __post_init__(self) -> None:
         self._quiet_hours = QuietHours.read(self.settings.quiet_hours)
+        self._mouth = Mouth(self.loudspeaker, self.clock)
+        self._standing = Standing(self.coordinator, self.clock, self.settings.hold_s)
+        self._following = Following(
+            self.coordinator,
+            self.clock,
+            self.tasks,
+            begun=self._standing.again,
+            ended=lambda sentence: self.feed(core.News(sentence)),
+        )
 
     async def run(self) -> None:
         """Until the sound ends, which a microphone's does not. Raises `SoundError`."""
         for name, forever in (
-            ("hold", self._hold_and_let_go()),
-            ("follow", self._follow()),
-            ("tones", self._play_tones()),
+            ("hold", self._standing.hold_and_let_go()),
+            ("hold again", self._standing.keep_renewing()),
+            ("follow", self._following.follow()),
+            ("may it move", self._following.keep_sure()),
+            ("tones", self._mouth.play_tones()),
             ("short sayings", self._read_short_sayings()),
             ("names", self._keep_names()),
         ):
@@ -100,7 +112,7 @@ class RobotEar:
             await self._hear(bytes(CHUNK_BYTES))
         while self.ear.state is not core.State.ASLEEP:
             await self.clock.sleep(CHUNK_S)
-        await self._holding.join()
+        await self._standing.settled()
 
     def feed(self, event: core.Event) -> None:
         before = self.ear.state
@@ -123,13 +135,22 @@ class RobotEar:
         if self._listening is not None:
             await self._listening.put(chunk)
             return
-        if self.settings.stop_without_wake_word and self._may_move:
-            saying = self._sayings.take(chunk)
-            if saying is not None and self._short.empty():
-                self._short.put_nowait(saying)
+        self._look_for_a_stop(chunk)
         if self.ear.state is core.State.ASLEEP and await asyncio.to_thread(self.wake_word.heard, chunk):
             self.wake_word.forget()
             self.feed(core.Woken())
+
+    def _look_for_a_stop(self, chunk: bytes) -> None:
+        """Without the wake word: while the robot moves, or may be about to. Nothing is kept at any other time."""
+        about_to = self._following.may_move or self.ear.state is core.State.UNDERSTANDING
+        if not (self.settings.stop_without_wake_word and about_to):
+            self._sayings.forget()
+            return
+        saying = self._sayings.take(chunk)
+        if saying is not None:
+            if self._short.full():
+                self._short.get_nowait()
+            self._short.put_nowait(saying)
 
     def _forget(self) -> None:
         """What it says itself is followed by nothing."""
@@ -162,9 +183,9 @@ class RobotEar:
             case core.Say():
                 self._converse(self._say(action))
             case core.Sound(tone):
-                self._tones.put_nowait(tone)
+                self._mouth.sound(tone)
             case core.Hold() | core.LetGo():
-                self._holding.put_nowait(action)
+                self._standing.take(action)
             case _:
                 assert_never(action)
 
@@ -200,32 +221,36 @@ class RobotEar:
             samples.put_nowait(chunk)
         self._recent.clear()
         self._listening = samples
-        event: core.Event
         try:
             async with self.speech.listen(self._names) as ears:
                 event = await self._heard_by(ears, samples, action.turn)
+                self._end_of(samples)
+                self.feed(event)  # before the line is closed, which takes a second where the other side is slow
         except MeshError as error:
-            event = core.Away(action.turn, "speech", error.detail)
+            self._end_of(samples)
+            self.feed(core.Away(action.turn, "speech", error.detail))
         finally:
-            if self._listening is samples:
-                self._listening = None
+            self._end_of(samples)
+
+    def _end_of(self, samples: "asyncio.Queue[bytes]") -> None:
+        if self._listening is samples:
+            self._listening = None
             self.wake_word.forget()
             self._sayings.forget()
-        self.feed(event)
 
     async def _heard_by(self, ears: Ears, samples: "asyncio.Queue[bytes]", turn: int) -> core.Event:
-        """The first stop, or the final reading. Raises `MeshError`."""
+        """The first stop, or the final reading. Raises `MeshError`, also where neither comes."""
         sending = asyncio.create_task(_send_on(samples, ears))
         try:
-            async for hearing in ears.hearings():
-                if hearing.stop:
-                    return core.StopHeard(hearing.transcript.text)
-                if hearing.final:
-                    return _heard_out(hearing, turn)
+            hearing = await within(self.clock, HEARD_S_MAX, _told(ears))
+        except TimeoutError:
+            raise UnavailableError("speech", f"no last reading within {HEARD_S_MAX:.0f} s") from None
         finally:
             sending.cancel()
             await asyncio.gather(sending, return_exceptions=True)
-        raise UnavailableError("speech", "it ended without a last reading")
+        if hearing.stop:
+            return core.StopHeard(hearing.transcript.text)
+        return _heard_out(hearing, turn, woken=self.ear.state is core.State.LISTENING)
 
     async def _understand(self, action: core.Understand) -> None:
         event: core.Event
@@ -244,6 +269,7 @@ class RobotEar:
             else:
                 begun = await self.coordinator.start(command)
                 mission = isinstance(begun, Mission)
+                self._following.expect()
                 event = core.Begun(action.turn, words.short(action.intent.able)) if mission else core.Replied(
                     action.turn, words.short(begun.text)
                 )  # fmt: skip
@@ -255,8 +281,9 @@ class RobotEar:
         event: core.Event = core.Spoken(action.turn)
         try:
             wav = await self.speech.speak(SpeakRequest(text=action.sentence, voice=self.settings.voice or None))
+            await self._standing.before_a_sentence()
             self.feed(core.Sounding(action.turn))
-            await self.loudspeaker.play(wav)
+            await self._mouth.play(wav)
         except MeshError as error:
             event = core.Away(action.turn, "speech", error.detail)
         except SoundError as error:
@@ -264,58 +291,6 @@ class RobotEar:
         self.feed(event)
 
     # beside the conversation
-
-    async def _play_tones(self) -> None:
-        while True:
-            tone = await self._tones.get()
-            try:
-                await self.loudspeaker.play(wav_of(tone))
-            except SoundError as error:
-                log.warning("no tone", why=str(error))
-
-    async def _hold_and_let_go(self) -> None:
-        """In their order. A mission that a person paused, or that has ended, is left alone."""
-        while True:
-            action = await self._holding.get()
-            try:
-                match action:
-                    case core.Hold():
-                        await self._hold()
-                    case core.LetGo():
-                        held, self._held = self._held, ""
-                        if held:
-                            await self.coordinator.hold(held, for_s=0.0)
-            except MeshError as error:
-                log.info("not held, or not let go", why=error.detail)
-            finally:
-                self._holding.task_done()
-
-    async def _hold(self) -> None:
-        mission = (await self.coordinator.status()).mission
-        if mission is None or mission.outcome is not None or mission.queue_position is not None:
-            self._held = ""
-        elif not mission.paused or mission.id == self._held:
-            await self.coordinator.hold(mission.id, for_s=self.settings.hold_s)
-            self._held = mission.id
-
-    async def _follow(self) -> None:
-        with contextlib.suppress(MeshError):
-            mission = (await self.coordinator.status()).mission
-            self._may_move = mission is not None and mission.outcome is None
-        async for event in self.coordinator.events():
-            if event.kind in RUNS:
-                self._may_move = True
-            elif event.kind in ENDS:
-                self._may_move = False
-                await self._tell(event)
-
-    async def _tell(self, event: MissionEvent) -> None:
-        if self.clock.now_s() - event.stamp_s > NEWS_S_MAX or not event.mission_id:
-            return
-        with contextlib.suppress(MeshError):
-            sentence = words.ending(await self.coordinator.mission(event.mission_id))
-            if sentence:
-                self.feed(core.News(sentence))
 
     async def _keep_names(self) -> None:
         while True:
@@ -330,9 +305,18 @@ async def _send_on(samples: "asyncio.Queue[bytes]", ears: Ears) -> None:
         await ears.send(await samples.get())
 
 
-def _heard_out(hearing: Hearing, turn: int) -> core.HeardOut:
+async def _told(ears: Ears) -> Hearing:
+    """The first with a stop, or the last one. Raises `MeshError`."""
+    async for hearing in ears.hearings():
+        if hearing.stop or hearing.final:
+            return hearing
+    raise UnavailableError("speech", "it ended without a last reading")
+
+
+def _heard_out(hearing: Hearing, turn: int, *, woken: bool) -> core.HeardOut:
     transcript = hearing.transcript
-    return core.HeardOut(turn, words.readings_of(transcript.hot_text, transcript.text), not transcript.no_speech)
+    readings = words.readings_of(transcript.hot_text, transcript.text, woken=woken)
+    return core.HeardOut(turn, readings, not transcript.no_speech)
 
 
 def _failed(turn: int, error: MeshError) -> core.Event:

@@ -50,9 +50,11 @@ def ending(mission: Mission) -> str:
     return short(told.get(mission.outcome, "")) if mission.outcome is not None else ""
 
 
-def readings_of(*said: str) -> tuple[str, ...]:
-    """As the coordinator takes them: without the wake word, printable, each once, the first ones first."""
-    told = (_printable(_woken(one)) for one in said)
+def readings_of(*said: str, woken: bool = True) -> tuple[str, ...]:
+    """As the coordinator takes them: printable, each once, the first ones first; without the word that woke it, where
+    one did: an "okay" may be an answer.
+    """
+    told = (_printable(_woken(one) if woken else one) for one in said)
     return tuple(dict.fromkeys(one for one in told if words_of(one)))[:READINGS_MAX]
 
 

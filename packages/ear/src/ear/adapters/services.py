@@ -14,6 +14,7 @@ from contracts.intent import Understand, Understood
 from contracts.memory import LabelCount
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest
+from ear.ports import Line
 from ear.settings import Settings
 from mesh.clock import Clock
 from mesh.errors import UnavailableError, UpstreamError
@@ -70,7 +71,7 @@ class CoordinatorClient(ServiceClient):
         except ValidationError as error:
             raise UpstreamError("coordinator", answer.status_code, "its answer is not the contract's") from error
 
-    async def events(self) -> AsyncIterator[MissionEvent]:
+    async def events(self) -> AsyncIterator[MissionEvent | Line]:
         last: int | None = None
         while True:
             query = "" if last is None else f"?after={last}"
@@ -82,12 +83,14 @@ class CoordinatorClient(ServiceClient):
                     close_timeout=1.0,
                     proxy=None,
                 ) as socket:
+                    yield Line.OPEN
                     async for message in socket:
                         event = MissionEvent.model_validate_json(message)
                         last = event.id
                         yield event
             except (OSError, TimeoutError, WebSocketException, ValidationError):
                 pass  # away, or of another version: it may be back, and what was missed is asked for
+            yield Line.BROKEN
             await self._clock.sleep(AGAIN_S)
 
 
