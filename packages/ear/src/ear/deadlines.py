@@ -5,12 +5,14 @@ import contextlib
 import io
 import wave
 from collections.abc import Coroutine
-from typing import Any
+from typing import Any, TypeVar
 
 from mesh.clock import Clock
 
+T = TypeVar("T")
 
-async def within[T](clock: Clock, seconds: float, work: Coroutine[Any, Any, T]) -> T:
+
+async def within(clock: Clock, seconds: float, work: Coroutine[Any, Any, T]) -> T:
     """What it gives. Raises `TimeoutError` after so long: it is cancelled then, and not waited for."""
     doing, waiting = asyncio.ensure_future(work), asyncio.ensure_future(clock.sleep(seconds))
     try:
