@@ -95,6 +95,12 @@ class FakeWakeWord:
         self.forgot += 1
 
 
+def _set() -> asyncio.Event:
+    event = asyncio.Event()
+    event.set()
+    return event
+
+
 @dataclass
 class FakeEars:
     sent: list[bytes] = field(default_factory=list[bytes])
@@ -125,6 +131,10 @@ class FakeSpeech:
     read: list[bytes] = field(default_factory=list[bytes])
     short: Transcript = field(default_factory=lambda: transcript(""))
     away: bool = False
+    closes: asyncio.Event = field(default_factory=_set)
+    """Until it is set, no line comes to its close."""
+    reads: asyncio.Event = field(default_factory=_set)
+    """Until it is set, no short saying comes back."""
 
     @contextlib.asynccontextmanager
     async def listen(self, hot_words: Sequence[str]) -> AsyncGenerator[FakeEars]:
@@ -132,9 +142,11 @@ class FakeSpeech:
             raise UnavailableError("speech", "not reachable")
         self.lines.append(FakeEars())
         yield self.lines[-1]
+        await self.closes.wait()
 
     async def transcribe(self, samples: bytes) -> Transcript:
         self.read.append(samples)
+        await self.reads.wait()
         return self.short
 
     async def speak(self, request: SpeakRequest) -> bytes:
@@ -148,14 +160,25 @@ class FakeSpeech:
 class FakeCoordinator:
     means: Understood = field(default_factory=lambda: understood("find the red bottle"))
     running: Mission | None = None
+    state: MissionState = MissionState.IDLE
+    queue: tuple[Mission, ...] = ()
+    away: bool = False
+    understands: asyncio.Event = field(default_factory=_set)
+    """Until it is set, a reading has no answer; the next are of a status, a record of a mission, and a hold."""
+    says_how_it_is: asyncio.Event = field(default_factory=_set)
+    tells: asyncio.Event = field(default_factory=_set)
+    obeys: asyncio.Event = field(default_factory=_set)
     asked: list[tuple[str, ...]] = field(default_factory=list[tuple[str, ...]])
     commands: list[str] = field(default_factory=list[str])
     holds: list[float] = field(default_factory=list[float])
+    held: list[str] = field(default_factory=list[str])
+    """Which mission each of the holds was for."""
     refuses: str = ""
     happened: "asyncio.Queue[MissionEvent | Line]" = field(default_factory=asyncio.Queue)
 
     async def understand(self, readings: Sequence[str]) -> Understood:
         self.asked.append(tuple(readings))
+        await self.understands.wait()
         return self.means
 
     async def start(self, command: str) -> Mission | Heard:
@@ -168,13 +191,23 @@ class FakeCoordinator:
         return Answer(answer="It is in the kitchen.", about=About.DOING, phrased_by="template")
 
     async def status(self) -> MissionStatus:
-        return MissionStatus(stamp_s=1.0, mission=self.running)
+        """As it is when it is asked, however late it answers."""
+        status = MissionStatus(stamp_s=1.0, state=self.state, mission=self.running, queue=self.queue)
+        await self.says_how_it_is.wait()
+        if self.away:
+            raise UnavailableError("coordinator", "not reachable")
+        return status
 
     async def mission(self, mission_id: str) -> Mission:
+        await self.tells.wait()
         return FOUND
 
     async def hold(self, mission_id: str, *, for_s: float) -> Mission:
         self.holds.append(for_s)
+        self.held.append(mission_id)
+        await self.obeys.wait()
+        if self.away:
+            raise UnavailableError("coordinator", "no answer in time")
         return RUNNING
 
     async def events(self) -> AsyncIterator[MissionEvent | Line]:
@@ -182,8 +215,7 @@ class FakeCoordinator:
         while True:
             yield await self.happened.get()
 
-    def happens(self, kind: EventKind, now_s: float) -> None:
-        state = MissionState.IDLE
+    def happens(self, kind: EventKind, now_s: float, state: MissionState = MissionState.IDLE) -> None:
         self.happened.put_nowait(
             MissionEvent(id=1, mission_id="m1", stamp_s=now_s, state=state, kind=kind, text=kind.value)
         )
