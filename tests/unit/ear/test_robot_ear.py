@@ -11,9 +11,10 @@ from pydantic import ValidationError
 
 from contracts.mission import EventKind
 from ear import words
-from ear.core import State, Tone
+from ear.core import ECHO_S, State, Tone
+from ear.mouth import LATE_S
 from ear.ports import CHUNK_BYTES
-from ear.robot_ear import INSIST_S, LEAD_S, RobotEar
+from ear.robot_ear import HEARD_S_MAX, INSIST_S, LEAD_S, SHORT_SAYINGS_MAX, RobotEar
 from ear.settings import Settings
 from ear.tones import wav_of
 from mesh.tasks import Tasks
@@ -34,6 +35,9 @@ from support.waiting import until
 SILENCE = bytes(CHUNK_BYTES)
 WAKING = FakeWakeWord.WORD.ljust(CHUNK_BYTES, b"\0")
 LOUD = b"\x00\x20" * (CHUNK_BYTES // 2)
+LOUDER = b"\x00\x30" * (CHUNK_BYTES // 2)
+SAYING = [*[LOUD] * 5, *[SILENCE] * 4]
+SAYING_OF_ANOTHER = [*[LOUDER] * 5, *[SILENCE] * 4]
 
 
 @dataclass
@@ -138,10 +142,110 @@ async def test_a_stop_that_never_arrives_is_said() -> None:
 async def test_a_stop_is_heard_without_the_wake_word_while_a_mission_runs() -> None:
     heard = Heard(coordinator=FakeCoordinator(running=RUNNING), speech=FakeSpeech(short=transcript("stop", stop=True)))
     async with heard.running() as heard:
-        heard.hears(*[SILENCE] * 4, *[LOUD] * 5, *[SILENCE] * 4)
+        heard.hears(*[SILENCE] * 4, *SAYING)
         await until(lambda: heard.robot.stops == ["said: stop"])
         assert len(heard.speech.read[0]) == 12 * CHUNK_BYTES
         assert heard.speech.lines == []
+
+
+async def test_a_stop_is_heard_without_the_wake_word_while_it_is_understood_what_was_said() -> None:
+    heard = Heard(speech=FakeSpeech(short=transcript("stop", stop=True)))
+    heard.coordinator.understands.clear()
+    async with heard.running() as heard:
+        (await heard.woken()).tell(transcript("find the red bottle"))
+        await until(lambda: heard.coordinator.asked != [])
+        heard.hears(*[SILENCE] * 4, *SAYING)
+        await until(lambda: heard.robot.stops == ["said: stop"])
+        await until(lambda: heard.speech.spoken == [words.STOPPED])
+        heard.coordinator.understands.set()
+        await heard.clock.settle()
+        assert heard.coordinator.commands == [], "what was under way comes too late"
+
+
+async def test_a_stop_is_heard_without_the_wake_word_from_the_moment_a_mission_is_asked_for() -> None:
+    heard = Heard(speech=FakeSpeech(short=transcript("stop", stop=True)))
+    async with heard.running() as heard:
+        line = await heard.woken()
+        heard.coordinator.says_how_it_is.clear()
+        line.tell(transcript("find the red bottle"))
+        await until(lambda: heard.coordinator.commands == ["find the red bottle"])
+        await until(lambda: heard.ear.ear.state is State.ASLEEP)
+        heard.hears(*[SILENCE] * 4, *SAYING)
+        await until(lambda: heard.robot.stops == ["said: stop"])
+
+
+async def test_a_stop_goes_out_before_the_line_it_was_heard_on_is_closed() -> None:
+    heard = Heard()
+    heard.speech.closes.clear()
+    async with heard.running() as heard:
+        (await heard.woken()).tell(transcript("stop", stop=True), final=False)
+        await until(lambda: heard.robot.stops == ["said: stop"])
+        heard.speech.closes.set()
+
+
+async def test_of_the_short_sayings_that_wait_the_newest_are_read() -> None:
+    heard = Heard(coordinator=FakeCoordinator(running=RUNNING))
+    heard.speech.reads.clear()
+    async with heard.running() as heard:
+        for _ in range(5):
+            heard.hears(*SAYING)
+        heard.hears(*SAYING_OF_ANOTHER)
+        await until(lambda: len(heard.wake_word.told) == 6 * len(SAYING))
+        heard.speech.reads.set()
+        await until(lambda: len(heard.speech.read) == 1 + SHORT_SAYINGS_MAX)
+        assert SAYING_OF_ANOTHER[0] in heard.speech.read[-1]
+
+
+async def test_while_it_is_understood_what_was_said_the_mission_is_held_again() -> None:
+    heard = Heard(coordinator=FakeCoordinator(running=RUNNING))
+    heard.coordinator.understands.clear()
+    async with heard.running(hold_s=20.0) as heard:
+        (await heard.woken()).tell(transcript("find the red bottle"))
+        await until(lambda: heard.coordinator.asked != [])
+        await heard.clock.advance(20.0)
+        assert heard.coordinator.holds == [20.0] * 4
+
+
+async def test_a_mission_that_begins_while_it_speaks_stands_too() -> None:
+    heard = Heard(coordinator=FakeCoordinator(running=RUNNING))
+    heard.loudspeaker.waits = True
+    async with heard.running() as heard:
+        heard.coordinator.happens(EventKind.FOUND, heard.clock.now_s())
+        await until(lambda: heard.loudspeaker.played == [b"I found the red bottle."])
+        heard.coordinator.running = RUNNING.model_copy(update={"id": "m2"})
+        heard.coordinator.happens(EventKind.START, heard.clock.now_s())
+        await until(lambda: heard.coordinator.held == ["m1", "m2"])
+
+
+async def test_it_says_nothing_before_the_mission_stands() -> None:
+    heard = Heard(coordinator=FakeCoordinator(running=RUNNING))
+    heard.coordinator.obeys.clear()
+    async with heard.running() as heard:
+        heard.coordinator.happens(EventKind.FOUND, heard.clock.now_s())
+        await until(lambda: heard.coordinator.holds != [] and heard.speech.spoken != [])
+        await heard.clock.settle()
+        assert heard.loudspeaker.played == []
+        heard.coordinator.obeys.set()
+        await until(lambda: heard.loudspeaker.played == [b"I found the red bottle."])
+
+
+async def test_speech_that_never_comes_to_an_end_is_left_and_a_tone_says_so() -> None:
+    async with Heard().running() as heard:
+        await heard.woken()
+        await heard.clock.advance(HEARD_S_MAX)
+        await until(lambda: heard.loudspeaker.played == [wav_of(Tone.AWAKE), wav_of(Tone.TROUBLE)])
+        assert heard.ear.ear.state is State.ASLEEP
+
+
+async def test_a_loudspeaker_that_never_comes_to_an_end_leaves_it_hearing() -> None:
+    heard = Heard(coordinator=FakeCoordinator(running=RUNNING))
+    heard.loudspeaker.waits = True
+    async with heard.running() as heard:
+        heard.coordinator.happens(EventKind.FOUND, heard.clock.now_s())
+        await until(lambda: heard.loudspeaker.played == [b"I found the red bottle."])
+        await heard.clock.advance(LATE_S + ECHO_S)
+        await heard.asleep()
+        await heard.woken()
 
 
 @pytest.mark.parametrize("why", ["no mission runs", "it is not wanted"])
@@ -149,7 +253,7 @@ async def test_without_the_wake_word_nothing_is_read_where(why: str) -> None:
     heard = Heard(coordinator=FakeCoordinator(running=RUNNING if why == "it is not wanted" else None))
     async with heard.running(stop_without_wake_word=why != "it is not wanted") as heard:
         await heard.clock.settle()
-        heard.hears(*[SILENCE] * 4, *[LOUD] * 5, *[SILENCE] * 4)
+        heard.hears(*[SILENCE] * 4, *SAYING)
         await until(lambda: len(heard.wake_word.told) == 13)
         assert heard.speech.read == []
 
