@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from contracts.intent import Choice, Intent, Understood, WantedAction
 from contracts.mission import EventKind
+from contracts.reading import Mood
 from ear import words
 from ear.core import ECHO_S, State, Tone
 from ear.mouth import LATE_S
@@ -28,6 +30,7 @@ from support.ear_fakes import (
     FakeSpeech,
     FakeWakeWord,
     transcript,
+    understood,
 )
 from support.fake_clock import FakeClock
 from support.waiting import until
@@ -304,6 +307,30 @@ async def test_a_refusal_is_said() -> None:
     async with heard.running() as heard:
         (await heard.woken()).tell(transcript("find the red bottle"))
         await until(lambda: heard.speech.spoken == ["the emergency stop is latched: reset it first"])
+
+
+async def test_an_okay_is_an_answer_and_no_wake_word() -> None:
+    wanted = Intent(action=WantedAction.FIND, command="find the blue cup", mood=Mood.FIND)
+    question = Understood(
+        question="Did you mean: find the blue cup?", choices=(Choice(text=wanted.command, intent=wanted),)
+    )
+    async with Heard(coordinator=FakeCoordinator(means=question)).running() as heard:
+        line = await heard.woken()
+        line.tell(transcript("okay nabu find the blue cub"))
+        await until(lambda: len(heard.speech.lines) == 2)
+        assert heard.coordinator.asked == [("find the blue cub",)]
+        heard.speech.lines[-1].tell(transcript("Okay."))
+        await until(lambda: heard.coordinator.commands == ["find the blue cup"])
+
+
+async def test_a_new_sentence_in_place_of_an_answer_may_begin_with_the_wake_word() -> None:
+    question = Understood(question="Did you mean the cup?", choices=())
+    async with Heard(coordinator=FakeCoordinator(means=question)).running() as heard:
+        (await heard.woken()).tell(transcript("find the cub"))
+        await until(lambda: len(heard.speech.lines) == 2)
+        heard.coordinator.means = understood("find the ball")
+        heard.speech.lines[-1].tell(transcript("Hey Jarvis, find the ball."))
+        await until(lambda: heard.coordinator.asked[1:] == [("find the ball.",)])
 
 
 async def test_old_news_is_not_said() -> None:

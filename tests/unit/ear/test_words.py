@@ -31,7 +31,37 @@ CUP, CAP = choice("find the blue cup"), choice("find the blue cap")
         (("two",), CAP),
         (("cup", "cap"), None),
         (("cup", "the"), CUP),
+        (("the second one",), CAP),
+        (("The second one, please.",), CAP),
+        (("the last one",), CAP),
+        (("number one",), CUP),
+        (("One.",), CUP),
+        (("um, one",), CUP),
+        (("the blue one",), None),
+        (("wait a second",), None),
+        (("the third one",), None),
         (("the blue one and the cap and the cup",), None),
+        (("not the cup",), CAP),
+        (("It is not the cup.",), CAP),
+        (("not the first one",), CAP),
+        (("not the cup, the cap",), CAP),
+        (("not the cup but the cap",), CAP),
+        (("No, the cap.",), CAP),
+        (("no the cap",), CAP),
+        (("the cap, not the cup",), CAP),
+        (("no cup",), None),
+        (("the cup, no, not the cup",), None),
+        (("not the cup, find the bottle",), None),
+        (("not the cup", "the cup"), None),
+        (("no one",), Neither.SAID),
+        (("No one.", "No, one."), None),
+        (("not one",), Neither.SAID),
+        (("neither one",), Neither.SAID),
+        (("neither the cup nor the cap",), Neither.SAID),
+        (("none of the two",), Neither.SAID),
+        (("not the cup and not the cap",), Neither.SAID),
+        (("don't find the cup",), Neither.SAID),
+        (("not that",), Neither.SAID),
         (("neither",), Neither.SAID),
         (("No.",), Neither.SAID),
         (("the blue",), None),
@@ -47,6 +77,17 @@ def test_yes_means_the_only_choice() -> None:
     assert chosen((CUP,), ("yes",)) == CUP
     assert chosen((CUP,), ("no",)) == Neither.SAID
     assert chosen((CUP, CAP), ("yes",)) is None
+    assert chosen((CUP,), ("Okay.",)) == CUP
+    assert chosen((CUP,), ("not the cup",)) == Neither.SAID
+    assert chosen((CUP,), ("no one",)) == Neither.SAID
+    assert chosen((CUP,), ("the red one",)) is None
+
+
+def test_of_three_that_are_left_none_is_guessed() -> None:
+    can = choice("find the blue can")
+    assert chosen((CUP, CAP, can), ("not the cup",)) == Neither.SAID
+    assert chosen((CUP, CAP, can), ("the last one",)) == can
+    assert chosen((CUP, CAP, can), ("three",)) == can
 
 
 @pytest.mark.parametrize(
