@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 import yaml
 
+from ear.settings import Settings as EarSettings
+from mesh.settings import ClientSettings
 from support.source import ROOT, SERVICES
 
 COMPOSE = Path(sys.executable).with_name("docker-compose")
@@ -29,18 +31,18 @@ ONCE = frozenset({"keys"})
 
 
 @cache
-def composed(*files: str) -> dict[str, Any]:
-    """Every service of every profile, variables filled in as on a machine without any."""
+def composed(*files: str, told: tuple[tuple[str, str], ...] = ()) -> dict[str, Any]:
+    """Every service of every profile, variables filled in as on a machine with those alone that are `told`."""
     named = [argument for file in files or ("compose.yaml",) for argument in ("-f", file)]
-    told = subprocess.run(
+    answer = subprocess.run(
         [COMPOSE, *named, "--env-file", "/dev/null", "--profile", "*", "config", "--format", "json"],
         cwd=ROOT,
-        env={},
+        env=dict(told),
         capture_output=True,
         text=True,
         check=True,
     )
-    return json.loads(told.stdout)
+    return json.loads(answer.stdout)
 
 
 def containers() -> list[str]:
@@ -101,6 +103,24 @@ def test_a_service_waits_for_redis_and_for_nothing_that_waits_for_a_robot(name: 
 def test_sums_take_one_thread_as_in_the_demo(name: str) -> None:
     told = of(name)["environment"]
     assert (told["OMP_NUM_THREADS"], told["OPENBLAS_NUM_THREADS"]) == ("1", "1")
+
+
+def test_whatever_a_person_may_want_of_the_ear_reaches_its_container() -> None:
+    by_compose = {name for name in EarSettings.model_fields if name.endswith(("_url", "_timeout_s"))} | {
+        "sound",  # a container hears its microphone: there is no file in it, and no standard input
+        *ClientSettings.model_fields,
+    }
+    names = {f"EAR_{name.upper()}" for name in EarSettings.model_fields if name not in by_compose}
+    told = tuple((name, f"said of {name}") for name in sorted(names))
+    environment = composed(told=told)["services"]["ear"]["environment"]
+    assert {name: environment.get(name) for name in names} == dict(told)
+
+
+def test_an_ear_of_which_nothing_is_said_is_as_its_settings_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in of("ear")["environment"].items():
+        if name.startswith("EAR_") and not name.endswith(("_URL", "_KEY_FILE")):
+            monkeypatch.setenv(name, value)
+    assert EarSettings() == EarSettings.model_construct()
 
 
 def test_nothing_begins_before_its_keys_are_there() -> None:
