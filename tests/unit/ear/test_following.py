@@ -70,8 +70,19 @@ async def test_a_mission_that_begins_is_told_and_may_move_the_robot() -> None:
 
 async def test_the_end_of_a_mission_that_waits_ends_nothing_of_the_one_that_runs() -> None:
     async with Followed(FakeCoordinator(running=RUNNING)).running() as followed:
+        followed.coordinator.says_how_it_is.clear()
         await followed.happens(EventKind.END, state=MissionState.MEMORY_NAV)
+        assert followed.following.may_move, "as long as nobody said that it stands"
+        followed.coordinator.says_how_it_is.set()
+        await followed.clock.settle()
         assert followed.following.may_move
+
+
+async def test_when_its_mission_has_ended_it_does_not_move() -> None:
+    async with Followed(FakeCoordinator(running=RUNNING)).running() as followed:
+        followed.coordinator.running = FOUND
+        await followed.happens(EventKind.END)
+        assert not followed.following.may_move
 
 
 async def test_after_a_find_it_may_move_until_it_has_celebrated() -> None:
@@ -110,7 +121,8 @@ async def test_what_was_asked_before_a_mission_began_is_not_believed_after_it() 
         await followed.happens(EventKind.END)
         followed.coordinator.running = RUNNING
         await followed.happens(EventKind.START)
-        followed.coordinator.says_how_it_is.set()
+        followed.coordinator.says_how_it_is.set()  # to the one that was asked first
+        followed.coordinator.says_how_it_is.clear()
         await followed.clock.settle()
         assert followed.following.may_move
 
