@@ -85,16 +85,23 @@ class FakeStore:
         self._there()
         return tuple(one for one in self._rooms if one.map_number == map_number)
 
-    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> None:
+    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> bool:
         self._there()
+        if map_number not in self._maps:
+            return False
         for x, y in places:
             self._rooms.append(KeptRoom(len(self._rooms) + 1, map_number, self._most(map_number) + 1, x, y))
+        return True
 
-    async def name_room(self, map_number: int, room_id: int, name: str) -> int:
-        for other in await self.rooms(map_number):
-            if name and other.id != room_id and other.name.casefold() == name.casefold():
-                return other.id
-        self._rooms = [replace(one, name=name) if one.id == room_id else one for one in self._rooms]
+    async def name_room(self, map_number: int, room_id: int, name: str, shown: Collection[int]) -> int | None:
+        if map_number not in self._maps:
+            return None
+        of_map = [one for one in await self.rooms(map_number) if name and one.id != room_id]
+        others = {one.id for one in of_map if one.name.casefold() == name.casefold()}
+        if holders := sorted(others & {*shown}):
+            return holders[0]
+        given = {**dict.fromkeys(others, ""), room_id: name}
+        self._rooms = [replace(one, name=given.get(one.id, one.name)) for one in self._rooms]
         return room_id
 
     def _most(self, map_number: int) -> int:
@@ -264,8 +271,13 @@ class FakeStore:
     def _merge(self, old: int, new: int) -> None:
         del self._maps[old]
         most = self._most(new)
+        taken = {one.name.casefold() for one in self._rooms if one.map_number == new}
         self._rooms = [
-            replace(one, map_number=new, number=one.number + most) if one.map_number == old else one
+            replace(
+                one, map_number=new, number=one.number + most, name="" if one.name.casefold() in taken else one.name
+            )
+            if one.map_number == old
+            else one
             for one in self._rooms
         ]
         self._things = {

@@ -1,6 +1,7 @@
 """The rooms of the map the robot is in, by name: through the front door."""
 
 from collections.abc import AsyncIterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,15 @@ from contracts.memory import RememberedObject
 from contracts.rooms import NamedBy, NamedRoom, RoomsReply
 from geometry.grids import OCCUPIED, OccupancyGrid
 from memory.app import create_app
+from memory.ports import KeptMap, KeptRoom
+from memory.room_book import RoomBook
 from memory.settings import Settings
+from memory.whereabouts import Whereabouts
+from mesh.errors import ConflictError
 from mesh.http import ServiceClient
+from store.shared_lock import SharedLock
 from support.bus import MemoryBus
+from support.fake_clock import FakeClock
 from support.fake_senses import FakeSenses
 from support.memory_store import FakeStore
 from support.observations import seen
@@ -30,6 +37,11 @@ def three_rooms(*, shifted_cells: int = 0) -> OccupancyGrid:
     cells = np.pad(cells, shifted_cells, constant_values=-1)
     corner = -0.05 * shifted_cells
     return OccupancyGrid(cells, 0.05, Pose2D(x=corner, y=corner, yaw=0.0))
+
+
+def without_the_last_room() -> OccupancyGrid:
+    grid = three_rooms()
+    return OccupancyGrid(grid.cells[:, :162], grid.resolution_m, grid.origin)
 
 
 @pytest.fixture
@@ -103,7 +115,7 @@ async def test_two_rooms_never_bear_one_name(client: ServiceClient) -> None:
 
 @pytest.mark.parametrize(("number", "body", "status"), [
     (99, {"name": "den"}, 404), (0, {"name": "den"}, 422), (1, {"name": "x" * 41}, 422), (1, {"name": "a\nb"}, 422),
-    (1, {}, 422),
+    (1, {}, 422), (1, {"name": "Unnamed  room 3"}, 422),
 ])  # fmt: skip
 async def test_what_cannot_be_named_is_refused(
     client: ServiceClient, number: int, body: dict[str, str], status: int
@@ -125,3 +137,107 @@ async def test_things_know_their_room_and_are_asked_for_by_it(client: ServiceCli
 async def test_without_a_map_there_are_no_rooms(store: FakeStore) -> None:
     async with served(create_app(Settings(), bus=MemoryBus(), store=store, senses=FakeSenses())) as client:
         assert (await client.get("/rooms", RoomsReply)).rooms == ()
+
+
+class MergingStore(FakeStore):
+    """While its rooms are read, the robot's map is merged into another; nobody has told the service so yet."""
+
+    merges = False
+
+    async def rooms(self, map_number: int) -> tuple[KeptRoom, ...]:
+        kept = await super().rooms(map_number)
+        if self.merges:
+            self.merges = False
+            await self.enter_map("new", ("old",), 5.0)
+        return kept
+
+
+class LeavingWhereabouts(Whereabouts):
+    """The robot is in one map for so many questions, then in another."""
+
+    left = 1_000_000
+
+    async def here(self) -> KeptMap:
+        self.left -= 1
+        return KeptMap(0, "", 0.0) if self.left >= 0 else KeptMap(1, "next", 0.0)
+
+
+async def merging() -> MergingStore:
+    store = MergingStore()
+    await store.enter_map("new", (), 0.0)
+    await store.enter_map("old", (), 1.0)
+    return store
+
+
+async def test_no_room_is_written_under_the_number_of_a_map_that_is_merged_meanwhile(senses: FakeSenses) -> None:
+    store = await merging()
+    async with served(create_app(Settings(), bus=MemoryBus(), store=store, senses=senses)) as client:
+        store.merges = True
+        assert (await client.get("/rooms", RoomsReply)).rooms == ()
+    assert await store.rooms(1) == ()
+
+
+async def test_no_room_is_named_in_a_map_that_is_merged_meanwhile(senses: FakeSenses) -> None:
+    store = await merging()
+    async with served(create_app(Settings(), bus=MemoryBus(), store=store, senses=senses)) as client:
+        number = (await rooms(client))[2].id
+        store.merges = True
+        assert (await client.http.put(f"/rooms/{number}/name", json={"name": "den"})).status_code == 409
+    assert {one.name for one in await store.rooms(0)} == {""}
+
+
+async def test_rooms_are_not_written_for_a_map_that_the_robot_has_left_since(senses: FakeSenses) -> None:
+    store, clock, lock = FakeStore(), FakeClock(), SharedLock()
+    whereabouts = LeavingWhereabouts(store, senses, clock, lock)
+    book = RoomBook(store, senses, whereabouts, clock, lock)
+    whereabouts.left = 1
+    assert (await book.rooms()).rooms == ()
+    assert await store.rooms(0) == ()
+    whereabouts.left = 1_000_000
+    (first, *_) = (await book.rooms()).rooms
+    whereabouts.left = 1
+    with pytest.raises(ConflictError):
+        await book.name(first.id, "den")
+    assert {one.name for one in await store.rooms(0)} == {""}
+
+
+async def test_a_room_that_the_map_shows_no_more_does_not_keep_its_name(
+    client: ServiceClient, senses: FakeSenses
+) -> None:
+    found = await rooms(client)
+    await named(client, f"/rooms/{found[10].id}/name", {"name": "den"})
+    senses.map = without_the_last_room()
+    assert set(await rooms(client)) == {2, 6}
+    told = await named(client, f"/rooms/{found[6].id}/name", {"name": "Den"})
+    assert told.name == "Den"
+    senses.map = three_rooms()
+    assert (await rooms(client))[10].named_by is NamedBy.NOBODY
+
+
+async def test_to_take_the_name_from_a_room_that_lies_in_another_is_answered(
+    client: ServiceClient, senses: FakeSenses
+) -> None:
+    found = await rooms(client)
+    newest = max(found.values(), key=lambda one: one.id)
+    await named(client, f"/rooms/{newest.id}/name", {"name": "hall"})
+    senses.map = OccupancyGrid(np.zeros((80, 240), np.int8), 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
+    assert [one.id for one in (await rooms(client)).values()] == [newest.id]
+    answer = await client.http.put(f"/rooms/{newest.id}/name", json={"name": ""})
+    assert answer.status_code == 404, answer.text
+    (left,) = (await rooms(client)).values()
+    assert (left.id, left.named_by) == (min(one.id for one in found.values()), NamedBy.NOBODY)
+
+
+class AlikeStore(FakeStore):
+    """Of another program's time: its rooms have names that none is given now."""
+
+    async def rooms(self, map_number: int) -> tuple[KeptRoom, ...]:
+        names = {1: "Den", 2: "den", 3: "unnamed room 1"}
+        return tuple(replace(one, name=names[one.id]) for one in await super().rooms(map_number))
+
+
+async def test_two_rooms_that_a_database_calls_alike_are_not_told_so(senses: FakeSenses) -> None:
+    app = create_app(Settings(), bus=MemoryBus(), store=AlikeStore(), senses=senses)
+    async with served(app) as client:
+        found = (await client.get("/rooms", RoomsReply)).rooms
+    assert [one.name for one in found] == ["Den", "unnamed room 2", "unnamed room 3"]

@@ -183,9 +183,31 @@ async def test_rooms_belong_to_a_map_and_two_of_one_map_never_bear_one_name(stor
     first, second = await store.rooms(home)
     (other,) = await store.rooms(office)
     assert [(one.number, one.x, one.y, one.name) for one in (first, second)] == [(1, 1.0, 2.0, ""), (2, 3.0, 4.0, "")]
-    assert await store.name_room(home, first.id, "Den") == first.id
-    assert await store.name_room(home, second.id, "den") == first.id
-    assert await store.name_room(office, other.id, "den") == other.id
+    shown = {first.id, second.id}
+    assert await store.name_room(home, first.id, "Den", shown) == first.id
+    assert await store.name_room(home, second.id, "den", shown) == first.id
+    assert await store.name_room(office, other.id, "den", {other.id}) == other.id
     assert [one.name for one in (*await store.rooms(home), *await store.rooms(office))] == ["Den", "", "den"]
     await store.enter_map("home", ("office",), 3.0)
-    assert [(one.number, one.name) for one in await store.rooms(home)] == [(1, "Den"), (2, ""), (3, "den")]
+    assert [(one.number, one.name) for one in await store.rooms(home)] == [(1, "Den"), (2, ""), (3, "")]
+
+
+async def test_a_room_that_is_not_shown_loses_its_name_to_one_that_is(store: Store) -> None:
+    home = await store.enter_map("home", (), 1.0)
+    await store.add_rooms(home, [(1.0, 2.0), (3.0, 4.0)])
+    first, second = await store.rooms(home)
+    await store.name_room(home, first.id, "Den", {first.id})
+    assert await store.name_room(home, second.id, "den", {second.id}) == second.id
+    assert [one.name for one in await store.rooms(home)] == ["", "den"]
+
+
+async def test_no_room_is_kept_or_named_in_a_map_that_is_none_any_more(store: Store) -> None:
+    old = await store.enter_map("old", (), 1.0)
+    assert await store.add_rooms(old, [(1.0, 2.0)])
+    (kept,) = await store.rooms(old)
+    home = await store.enter_map("home", (), 2.0)
+    await store.enter_map("home", ("old",), 3.0)
+    assert not await store.add_rooms(old, [(5.0, 6.0)])
+    assert await store.name_room(old, kept.id, "Den", {kept.id}) is None
+    assert await store.rooms(old) == ()
+    assert [one.name for one in await store.rooms(home)] == [""]

@@ -1,5 +1,6 @@
 """Which room of the map is which of those remembered, and what each is called. Pure."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,13 @@ ANCHOR_OFF_M = 0.5
 IN_FURNITURE_M = 1.2
 """A thing on a shelf lies off the free floor of its room by so much at most."""
 LABELS_TOLD = 100
+ROOMS_TOLD = 200
+NAMELESS = re.compile(r"unnamed room \d+")
+
+
+def is_nameless(name: str) -> bool:
+    """Whether it is what `named` calls a room that nobody has named: no room may be given it."""
+    return NAMELESS.fullmatch(" ".join(name.casefold().split())) is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +53,22 @@ def placed(things: Sequence[RememberedObject], found: Rooms, known: Mapping[int,
 
 
 def named(found: Rooms, known: Mapping[int, KeptRoom], things: Iterable[RememberedObject]) -> tuple[NamedRoom, ...]:
-    """The rooms of the map by the order of their ids, each with the name a person gave it, or what it is, or none.
+    """The rooms of the map by the order of their ids, each with the name a person gave it, or what it is, or none; the
+    largest, where they are more than a reply may hold. No two bear one name.
 
     `things` know their rooms (`placed`); what is lost or has moved says nothing.
     """
-    seen = ((known[one.number], one) for one in found.rooms if one.number in known)
+    seen = ((known[one.number], one) for one in found.rooms[:ROOMS_TOLD] if one.number in known)
     rooms = sorted(seen, key=lambda each: each[0].id)
     contents: dict[int, list[str]] = {kept.id: [] for kept, _ in rooms}
     for thing in things:
         if thing.room_id in contents and thing.state in {ObjectState.PRESENT, ObjectState.DOUBTFUL}:
             contents[thing.room_id].append(thing.label)
-    given = {kept.id: kept.name for kept, _ in rooms if kept.name}
+    first: dict[str, KeptRoom] = {}
+    for kept, _ in rooms:
+        if kept.name and not is_nameless(kept.name):
+            first.setdefault(kept.name.casefold(), kept)
+    given = {kept.id: kept.name for kept in first.values()}
     kinds = kinds_of(contents)
     unnamed = [kept.id for kept, _ in rooms if kept.id not in given]
     free = kinds_of({one: contents[one] for one in unnamed}, taken=(name.casefold() for name in given.values()))

@@ -157,12 +157,13 @@ class Store(Protocol):
         """By their ids."""
         ...
 
-    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> None:
-        """Rooms without a name, by a place in each (x, y in m)."""
+    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> bool:
+        """Rooms without a name, by a place in each (x, y in m). False, and nothing is kept, where no such map is."""
         ...
 
-    async def name_room(self, map_number: int, room_id: int, name: str) -> int:
-        """The id of the room that bears the name now: another's where that had it before, and nothing has changed."""
+    async def name_room(self, map_number: int, room_id: int, name: str, shown: Collection[int]) -> int | None:
+        """The id of the room that bears the name now: another's of those `shown` where that had it before, and nothing
+        has changed; one that is not shown loses it. None, and nothing has changed, where no such map is."""
         ...
 
     async def remember(self, frames: Sequence[Frame]) -> Tally:

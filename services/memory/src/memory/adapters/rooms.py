@@ -1,10 +1,10 @@
 """The rooms of a map and their names, each function inside one transaction."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from sqlalchemy import Connection, func, insert, select, update
 
-from memory.adapters.tables import rooms
+from memory.adapters.tables import maps, rooms
 from memory.ports import KeptRoom
 
 
@@ -15,28 +15,43 @@ def rooms_of_map(connection: Connection, map_number: int) -> tuple[KeptRoom, ...
     )
 
 
-def add(connection: Connection, map_number: int, places: Sequence[tuple[float, float]]) -> None:
+def add(connection: Connection, map_number: int, places: Sequence[tuple[float, float]]) -> bool:
+    """See `memory.ports.Store.add_rooms`."""
+    if not _is_kept(connection, map_number):
+        return False
     most = _most(connection, map_number)
     for number, (x, y) in enumerate(places, most + 1):
         connection.execute(insert(rooms).values(map_number=map_number, number=number, x=x, y=y, name=""))
+    return True
 
 
-def name(connection: Connection, map_number: int, room_id: int, called: str) -> int:
+def name(connection: Connection, map_number: int, room_id: int, called: str, shown: Collection[int]) -> int | None:
     """See `memory.ports.Store.name_room`."""
-    if called:
-        for other in rooms_of_map(connection, map_number):
-            if other.id != room_id and other.name.casefold() == called.casefold():
-                return other.id
-    of = (rooms.c.id == room_id) & (rooms.c.map_number == map_number)
-    connection.execute(update(rooms).where(of).values(name=called))
+    if not _is_kept(connection, map_number):
+        return None
+    kept = rooms_of_map(connection, map_number)
+    others = [one for one in kept if called and one.id != room_id and one.name.casefold() == called.casefold()]
+    holder = next((one.id for one in others if one.id in shown), None)
+    if holder is not None:
+        return holder
+    for named, value in (*((one.id, "") for one in others), (room_id, called)):
+        of = (rooms.c.id == named) & (rooms.c.map_number == map_number)
+        connection.execute(update(rooms).where(of).values(name=value))
     return room_id
 
 
 def merge(connection: Connection, old: int, new: int) -> None:
-    """The rooms of one map are of another from now on, with numbers behind those it has."""
+    """The rooms of one map are of another from now on, with numbers behind those it has, and without names it has."""
     most = _most(connection, new)
-    moved = update(rooms).where(rooms.c.map_number == old)
-    connection.execute(moved.values(map_number=new, number=rooms.c.number + most))
+    taken = {one.name.casefold() for one in rooms_of_map(connection, new)}
+    for one in rooms_of_map(connection, old):
+        called = "" if one.name.casefold() in taken else one.name
+        moved = update(rooms).where(rooms.c.id == one.id)
+        connection.execute(moved.values(map_number=new, number=one.number + most, name=called))
+
+
+def _is_kept(connection: Connection, map_number: int) -> bool:
+    return connection.execute(select(maps.c.number).where(maps.c.number == map_number)).first() is not None
 
 
 def _most(connection: Connection, map_number: int) -> int:

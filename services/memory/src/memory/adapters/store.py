@@ -89,11 +89,13 @@ class SqlStore:
     async def rooms(self, map_number: int) -> tuple[KeptRoom, ...]:
         return await self._connections.read(lambda connection: rooms.rooms_of_map(connection, map_number))
 
-    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> None:
-        await self._connections.write(lambda connection: rooms.add(connection, map_number, places))
+    async def add_rooms(self, map_number: int, places: Sequence[tuple[float, float]]) -> bool:
+        return await self._connections.write(lambda connection: rooms.add(connection, map_number, places))
 
-    async def name_room(self, map_number: int, room_id: int, name: str) -> int:
-        return await self._connections.write(lambda connection: rooms.name(connection, map_number, room_id, name))
+    async def name_room(self, map_number: int, room_id: int, name: str, shown: Collection[int]) -> int | None:
+        return await self._connections.write(
+            lambda connection: rooms.name(connection, map_number, room_id, name, shown)
+        )
 
     async def views(self, label: str | None, limit: int, map_number: int | None = None) -> list[StoredView]:
         return await self._connections.read(lambda connection: reading.best_views(connection, label, limit, map_number))
