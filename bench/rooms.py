@@ -120,7 +120,7 @@ def main() -> None:
         home = Home.generate(seed)
         for kind, grid in as_mapped(home, home_grid(seed)):
             found = rooms_of(grid)
-            right = share_right(found, true_rooms(home, grid))
+            right = share_right(found, true_rooms(home, found.grid))
             of.setdefault(kind, []).append(round(right, 4))
             title = f"home {seed}, {kind}: {right:.3f} right, {len(found.rooms)} rooms of {len(home.rooms)}"
             if kind == "recorded" and (worst is None or right < worst[0]):

@@ -4,11 +4,13 @@ A doorway is a gap of 0.6 to 1.3 m in a straight line of wall, between two piece
 the gap stand in walls no thicker than `WALL_MAX_M` somewhere within `JAMB_M` of it. Furniture leaves gaps as wide, but
 is thick; what stands alone and is small (a chair in a doorway, a table's leg) is looked through. Of the cuts only those
 count that part regions of `ROOM_MIN_M2` or more. Walls are taken to stand at right angles to one another, in any
-direction. Measured by `make bench-rooms`; a watershed of the distance to the nearest wall, the usual way (Bormann et
+direction. A map is cut on squares of `SQUARE_M`; where its known part has more than `CELLS_MAX` of them, or of its own
+cells, on squares of `COARSE_M`, and where it has too many of those too, it has no rooms. Measured by `make bench-rooms`; a watershed of the distance to the nearest wall, the usual way (Bormann et
 al., "Room segmentation: survey, implementation, and analysis", ICRA 2016), does worse in furnished homes.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,10 +19,12 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
 from geometry import regions
-from geometry.grids import OCCUPIED, UNKNOWN, Mask, OccupancyGrid
+from geometry.grids import OCCUPIED, UNKNOWN, Mask, OccupancyGrid, coarser
 from geometry.poses import compose
 
-SQUARE_M = 0.05
+SQUARE_M, COARSE_M = 0.05, 0.10
+CELLS_MAX = 2048 * 2048
+"""1 ha in squares of `SQUARE_M`, 4 ha in those of `COARSE_M`."""
 DOOR_M = (0.55, 1.30)
 """Clear width; a cell either way is the map's doing."""
 WALL_MAX_M = 0.25
@@ -38,6 +42,10 @@ ROOM_MIN_M2 = 2.5
 TURN_STEP = math.radians(1.0)
 STRAIGHT = math.radians(0.75)
 """Less than this off the grid's own axes a map is not turned."""
+EDGES_MAX = 200_000
+"""Cells that the direction of the walls is told by; of more of them every second, or every third, and so on."""
+BLOCK_ROWS = 256
+"""Coordinates are worked out for so many rows at once: they take ten times the memory of the cells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +61,8 @@ class Room:
 
 @dataclass(frozen=True, eq=False)
 class Rooms:
-    """`labels` is (height, width) int32 on the cells of `grid`: a room's number, 0 for no room. Largest room first."""
+    """`labels` is (height, width) int32 on the cells of `grid`, the known part of the map: a room's number, 0 for no
+    room. Largest room first."""
 
     grid: OccupancyGrid
     labels: regions.Labels
@@ -84,18 +93,59 @@ class Rooms:
         return {one.number: one for one in self.rooms}
 
 
-def rooms_of(grid: OccupancyGrid) -> Rooms:
+def rooms_of(grid: OccupancyGrid, *, cells_max: int = CELLS_MAX) -> Rooms:
     """The rooms of a map: its free cells, and what they stand on. A map without doorways is one room, or none."""
-    turn = _turn_of(grid)
-    straight = grid if turn == 0.0 and math.isclose(grid.resolution_m, SQUARE_M) else _straightened(grid, turn)
-    cut = _cut(straight)
-    if straight is not grid:
-        rows, columns = np.indices(grid.cells.shape)
-        found, here = straight.columns_and_rows(*grid.points(columns + 0.5, rows + 0.5))
-        height, width = cut.shape
+    known = _bounded(_known(grid), cells_max)
+    if known is None:
+        return _none(grid)
+    turn = _turn_of(known)
+    for square_m in (SQUARE_M, COARSE_M):
+        straight = _straightened(known, turn, square_m, cells_max)
+        if straight is not None:
+            return _numbered(known, np.where(known.free, _on(known, straight, _cut(straight)), 0).astype(np.int32))
+    return _none(grid)
+
+
+def _none(grid: OccupancyGrid) -> Rooms:
+    nowhere = OccupancyGrid(np.full((1, 1), UNKNOWN, np.int8), grid.resolution_m, grid.origin)
+    return Rooms(nowhere, np.zeros((1, 1), np.int32), ())
+
+
+def _known(grid: OccupancyGrid) -> OccupancyGrid:
+    """The smallest part of the rows and columns that holds all that is known."""
+    rows, columns = regions.bounds_of(grid.cells != UNKNOWN)
+    corner = Pose2D(x=columns.start * grid.resolution_m, y=rows.start * grid.resolution_m, yaw=0.0)
+    return OccupancyGrid(grid.cells[rows, columns], grid.resolution_m, compose(grid.origin, corner))
+
+
+def _bounded(grid: OccupancyGrid, cells_max: int) -> OccupancyGrid | None:
+    """In larger cells where it has too many; none where those would be too large to be cut."""
+    times = math.ceil(math.sqrt(grid.cells.size / cells_max))
+    while -(-grid.cells.shape[0] // times) * -(-grid.cells.shape[1] // times) > cells_max:
+        times += 1
+    if times == 1:
+        return grid
+    return coarser(grid, times) if grid.resolution_m * times <= COARSE_M + 1e-6 else None
+
+
+def _on(grid: OccupancyGrid, straight: OccupancyGrid, cut: regions.Labels) -> regions.Labels:
+    """The numbers of the straightened map on the cells of the map."""
+    if straight is grid:
+        return cut
+    (height, width), out = cut.shape, np.zeros(grid.cells.shape, np.int32)
+    for part, x, y in _middles(grid):
+        found, here = straight.columns_and_rows(x, y)
         i, j = np.floor(here).astype(np.intp).clip(0, height - 1), np.floor(found).astype(np.intp).clip(0, width - 1)
-        cut = cut[i, j]
-    return _numbered(grid, np.where(grid.free, cut, 0).astype(np.int32))
+        out[part] = cut[i, j]
+    return out
+
+
+def _middles(grid: OccupancyGrid) -> Iterator[tuple[slice, NDArray[np.float64], NDArray[np.float64]]]:
+    """Some rows of the grid, and x and y of the middles of their cells in the map frame, until all have been."""
+    height, width = grid.cells.shape
+    for low in range(0, height, BLOCK_ROWS):
+        rows = np.arange(low, min(height, low + BLOCK_ROWS))
+        yield slice(low, low + len(rows)), *grid.points(np.arange(width)[None, :] + 0.5, rows[:, None] + 0.5)
 
 
 def _cut(grid: OccupancyGrid) -> regions.Labels:
@@ -132,9 +182,9 @@ def _doorways(wall: Mask, solid: Mask, space: Mask, resolution_m: float) -> Mask
     thin = wall & (thick * resolution_m <= WALL_MAX_M + 1e-6)
     out = np.zeros_like(wall)
     jamb, jamb_min = (round(each / resolution_m) for each in (JAMB_M, JAMB_MIN_M))
-    for row, start, end in zip(*(each.tolist() for each in regions.runs(~wall)), strict=True):
-        if start == 0 or end == wall.shape[1] or not _is_door(end - start, resolution_m):
-            continue
+    rows, starts, ends = regions.runs(~wall)
+    between = (starts > 0) & (ends < wall.shape[1]) & _are_door(ends - starts, resolution_m)
+    for row, start, end in zip(*(each[between].tolist() for each in (rows, starts, ends)), strict=True):
         before, behind = wall[row, max(0, start - jamb) : start][::-1], wall[row, end : end + jamb]
         if not all(_is_jamb(*each, jamb_min) for each in (
             (before, thin[row, max(0, start - jamb) : start][::-1]),
@@ -146,8 +196,8 @@ def _doorways(wall: Mask, solid: Mask, space: Mask, resolution_m: float) -> Mask
     return out
 
 
-def _is_door(cells: int, resolution_m: float) -> bool:
-    return DOOR_M[0] - 1e-6 <= cells * resolution_m <= DOOR_M[1] + 1e-6
+def _are_door(cells: NDArray[np.intp], resolution_m: float) -> Mask:
+    return (cells * resolution_m >= DOOR_M[0] - 1e-6) & (cells * resolution_m <= DOOR_M[1] + 1e-6)
 
 
 def _is_jamb(wall: Mask, thin: Mask, least: int) -> bool:
@@ -165,7 +215,7 @@ def _turn_of(grid: OccupancyGrid) -> float:
     rows, columns = np.nonzero(grid.occupied & free_beside)
     if len(rows) < 40:
         return 0.0
-    points: NDArray[np.float64] = np.stack([columns, rows], 1).astype(np.float64)
+    points: NDArray[np.float64] = np.stack([columns, rows], 1).astype(np.float64)[:: -(-len(rows) // EDGES_MAX)]
 
     def sharpness(angle: float) -> float:
         c, s = math.cos(angle), math.sin(angle)
@@ -182,22 +232,29 @@ def _turn_of(grid: OccupancyGrid) -> float:
     return 0.0 if abs(fine) <= STRAIGHT else fine
 
 
-def _straightened(grid: OccupancyGrid, turn: float) -> OccupancyGrid:
-    """The known part of the map on squares of `SQUARE_M` whose rows are turned by `turn` from the grid's."""
-    rows, columns = np.nonzero(grid.free | grid.occupied)
+def _straightened(grid: OccupancyGrid, turn: float, square_m: float, cells_max: int) -> OccupancyGrid | None:
+    """The known part of the map on squares whose rows are turned by `turn` from the grid's; none where they are too
+    many."""
+    if turn == 0.0 and math.isclose(grid.resolution_m, square_m):
+        return grid
+    rows, starts, ends = regions.runs(grid.free | grid.occupied)
     if not rows.size:
-        return OccupancyGrid(np.full((1, 1), UNKNOWN, np.int8), SQUARE_M, grid.origin)
+        return OccupancyGrid(np.full((1, 1), UNKNOWN, np.int8), square_m, grid.origin)
     axes = Pose2D(x=grid.origin.x, y=grid.origin.y, yaw=grid.origin.yaw + turn)
-    frame = OccupancyGrid(np.zeros((1, 1), np.int8), SQUARE_M, axes)
-    i, j = frame.columns_and_rows(*grid.points(columns + 0.5, rows + 0.5))
+    frame = OccupancyGrid(np.zeros((1, 1), np.int8), square_m, axes)
+    outer = np.stack([starts + 0.5, ends - 0.5]), np.stack([rows + 0.5, rows + 0.5])
+    i, j = frame.columns_and_rows(*grid.points(*outer))
     left, low = math.floor(i.min()) - 2, math.floor(j.min()) - 2
     shape = (math.ceil(j.max()) - low + 3, math.ceil(i.max()) - left + 3)
-    origin = compose(axes, Pose2D(x=left * SQUARE_M, y=low * SQUARE_M, yaw=0.0))
-    blank = OccupancyGrid(np.zeros(shape, np.int8), SQUARE_M, origin)
-    r, c = np.indices(shape)
-    at = blank.points(c + 0.5, r + 0.5)
-    cells = np.where(grid.at(*at, grid.occupied), OCCUPIED, np.where(grid.at(*at, grid.free), 0, UNKNOWN))
-    return OccupancyGrid(cells.astype(np.int8), SQUARE_M, origin)
+    if shape[0] * shape[1] > cells_max:
+        return None
+    origin = compose(axes, Pose2D(x=left * square_m, y=low * square_m, yaw=0.0))
+    straight = OccupancyGrid(np.zeros(shape, np.int8), square_m, origin)
+    for part, x, y in _middles(straight):
+        straight.cells[part] = np.where(
+            grid.at(x, y, grid.occupied), OCCUPIED, np.where(grid.at(x, y, grid.free), 0, UNKNOWN)
+        )
+    return straight
 
 
 def _numbered(grid: OccupancyGrid, cut: regions.Labels) -> Rooms:
@@ -209,8 +266,9 @@ def _numbered(grid: OccupancyGrid, cut: regions.Labels) -> Rooms:
     numbers[order] = np.arange(1, len(order) + 1)
     labels = numbers[cut]
     rooms: list[Room] = []
+    low, behind = regions.extents(labels, len(order))
     for number in range(1, len(order) + 1):
-        part = regions.bounds_of(labels == number)
+        part = tuple(slice(*each) for each in zip(low[number].tolist(), behind[number].tolist(), strict=True))
         deep = regions.depth(labels[part] == number)
         rows, columns = np.nonzero(deep == deep.max())
         middle = int(np.argmin(np.hypot(rows - rows.mean(), columns - columns.mean())))
