@@ -1,5 +1,7 @@
 """A map cut into rooms at its doorways."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,75 @@ def test_the_rooms_of_a_simulated_home_are_found_however_its_map_was_made(seed: 
     cut = {kind: rooms_of(grid) for kind, grid in kinds.items()}
     shares = {kind: share_right(found, true_rooms(home, found.grid)) for kind, found in cut.items()}
     assert {kind: share for kind, share in shares.items() if share < 0.95} == {}
+
+
+def amid(grid: OccupancyGrid, side: int) -> OccupancyGrid:
+    """The same place in the middle of a map of which nothing else is known."""
+    cells = np.full((side, side), UNKNOWN, np.int8)
+    height, width = grid.cells.shape
+    low, left = (side - height) // 2, (side - width) // 2
+    cells[low : low + height, left : left + width] = grid.cells
+    x, y = grid.points(-left, -low)
+    return OccupancyGrid(cells, grid.resolution_m, Pose2D(x=float(x), y=float(y), yaw=grid.origin.yaw))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7])
+def test_what_is_unknown_round_a_home_costs_nothing_and_changes_nothing(yaw: float) -> None:
+    grid = rewritten(two_rooms(), yaw, 0.05)
+    large = amid(grid, 4096)
+    tracemalloc.start()
+    found = rooms_of(large)
+    _, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert found.rooms == rooms_of(grid).rooms
+    assert len(found.rooms) == 2
+    assert most_bytes < 3 * large.cells.size
+
+
+def test_a_map_of_too_many_squares_has_no_rooms() -> None:
+    grid = amid(two_rooms(), 300)
+    known = two_rooms().cells.size
+    assert len(rooms_of(grid, cells_max=known).rooms) == 2
+    found = rooms_of(grid, cells_max=known - 1)
+    assert found.rooms == ()
+    assert found.at(1.0, 4.0, within_m=5.0) is None
+
+
+def test_a_map_that_straightening_makes_too_many_squares_of_has_no_rooms() -> None:
+    coarse = OccupancyGrid(two_rooms().cells, 0.2, ORIGIN)
+    assert len(rooms_of(coarse, cells_max=17 * coarse.cells.size).rooms) == 1
+    assert rooms_of(coarse, cells_max=15 * coarse.cells.size).rooms == ()
+
+
+def test_a_map_of_small_cells_is_cut_on_larger_ones_where_they_are_too_many() -> None:
+    fine = rewritten(two_rooms(), 0.0, 0.025)
+    found = rooms_of(fine, cells_max=20_000)
+    assert found.grid.resolution_m == pytest.approx(0.05)
+    assert [one.area_m2 for one in found.rooms] == pytest.approx([14.9, 14.3], abs=0.4)
+    assert found.at(1.0, 4.0) != found.at(5.0, 4.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_how_deep_a_cell_lies_is_what_scipy_measures(seed: int) -> None:
+    from scipy import ndimage
+
+    rng = np.random.default_rng(seed)
+    mask = np.pad(rng.random((60, 41)) < 0.97, 1)
+    assert (regions.depth(mask) == ndimage.distance_transform_cdt(mask, "chessboard")).all()
+    labels = np.where(mask, np.kron(rng.integers(0, 4, (8, 6)), np.ones((8, 8), int))[:62, :43], 0).astype(np.int32)
+    deep = regions.depths(labels)
+    for number in (1, 2, 3):
+        assert (np.where(labels == number, deep, 0) == regions.depth(labels == number)).all()
+    low, behind = regions.extents(labels, 3)
+    assert [(*low[k], *behind[k]) for k in (1, 2, 3)] == [
+        (one[0].start, one[1].start, one[0].stop, one[1].stop) for one in ndimage.find_objects(labels)
+    ]
+
+
+def test_numbers_spread_cell_by_cell_and_the_greater_wins() -> None:
+    labels = np.array([[1, 0, 0, 2], [0, 0, 0, 0], [3, 0, 0, 0]], np.int32)
+    space = np.array([[1, 1, 1, 1], [1, 0, 0, 0], [1, 0, 1, 1]], bool)
+    assert regions.spread(labels, space).tolist() == [[1, 1, 2, 2], [3, 0, 0, 0], [3, 0, 0, 0]]
 
 
 def test_regions_are_told_apart_by_their_sides_or_by_their_corners() -> None:

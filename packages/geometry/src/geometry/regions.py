@@ -107,8 +107,10 @@ def closed(mask: Mask, cells: int) -> Mask:
 def spread(labels: Labels, space: Mask) -> Labels:
     """The numbers grown through `space`, a cell at a time, until nothing of it that they reach is left without one."""
     stride = labels.shape[1] + 2
-    out, left = np.pad(labels, 1).ravel(), np.pad((labels == 0) & space, 1).ravel()
-    reached = np.nonzero(out)[0]
+    padded = np.pad((labels == 0) & space, 2)
+    beside_left = padded[1:-1, :-2] | padded[1:-1, 2:] | padded[:-2, 1:-1] | padded[2:, 1:-1]
+    out, left = np.pad(labels, 1).ravel(), padded[1:-1, 1:-1].flatten()
+    reached = np.nonzero((out > 0) & beside_left.ravel())[0]
     while reached.size:
         beside = (reached[:, None] + np.array([-stride, -1, 1, stride])).ravel()
         by = np.repeat(out[reached], 4)
@@ -143,6 +145,15 @@ def _grown(mask: Mask, cells: int) -> Mask:
         out[:, k:] |= mask[:, :-k]
         out[:, :-k] |= mask[:, k:]
     return out
+
+
+def depths(labels: Labels) -> NDArray[np.int32]:
+    """How many cells deep inside its own region a cell lies; see `depth`."""
+    padded = np.pad(labels, 1)
+    flat = (padded[:, 1:-1] == padded[:, :-2]) & (padded[:, 1:-1] == padded[:, 2:])
+    same = (labels == padded[:-2, 1:-1]) & (labels == padded[2:, 1:-1])
+    inner = (labels > 0) & same & flat[:-2] & flat[1:-1] & flat[2:]
+    return depth(inner) + (labels > 0)
 
 
 def bounds_of(mask: Mask) -> tuple[slice, slice]:
