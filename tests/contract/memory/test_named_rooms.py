@@ -1,6 +1,8 @@
 """The rooms of the map the robot is in, by name: through the front door."""
 
-from collections.abc import AsyncIterator
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +12,7 @@ from contracts.geometry import Pose2D
 from contracts.memory import RememberedObject
 from contracts.rooms import NamedBy, NamedRoom, RoomsReply
 from geometry.grids import OCCUPIED, OccupancyGrid
+from geometry.rooms import Rooms, rooms_of
 from memory.app import create_app
 from memory.ports import KeptMap, KeptRoom
 from memory.room_book import RoomBook
@@ -59,6 +62,13 @@ async def remember(client: ServiceClient, **things: float) -> None:
     """Each label at this x, in the middle of the home's depth."""
     batch = [seen(label, x=x - 1.0, y=2.0, at=(x, 2.0)).model_dump() for label, x in things.items()]
     assert (await client.http.post("/observations", json={"observations": batch})).status_code == 200
+
+
+async def things(client: ServiceClient, asked: str = "") -> list[RememberedObject]:
+    answer = (await client.http.get(f"/objects{asked}")).raise_for_status()
+    told = [RememberedObject.model_validate(one) for one in answer.json()]
+    assert told
+    return told
 
 
 async def named(client: ServiceClient, path: str, body: dict[str, str]) -> NamedRoom:
@@ -137,6 +147,63 @@ async def test_things_know_their_room_and_are_asked_for_by_it(client: ServiceCli
 async def test_without_a_map_there_are_no_rooms(store: FakeStore) -> None:
     async with served(create_app(Settings(), bus=MemoryBus(), store=store, senses=FakeSenses())) as client:
         assert (await client.get("/rooms", RoomsReply)).rooms == ()
+
+
+class SlowCut:
+    """Cuts a map when it is let."""
+
+    def __init__(self) -> None:
+        self.times = 0
+        self.begun, self.may = threading.Event(), threading.Event()
+
+    def __call__(self, grid: OccupancyGrid) -> Rooms:
+        self.times += 1
+        self.begun.set()
+        self.may.wait()
+        return rooms_of(grid)
+
+
+@pytest.fixture
+def slow_cut(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowCut]:
+    cut = SlowCut()
+    monkeypatch.setattr("memory.room_book.rooms_of", cut)
+    yield cut
+    cut.may.set()
+
+
+async def test_things_are_told_without_rooms_while_the_map_is_cut(
+    client: ServiceClient, senses: FakeSenses, slow_cut: SlowCut, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("memory.room_book.CUT_S_MAX", 0.0)
+    await remember(client, cup=2.0)
+    assert {one.room_id for one in await things(client)} == {None}
+    assert (await client.http.get("/rooms")).status_code == 503
+    assert (await client.http.get("/objects?room=1")).status_code == 503
+    await asyncio.to_thread(slow_cut.begun.wait)
+    senses.map = three_rooms()
+    assert {one.room_id for one in await things(client)} == {None}
+    assert slow_cut.times == 1, "one map at a time"
+    slow_cut.may.set()
+    monkeypatch.undo()
+    number = (await rooms(client))[2].id
+    assert {one.room_id for one in await things(client)} == {number}
+    assert {one.room_id for one in await things(client, f"?room={number}")} == {number}
+
+
+async def test_things_are_told_without_rooms_where_the_map_cannot_be_cut(
+    client: ServiceClient, senses: FakeSenses, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(grid: OccupancyGrid) -> Rooms:
+        raise MemoryError
+
+    with monkeypatch.context() as broken:
+        broken.setattr("memory.room_book.rooms_of", fail)
+        await remember(client, cup=2.0)
+        assert (await client.http.get("/rooms")).status_code == 503
+        assert (await client.http.get("/objects?room=1")).status_code == 503
+        assert {one.room_id for one in await things(client)} == {None}
+    senses.map = three_rooms()
+    assert len(await rooms(client)) == 3
 
 
 class MergingStore(FakeStore):

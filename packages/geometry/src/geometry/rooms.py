@@ -145,8 +145,9 @@ def _middles(grid: OccupancyGrid) -> Iterator[tuple[slice, NDArray[np.float64], 
     """Some rows of the grid, and x and y of the middles of their cells in the map frame, until all have been."""
     height, width = grid.cells.shape
     for low in range(0, height, BLOCK_ROWS):
-        rows = np.arange(low, min(height, low + BLOCK_ROWS))
-        yield slice(low, low + len(rows)), *grid.points(np.arange(width)[None, :] + 0.5, rows[:, None] + 0.5)
+        behind = min(height, low + BLOCK_ROWS)
+        rows, columns = np.indices((behind - low, width))
+        yield slice(low, behind), *grid.points(columns + 0.5, rows + (low + 0.5))
 
 
 def _cut(grid: OccupancyGrid) -> regions.Labels:

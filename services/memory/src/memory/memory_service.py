@@ -114,6 +114,7 @@ class MemoryService:
 
     async def close(self) -> None:
         """What waits is written, without asking anybody any more."""
+        await self.rooms.aclose()
         await self._look_at_pending(self._blind)
         await self.try_flush()
 
@@ -195,14 +196,14 @@ class MemoryService:
         self, label: str | None, state: ObjectState | None, colour: str | None, limit: int,
         map_id: str | None = None, room: int | None = None,
     ) -> list[RememberedObject]:  # fmt: skip
-        """Most believed first."""
+        """Most believed first; without their rooms while the map is being cut. Those in one room wait for that."""
         now_s, number = self._clock.now_s(), await self._whereabouts.number(map_id)
         kept = await self._store.things(label, None, self._settings.objects_max, number)
         told = [to_message(one, now_s) for one in kept]
         fits = [one for one in told if state in {None, one.state} and colour in {None, one.colour}]
         found = sorted(fits, key=lambda one: (-one.belief, -one.last_seen_s, one.id))
         if room is not None:
-            found = [one for one in await self.rooms.placed(found, number) if one.room_id == room]
+            return (await self.rooms.in_room(found, number, room))[:limit]
         return await self.rooms.placed(found[:limit], number)
 
     async def object(self, number: int) -> RememberedObject:

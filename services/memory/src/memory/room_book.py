@@ -3,6 +3,8 @@
 import asyncio
 from collections.abc import Sequence
 
+import structlog
+
 from contracts.memory import RememberedObject
 from contracts.rooms import NamedRoom, RoomsReply
 from geometry.grids import OccupancyGrid
@@ -12,15 +14,20 @@ from memory.objects import to_message
 from memory.ports import DepthAndMap, KeptMap, KeptRoom, Store
 from memory.whereabouts import Whereabouts
 from mesh.clock import Clock
-from mesh.errors import ConflictError, NotFoundError, UnprocessableError
+from mesh.errors import ConflictError, NotFoundError, UnavailableError, UnprocessableError
 from store.shared_lock import SharedLock
 
+log = structlog.get_logger()
+
 THINGS_MAX = 5000
+CUT_S_MAX = 10.0
+"""The largest map takes about 3 s of one core."""
 MOVED = "the robot is in another map since"
 
 
 class RoomBook:
-    """Shares the lock to write. A map is cut once, in a thread."""
+    """Shares the lock to write. A map is cut once, in a thread, one map at a time: things are told without rooms
+    meanwhile, and where it cannot be cut. Who asks for rooms waits for them."""
 
     def __init__(
         self, store: Store, senses: DepthAndMap | None, whereabouts: Whereabouts, clock: Clock, writing: SharedLock
@@ -31,13 +38,16 @@ class RoomBook:
         self._clock = clock
         self._writing = writing
         self._ground: OccupancyGrid | None = None
-        self._cut: Rooms | None = None
+        self._cut: asyncio.Task[Rooms | None] | None = None
+        self._cutting = asyncio.Lock()
         self._one = asyncio.Lock()
 
     async def rooms(self) -> RoomsReply:
-        """None of them where there is no map now. Raises `UnavailableError` where the database is away."""
+        """None of them where there is no map now. Raises `UnavailableError` where the database is away, and where the
+        map is not cut within `CUT_S_MAX` or cannot be cut.
+        """
         here = await self._whereabouts.here()
-        found = await self._found(here)
+        found = await self._waited_for(here)
         known = await self._known(here, found) if found is not None else None
         if found is None or known is None:
             return RoomsReply(map_id=here.id)
@@ -46,11 +56,22 @@ class RoomBook:
         return RoomsReply(map_id=here.id, rooms=naming.named(found, known, naming.placed(things, found, known)))
 
     async def placed(self, things: Sequence[RememberedObject], map_number: int) -> list[RememberedObject]:
-        """Things of a map with their rooms; as they are where it is not the map the robot is in."""
+        """Things of a map with their rooms; as they are where it is not the map the robot is in, and where that map is
+        not cut yet."""
         here = await self._whereabouts.here()
-        found = await self._found(here) if things and map_number == here.number else None
+        cut = await self._cut_of(here) if things and map_number == here.number else None
+        found = cut.result() if cut is not None and cut.done() and not _trouble(cut) else None
         known = await self._known(here, found) if found is not None else None
         return list(things) if found is None or known is None else naming.placed(things, found, known)
+
+    async def in_room(
+        self, things: Sequence[RememberedObject], map_number: int, room_id: int
+    ) -> list[RememberedObject]:
+        """Those that stand in that room. Raises `UnavailableError` as `rooms` does."""
+        here = await self._whereabouts.here()
+        if map_number == here.number:
+            await self._waited_for(here)
+        return [one for one in await self.placed(things, map_number) if one.room_id == room_id]
 
     async def name(self, number: int, name: str) -> NamedRoom:
         """Durable when it returns. Raises `NotFoundError` where this map shows no such room, `ConflictError` where a
@@ -59,7 +80,7 @@ class RoomBook:
         if naming.is_nameless(name):
             raise UnprocessableError(f"{name!r} is what a room is called that nobody has named")
         here = await self._whereabouts.here()
-        found = await self._found(here)
+        found = await self._waited_for(here)
         known = await self._known(here, found) if found is not None else None
         meant = next((one for one in (known or {}).values() if one.id == number), None)
         if found is None or meant is None:
@@ -85,17 +106,40 @@ class RoomBook:
         now = await self._whereabouts.here()
         return (now.id, now.number) == (here.id, here.number)
 
-    async def _found(self, here: KeptMap) -> Rooms | None:
+    async def aclose(self) -> None:
+        """Waits for no cut; the thread that makes one ends with it."""
+        if self._cut is not None:
+            self._cut.cancel()
+            await asyncio.wait({self._cut})
+
+    async def _waited_for(self, here: KeptMap) -> Rooms | None:
+        cut = await self._cut_of(here)
+        if cut is None:
+            return None
+        await asyncio.wait({cut}, timeout=CUT_S_MAX)
+        if not cut.done():
+            raise UnavailableError(f"the map is still being cut into rooms after {CUT_S_MAX:.0f} s")
+        if _trouble(cut):
+            raise UnavailableError("the map cannot be cut into rooms")
+        return cut.result()
+
+    async def _cut_of(self, here: KeptMap) -> asyncio.Task[Rooms | None] | None:
+        """Of the map as it is now, begun where it is a new one. None where there is no map."""
         if self._senses is None:
             return None
         home, ground = await self._senses.home(), await self._senses.ground()
         if ground is None or (home is not None and home.id != here.id):
             return None
-        async with self._one:
-            if ground is not self._ground or self._cut is None:
-                self._cut = await asyncio.to_thread(rooms_of, ground)
-                self._ground = ground
-            return self._cut
+        if ground is not self._ground or self._cut is None:
+            self._ground = ground
+            self._cut = asyncio.create_task(self._make(ground), name="cut-rooms")
+            self._cut.add_done_callback(_tell_trouble)
+        return self._cut
+
+    async def _make(self, ground: OccupancyGrid) -> Rooms | None:
+        """None where a newer map has come before this one's turn."""
+        async with self._cutting:
+            return await asyncio.to_thread(rooms_of, ground) if ground is self._ground else None
 
     async def _known(self, here: KeptMap, found: Rooms) -> dict[int, KeptRoom] | None:
         """By the number that the cut map gives each; a room that is new is written down. None where the robot is in
@@ -112,3 +156,12 @@ class RoomBook:
             if places and not await self._store.add_rooms(here.number, places):
                 return None
             return dict(naming.matched(await self._store.rooms(here.number), found).known)
+
+
+def _trouble(cut: asyncio.Task[Rooms | None]) -> bool:
+    return cut.cancelled() or cut.exception() is not None
+
+
+def _tell_trouble(cut: asyncio.Task[Rooms | None]) -> None:
+    if not cut.cancelled() and cut.exception() is not None:
+        log.error("a map cannot be cut into rooms: things are told without", exc_info=cut.exception())

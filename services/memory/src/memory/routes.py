@@ -85,7 +85,7 @@ async def maps(memory: MemoryDep) -> list[RememberedMap]:
 @router.get("/rooms", tags=["reading"])
 @requires_role(Role.VIEWER)
 async def rooms(memory: MemoryDep) -> RoomsReply:
-    """The rooms of the map the robot is in, by name; none where there is no map now."""
+    """The rooms of the map the robot is in, by name; none where there is no map now, 503 where it is not cut yet."""
     return await memory.rooms.rooms()
 
 
@@ -119,7 +119,8 @@ async def objects(
     limit: Annotated[int, Query(ge=1, le=5000)] = 200,
     in_map: InMap = None,
 ) -> list[RememberedObject]:
-    """Things with a place of their own, most believed first, each with the room it stands in."""
+    """Things with a place of their own, most believed first, each with the room it stands in once the map is cut into
+    rooms; `room` waits for that, and is a 503 where it takes too long."""
     return await memory.objects(label, state, colour, limit, in_map, room)
 
 
