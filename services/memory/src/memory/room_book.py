@@ -118,9 +118,9 @@ class RoomBook:
             return None
         await asyncio.wait({cut}, timeout=CUT_S_MAX)
         if not cut.done():
-            raise UnavailableError(f"the map is still being cut into rooms after {CUT_S_MAX:.0f} s")
+            raise UnavailableError("rooms", f"the map is still being cut into rooms after {CUT_S_MAX:.0f} s")
         if _trouble(cut):
-            raise UnavailableError("the map cannot be cut into rooms")
+            raise UnavailableError("rooms", "the map cannot be cut into rooms")
         return cut.result()
 
     async def _cut_of(self, here: KeptMap) -> asyncio.Task[Rooms | None] | None:
