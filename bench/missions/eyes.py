@@ -163,7 +163,7 @@ class SimulatedMemory:
     async def views(self, label: str, limit: int) -> Sequence[View]:
         return ()
 
-    async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
+    async def objects(self, label: str | None, limit: int, room_id: int | None = None) -> Sequence[RememberedObject]:
         return ()
 
     async def rooms(self) -> RoomsReply:

@@ -36,7 +36,7 @@ class NoMemory:
     async def labels(self) -> tuple[()]:
         return ()
 
-    async def objects(self, label: str | None, limit: int) -> tuple[()]:
+    async def objects(self, label: str | None, limit: int, room_id: int | None = None) -> tuple[()]:
         return ()
 
 

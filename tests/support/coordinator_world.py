@@ -528,8 +528,10 @@ class FakeMemory:
         self.remembered = tuple(views)
         self.away = False
         self.things: tuple[RememberedObject, ...] | None = None
-        self.named_rooms: tuple[NamedRoom, ...] = ()
         """None: a memory that knows views only, and takes no looks."""
+        self.named_rooms: tuple[NamedRoom, ...] = ()
+        self.rooms_hang = False
+        self.asked_for_rooms = 0
         self.looked: list[Look] = []
         self.in_other_maps: tuple[str, ...] = ()
 
@@ -550,14 +552,18 @@ class FakeMemory:
             ]
         )
 
-    async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
+    async def objects(self, label: str | None, limit: int, room_id: int | None = None) -> Sequence[RememberedObject]:
         self._check()
         if self.things is None:
             raise UpstreamError("memory", 404, "Not Found")
-        return [one for one in self.things if label in {None, one.label}][:limit]
+        of_room = [one for one in self.things if room_id in {None, one.room_id}]
+        return [one for one in of_room if label in {None, one.label}][:limit]
 
     async def rooms(self) -> RoomsReply:
+        self.asked_for_rooms += 1
         self._check()
+        if self.rooms_hang:
+            await asyncio.Event().wait()
         return RoomsReply(map_id="home", rooms=self.named_rooms)
 
     def _check(self) -> None:

@@ -1,7 +1,13 @@
 """Questions by room: what is in the kitchen, where is my cup, how many cups are in the bedroom."""
 
+from collections.abc import Sequence
+
+import pytest
+
 from contracts.asking import About, Answer
+from contracts.memory import RememberedObject
 from contracts.rooms import NamedBy, NamedRoom
+from mesh.errors import UnavailableError
 from support.coordinator_mesh import Mesh, OpenMesh
 from support.coordinator_world import thing
 
@@ -95,3 +101,68 @@ async def test_a_room_without_things_is_said_to_be_so_and_one_nobody_knows_is_no
         unknown = await ask(mesh, "what is in the bathroom")
         assert (unknown.about, unknown.records) == (About.CONTENTS, ())
         assert "I do not know where the bathroom is" in unknown.answer
+
+
+async def test_a_room_is_asked_for_by_itself_however_much_the_home_holds(open_mesh: OpenMesh) -> None:
+    """The 200 most believed things of the home are all in another room."""
+    crowd = tuple(thing(100 + k, "book", 9.0, 9.0).model_copy(update={"room_id": 6}) for k in range(250))
+    async with open_mesh() as mesh:
+        mesh.memory.things, mesh.memory.named_rooms = crowd + THINGS, ROOMS
+        assert numbers(await ask(mesh, "what is in the kitchen")) == {1, 2}
+        assert numbers(await ask(mesh, "what is there to drink from in the kitchen")) == {2}
+        assert numbers(await ask(mesh, "what is in the bedroom")) == {3, 4, 5}
+
+
+@pytest.mark.parametrize("question", ["what are you doing?", "how full is the battery", "have you done it", "hm"])
+async def test_what_concerns_no_place_asks_for_no_rooms(open_mesh: OpenMesh, question: str) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.rooms_hang = True
+        await ask(mesh, question)
+        assert mesh.memory.asked_for_rooms == 0
+
+
+@pytest.mark.parametrize("question", ["where is the red cup", "what is in the kitchen"])
+async def test_a_memory_that_does_not_tell_its_rooms_in_time_still_tells_its_things(
+    open_mesh: OpenMesh, question: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("coordinator.questions.question_service.ROOMS_S_MAX", 0.0)
+    async with open_mesh() as mesh:
+        mesh.memory.things, mesh.memory.named_rooms, mesh.memory.rooms_hang = THINGS, ROOMS, True
+        answer = await ask(mesh, question)
+        assert 2 in numbers(answer)
+        assert ", in the kitchen" not in answer.answer
+        assert mesh.memory.asked_for_rooms == 1
+
+
+async def test_a_question_keeps_the_rooms_it_was_asked_among(
+    open_mesh: OpenMesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While memory is asked for the things of one question another question comes, and rooms have other names."""
+    async with open_mesh() as mesh:
+        mesh.memory.things, mesh.memory.named_rooms = THINGS, ROOMS
+        plain = mesh.memory.objects
+        between: list[Answer] = []
+
+        async def meanwhile(label: str | None, limit: int, room_id: int | None = None) -> Sequence[RememberedObject]:
+            monkeypatch.setattr(mesh.memory, "objects", plain)
+            mesh.memory.named_rooms = (room(1, "pantry", "kitchen", NamedBy.PERSON),)
+            between.append(await ask(mesh, "where is the oven"))
+            return await plain(label, limit, room_id)
+
+        monkeypatch.setattr(mesh.memory, "objects", meanwhile)
+        answer = await ask(mesh, "where is the red cup")
+        assert "in the kitchen" in answer.answer
+        assert "in the pantry" in between[0].answer
+
+
+async def test_a_memory_that_cannot_look_into_a_room_is_not_taken_for_an_empty_room(
+    open_mesh: OpenMesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.things, mesh.memory.named_rooms = THINGS, ROOMS
+
+        async def busy(label: str | None, limit: int, room_id: int | None = None) -> Sequence[RememberedObject]:
+            raise UnavailableError("memory", "the map is being cut")
+
+        monkeypatch.setattr(mesh.memory, "objects", busy)
+        assert "I remember nothing" not in (await ask(mesh, "what is in the kitchen")).answer

@@ -51,6 +51,11 @@ def named_in(text: str, names: Iterable[str]) -> str | None:
     return next((kind for word, kind in SAID.items() if re.search(rf"\b{BEFORE} (?:the |my )?{word}\b", said)), None)
 
 
+def speaks_of_a_place(text: str) -> bool:
+    """Whether a word is said behind which `named_in` may hear the name of a room."""
+    return re.search(rf"\b{BEFORE}\b", joined(words_of(text))) is not None
+
+
 def kinds_of(contents: Mapping[int, Iterable[str]], taken: Iterable[str] = ()) -> dict[int, str]:
     """What each room is, by the labels of what stands in it: its surest kind that is left. A room of which nothing
     speaks clearly is left out; `taken` are kinds of which a person has already named the one there is.

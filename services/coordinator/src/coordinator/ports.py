@@ -82,8 +82,9 @@ class Memory(Protocol):
         ...
 
     async def views(self, label: str, limit: int) -> Sequence[View]: ...
-    async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
-        """`UpstreamError` 404 from a memory that knows views only."""
+    async def objects(self, label: str | None, limit: int, room_id: int | None = None) -> Sequence[RememberedObject]:
+        """Most believed first, of the whole home or of one room; an older memory knows no rooms and gives all.
+        `UpstreamError` 404 from a memory that knows views only."""
         ...
 
     async def rooms(self) -> RoomsReply:

@@ -34,8 +34,8 @@ class MemoryClient(ServiceClient):
     async def views(self, label: str, limit: int) -> Sequence[View]:
         return await self.get_list("/views", View, label=label, limit=limit)
 
-    async def objects(self, label: str | None, limit: int) -> Sequence[RememberedObject]:
-        wanted = {"label": label} if label is not None else {}
+    async def objects(self, label: str | None, limit: int, room_id: int | None = None) -> Sequence[RememberedObject]:
+        wanted = {key: value for key, value in (("label", label), ("room", room_id)) if value is not None}
         return await self.get_list("/objects", RememberedObject, limit=limit, **wanted)
 
     async def rooms(self) -> RoomsReply:

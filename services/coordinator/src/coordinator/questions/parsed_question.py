@@ -11,7 +11,7 @@ from vocabulary.folding import joined, plain_words_of
 from vocabulary.groups import Group, group_in
 from vocabulary.labels import label_in
 from vocabulary.moods import read
-from vocabulary.rooms import named_in
+from vocabulary.rooms import named_in, speaks_of_a_place
 
 SPOKEN: tuple[tuple[About, str], ...] = (
     (About.BATTERY, r"\bbatter(y|ies)\b|\bcharg(e|ed|ing)\b|\bpower\b"),
@@ -53,6 +53,13 @@ def parse_question(question: str, rooms: Iterable[str] = ()) -> ParsedQuestion:
         about = About.CONTENTS
     days = next((days for said, days in SPANS if said in text), 1.0)
     return ParsedQuestion(about, label, colour, room, group, days)
+
+
+def needs_rooms(question: str, asked: ParsedQuestion) -> bool:
+    """Whether the names of the home's rooms could change what it is read as, or belong to the answer."""
+    if asked.about in {About.BATTERY, About.DOING, About.HISTORY}:
+        return False
+    return asked.about is not About.UNKNOWN or speaks_of_a_place(question)
 
 
 def _about(text: str, label: str | None, room: str | None) -> About:
