@@ -56,6 +56,7 @@ async def coordinator_of_memory(line: Line) -> None:
         await line.ask(memory.views("cup", 10))
         await line.ask(memory.objects("cup", 10))
         await line.ask(memory.objects(None, 10))
+        await line.ask(memory.objects("cup", 10, 3))
         await line.ask(memory.rooms())
         await line.ask(memory.looks(LookBatch(looks=(look(),))))
 

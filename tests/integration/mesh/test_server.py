@@ -21,7 +21,7 @@ HOSTS = ("127.0.0.1", "127.0.0.2")
 PROGRAM = """
 import asyncio, sys
 from fastapi import FastAPI, WebSocket
-from fastapi.responses import StreamingResponse
+from fastapi.responses import Response, StreamingResponse
 from mesh import server
 
 pages = FastAPI()
@@ -55,6 +55,10 @@ async def endless() -> StreamingResponse:
             let_go.set()
 
     return StreamingResponse(parts())
+
+@pages.get("/giant")
+async def giant() -> Response:
+    return Response(bytes(48_000_000))
 
 @pages.get("/let-go")
 async def is_let_go() -> bool:
@@ -160,6 +164,23 @@ async def test_who_takes_a_long_answer_slowly_gets_all_of_it(port: int) -> None:
     async with asyncio.timeout(20.0):
         while time.monotonic() < began_s + 2.0:
             assert await reader.read(65536)
+    writer.close()
+
+
+async def test_who_takes_an_answer_of_one_piece_slowly_gets_all_of_it(port: int) -> None:
+    """What waits for him never falls to where more would be written, until the end; it does fall."""
+    reader, writer = await served_at(port)
+    writer.write(b"GET /giant HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    began_s, left = time.monotonic(), 48_000_000
+    async with asyncio.timeout(60.0):
+        while await reader.readline() != b"\r\n":
+            pass
+        while left:
+            part = await reader.read(1 << 20)
+            assert part, f"cut off after {time.monotonic() - began_s:.1f} s, {left} bytes before the end"
+            left -= len(part)
+            await asyncio.sleep(0.03)
+    assert time.monotonic() - began_s > 1.0, "longer than anybody is waited for"
     writer.close()
 
 

@@ -15,7 +15,7 @@ HEADER_BYTES_MAX: Final = 64 * 1024
 HEADER_S_MAX = 10.0
 BODY_WAIT_S_MAX = 20.0
 ANSWER_WAIT_S_MAX = 30.0
-"""A little more than a part of an answer waits in memory; so long its reader may take for it."""
+"""A part of an answer waits in memory; a reader of whom nothing is heard for so long gets no more of it."""
 TIMED_OUT: Final = b"HTTP/1.1 408 Request Timeout\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 NO_HANDSHAKE: Final = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
@@ -26,8 +26,9 @@ class RequestLimitsProtocol(HttpToolsProtocol):
 
     Here a connection is closed that has not ended its headers `HEADER_S_MAX` after it was made, or after its last
     answer; 431 answers what has sent `HEADER_BYTES_MAX` without an end (and what one read brings beyond that), 408 a
-    body of which nothing came for `BODY_WAIT_S_MAX`. Whoever does not take what waits for him of an answer within
-    `ANSWER_WAIT_S_MAX` is let go: what the answer is made of (a file, a picture, a place in a queue) is held for him.
+    body of which nothing came for `BODY_WAIT_S_MAX`. Whoever takes nothing of what waits for him of an answer for
+    `ANSWER_WAIT_S_MAX` is let go (after twice as long at most): what the answer is made of (a file, a picture, a
+    place in a queue) is held for him.
     What comes between parts of a chunked body and behind its last (extensions, trailers) is bound by the same number of
     bytes, and belongs to no header: an app would see trailers among those its access was decided by. Every request that
     waits on a connection which closes is told so: uvicorn tells the last one read, and what writes for the others gets
@@ -40,6 +41,8 @@ class RequestLimitsProtocol(HttpToolsProtocol):
     _in_body = False
     _deadline: asyncio.TimerHandle | None = None
     """Of the headers."""
+    _untaken = 0
+    """Bytes of an answer that waited for its reader when they were last looked at."""
     _body_deadline: asyncio.TimerHandle | None = None
     _answer_deadline: asyncio.TimerHandle | None = None
 
@@ -103,8 +106,7 @@ class RequestLimitsProtocol(HttpToolsProtocol):
 
     def pause_writing(self) -> None:
         super().pause_writing()
-        self._unset_answer_deadline()
-        self._answer_deadline = self.loop.call_later(ANSWER_WAIT_S_MAX, self.transport.abort)
+        self._expect_reader()
 
     def resume_writing(self) -> None:
         self._unset_answer_deadline()
@@ -117,6 +119,17 @@ class RequestLimitsProtocol(HttpToolsProtocol):
     def _expect_body(self) -> None:
         self._unset_body_deadline()
         self._body_deadline = self.loop.call_later(BODY_WAIT_S_MAX, self._give_up_body)
+
+    def _expect_reader(self) -> None:
+        self._unset_answer_deadline()
+        self._untaken = self.transport.get_write_buffer_size()
+        self._answer_deadline = self.loop.call_later(ANSWER_WAIT_S_MAX, self._give_up_reader)
+
+    def _give_up_reader(self) -> None:
+        if self.transport.get_write_buffer_size() < self._untaken:
+            self._expect_reader()
+        else:
+            self.transport.abort()
 
     def _give_up_body(self) -> None:
         if self.flow.read_paused:  # it is the service that has not read what came

@@ -10,7 +10,7 @@ from contracts.backup import SCHEMA_HEADER
 from store.copies import DatabaseCopy
 
 PART_BYTES: Final = 1 << 18
-"""A reader who takes less in `mesh.server.ANSWER_WAIT_S_MAX` is let go, and with him the file."""
+"""A reader who takes nothing of it for `mesh.server.ANSWER_WAIT_S_MAX` is let go, and with him the file."""
 MEDIA_TYPE: Final = "application/octet-stream"
 _CONTENT: Final[dict[str, Any]] = {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}}
 DATABASE_BODY: Final[dict[str, Any]] = {"requestBody": {"required": True, "content": _CONTENT}}
