@@ -12,8 +12,10 @@ import pytest
 
 from contracts.backup import BackupRefusal, RestoreReply
 from contracts.mission import Mission, MissionState, Outcome
+from contracts.vision import ParsedTask, ParseTaskRequest
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.settings import Settings
+from mesh.errors import UnavailableError
 from store.copies import JudgedDatabase
 from store.sqlite_file import SqliteFile
 from support.coordinator_mesh import Mesh, opened_mesh
@@ -129,6 +131,32 @@ async def test_while_it_is_held_nothing_begins_and_a_stop_is_obeyed(path: Path) 
         refused = await mesh.client.post("/restore/hold", json={"seconds": 60.0})
         assert (refused.status_code, refused.json()["code"]) == (409, BackupRefusal.MISSION_ON.value)
         assert (await mesh.until_over(mission.id)).outcome is Outcome.FOUND
+
+
+async def test_a_hold_that_is_let_go_while_it_waits_does_not_come_later(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A command is being read meanwhile: whoever asked for the hold had no answer, gave up, and let go."""
+    async with opened(path) as mesh:
+        read, reads, may = mesh.inference.parse_task, asyncio.Event(), asyncio.Event()
+
+        async def slowly(request: ParseTaskRequest) -> ParsedTask:
+            reads.set()
+            await may.wait()
+            raise UnavailableError("inference", "not reachable")
+
+        monkeypatch.setattr(mesh.inference, "parse_task", slowly)
+        asked = asyncio.create_task(mesh.client.post("/missions", json={"command": "find the red bottle"}))
+        await reads.wait()
+        hold = asyncio.create_task(mesh.client.post("/restore/hold", json={"seconds": 600.0}))
+        for _ in range(200):  # it comes to where it waits
+            await asyncio.sleep(0)
+        assert (await mesh.client.post("/restore/hold", json={"seconds": 0.0})).is_success
+        may.set()
+        assert (await hold).status_code == 409
+        await asked
+        monkeypatch.setattr(mesh.inference, "parse_task", read)
+        await mesh.post_mission()
 
 
 async def test_a_hold_of_somebody_who_died_ends_by_itself(path: Path) -> None:

@@ -217,7 +217,7 @@ async def restore(
 async def hold(body: RestoreHold, missions: MissionsDep) -> RestoreHold:
     """Nothing begins for so many seconds, while several services are restored: who asks for a mission gets 409
     (`restoring`), and the robot does not set out for its dock. Stops are obeyed as ever. Asked for again it lasts from
-    then on, 0 ends it. 409 (`mission_on`) while a mission runs or waits.
+    then on, 0 ends it, and what still waits to begin. 409 (`mission_on`) while a mission runs or waits.
     """
     return await missions.hold(body)
 

@@ -45,6 +45,7 @@ class Dispatcher:
         self._watch = DockingTimer()
         self._turn = asyncio.Lock()
         self._held_until_s = -math.inf
+        self.times_let_go = 0
         self._beginning: QueuedMission | None = None
         """Taken from the queue, while memory is asked for hints."""
         self.orders_to_end = 0
@@ -82,12 +83,16 @@ class Dispatcher:
         """Nothing begins, and nothing may be put into the queue."""
         return self._clock.now_s() < self._held_until_s
 
-    async def hold(self, seconds: float) -> None:
-        """From now on nothing begins for so long. Raises `ConflictError` while a mission runs or waits."""
+    async def hold(self, seconds: float, times_let_go: int) -> None:
+        """From now on nothing begins for so long. Raises `ConflictError` while a mission runs or waits, and where
+        `let_go` has come since it had been called `times_let_go` times: whoever asked for it has given up."""
         async with self.at_rest():
+            if self.times_let_go != times_let_go:
+                raise ConflictError("it was let go before it began")
             self._held_until_s = self._clock.now_s() + seconds
 
     def let_go(self) -> None:
+        self.times_let_go += 1
         self._held_until_s = -math.inf
 
     def why_no_power(self) -> str:

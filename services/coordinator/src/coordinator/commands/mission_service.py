@@ -187,10 +187,12 @@ class MissionService:
         return "\n".join(lines) + "\n"
 
     async def hold(self, hold: RestoreHold) -> RestoreHold:
-        """Raises `ConflictError` while a mission runs or waits; one that is being read is waited for."""
+        """Raises `ConflictError` while a mission runs or waits; one that is being read is waited for. Let go
+        meanwhile, it comes to nothing."""
         if hold.seconds > 0.0:
+            times_let_go = self._dispatcher.times_let_go
             async with self._starting:
-                await self._dispatcher.hold(hold.seconds)
+                await self._dispatcher.hold(hold.seconds, times_let_go)
         else:
             self._dispatcher.let_go()
         return hold
