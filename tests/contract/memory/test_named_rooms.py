@@ -149,6 +149,25 @@ async def test_without_a_map_there_are_no_rooms(store: FakeStore) -> None:
         assert (await client.get("/rooms", RoomsReply)).rooms == ()
 
 
+def many_rooms() -> OccupancyGrid:
+    """14 x 15 closed rooms of 2 m."""
+    cells = np.zeros((14 * 40 + 2, 15 * 40 + 2), np.int8)
+    for k in (0, 1):
+        cells[k::40] = cells[:, k::40] = OCCUPIED
+    return OccupancyGrid(cells, 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
+
+
+async def test_of_more_rooms_than_a_reply_holds_the_largest_are_told(client: ServiceClient, senses: FakeSenses) -> None:
+    senses.map = many_rooms()
+    told = (await client.get("/rooms", RoomsReply)).rooms
+    assert len(told) == 200
+    hidden = next(iter(set(range(1, 211)) - {one.id for one in told}))
+    refused = await client.http.put(f"/rooms/{hidden}/name", json={"name": "den"})
+    assert refused.status_code == 404
+    assert "den" not in {one.name for one in (await client.get("/rooms", RoomsReply)).rooms}
+    assert (await named(client, f"/rooms/{told[7].id}/name", {"name": "den"})).name == "den"
+
+
 class SlowCut:
     """Cuts a map when it is let."""
 

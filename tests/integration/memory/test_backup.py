@@ -270,6 +270,18 @@ HOSTILE: dict[str, tuple[Callable[[Path], bytes], str]] = {
     "without a map": (changed("DELETE FROM maps"), "it holds no map"),
     "in a map that is not there": (changed("UPDATE maps SET number = 9"), "are in a map 0 that it does not hold"),
     "a thing astray": (changed("UPDATE things SET map_number = 7"), "things are in a map 7"),
+    **{
+        f"a room {what}": (
+            changed(f"INSERT INTO rooms (map_number, number, x, y, name) VALUES (0, {number}, {x}, 0.0, {name})"),
+            said,
+        )
+        for what, number, x, name, said in (
+            ("with a name of two lines", 1, 0.0, "'den' || char(10) || 'x'", "does not understand"),
+            ("with too long a name", 1, 0.0, "hex(zeroblob(30))", "does not understand"),
+            ("beyond every map", 1, 1e7, "'den'", "does not understand"),
+            ("whose next has no number", 2**63 - 1, 0.0, "'den'", "has the number"),
+        )
+    },
     "without a label": (changed("UPDATE views SET label = ''"), "does not understand"),
 }
 

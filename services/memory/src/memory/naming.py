@@ -42,6 +42,11 @@ def matched(kept: Iterable[KeptRoom], found: Rooms) -> Matched:
     return Matched(known, tuple(room for room in found.rooms if room.number not in known))
 
 
+def shown(known: Mapping[int, KeptRoom]) -> list[KeptRoom]:
+    """Those of the `known` that are told to anybody: the largest, where they are more than a reply may hold."""
+    return [kept for number, kept in known.items() if number <= ROOMS_TOLD]
+
+
 def placed(things: Sequence[RememberedObject], found: Rooms, known: Mapping[int, KeptRoom]) -> list[RememberedObject]:
     """The things with the room that each stands in."""
     out: list[RememberedObject] = []

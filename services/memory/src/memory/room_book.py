@@ -82,13 +82,13 @@ class RoomBook:
         here = await self._whereabouts.here()
         found = await self._waited_for(here)
         known = await self._known(here, found) if found is not None else None
-        meant = next((one for one in (known or {}).values() if one.id == number), None)
+        meant = next((one for one in naming.shown(known or {}) if one.id == number), None)
         if found is None or meant is None:
             raise NotFoundError(f"the map has no room {number}")
         async with self._writing.shared():
             if not await self._is_still(here):
                 raise ConflictError(MOVED)
-            kept = naming.matched(await self._store.rooms(here.number), found).known.values()
+            kept = naming.shown(naming.matched(await self._store.rooms(here.number), found).known)
             if (meant.x, meant.y) not in [(one.x, one.y) for one in kept if one.id == number]:
                 raise ConflictError("the rooms are others since: ask for them again")
             holder = await self._store.name_room(here.number, number, name, [one.id for one in kept])

@@ -8,6 +8,7 @@ from pydantic import TypeAdapter
 from sqlalchemy import ColumnElement, Connection, Row, bindparam, func, literal_column, select
 
 from contracts.memory import Area, LabelCount
+from contracts.rooms import NamedBy, NamedRoom, RoomName
 from memory.adapters.rows import COLOURS_AT, THING, VIEW, thing_of, view_of
 from memory.adapters.tables import maps, rooms, things, views
 from memory.objects import MapObject, to_message
@@ -15,6 +16,9 @@ from memory.ports import Candidates, Counts, ExportBatch, StoredView
 
 PAGE = 2000
 VOTES = TypeAdapter(dict[str, float])
+ROOM_NAME: TypeAdapter[str] = TypeAdapter(RoomName)
+NUMBER_MAX = 2**31 - 2
+"""Of a room: the next one's has to fit."""
 BY_ID = itemgetter(0)
 """Of rows of `VIEW`."""
 THINGS_A_LABEL = 40
@@ -197,6 +201,11 @@ def everything(connection: Connection) -> None:
         VOTES.validate_json(row[COLOURS_AT])
         thing = thing_of(row)
         to_message(thing, thing.last_seen_s)
+    for room in connection.execute(select(rooms)):
+        ROOM_NAME.validate_python(room.name)
+        if not (1 <= room.number <= NUMBER_MAX and room.id <= NUMBER_MAX):
+            raise ValueError(f"a room has the number {room.number}")
+        NamedRoom(id=room.id, name=room.name, named_by=NamedBy.PERSON, x=room.x, y=room.y, area_m2=0.0)
     for row in connection.execution_options(yield_per=PAGE).execute(select(*VIEW)):
         view_of(row).to_message()
 
