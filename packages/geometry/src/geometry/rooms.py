@@ -4,9 +4,8 @@ A doorway is a gap of 0.6 to 1.3 m in a straight line of wall, between two piece
 the gap stand in walls no thicker than `WALL_MAX_M` somewhere within `JAMB_M` of it. Furniture leaves gaps as wide, but
 is thick; what stands alone and is small (a chair in a doorway, a table's leg) is looked through. Of the cuts only those
 count that part regions of `ROOM_MIN_M2` or more. Walls are taken to stand at right angles to one another, in any
-direction. Measured by
-`make bench-rooms`; a watershed of the distance to the nearest wall, the usual way (Bormann et al., "Room segmentation:
-survey, implementation, and analysis", ICRA 2016), does worse in furnished homes.
+direction. Measured by `make bench-rooms`; a watershed of the distance to the nearest wall, the usual way (Bormann et
+al., "Room segmentation: survey, implementation, and analysis", ICRA 2016), does worse in furnished homes.
 
 A map is cut on squares of `SQUARE_M`. One whose known part has more than `CELLS_MAX` of them, which is 1 ha, has no
 rooms: on larger squares doorways and thin walls are lost (0.84 of the free cells right, on squares of 0.1 m).
