@@ -276,3 +276,17 @@ def test_where_the_votes_confirmed_it_it_is_expected_until_it_is_refused() -> No
     assert belief.cells[belief.cell(Pose2D(x=6.0, y=3.0, yaw=0.0))] > before
     belief.refuse(6.0, 3.0)
     assert belief.cells[belief.cell(Pose2D(x=6.0, y=3.0, yaw=0.0))] < before
+
+
+def test_a_thing_inside_furniture_is_looked_for_at_the_edge_nearest_to_it() -> None:
+    """One look at that edge says most of what there is to say; the furniture's other sides hold next to nothing."""
+    cells = GRID.cells.copy()
+    cells[36:52, 36:64] = 100  # 0.8 m by 1.4 m
+    grid = OccupancyGrid(cells, 0.05, GRID.origin)
+    belief = belief_of(Clue(2.5, 2.0, 0.15, 0.8, "a cup seen before"), grid=grid)
+    likely = np.argwhere(belief.cells > 0.2 * belief.cells.max())
+    assert max(belief.point(*map(int, cell))[1] for cell in likely) < 2.0
+    before = belief.absent
+    belief.look(Glance(Pose2D(x=2.5, y=0.8, yaw=math.pi / 2), HFOV_RAD))
+    assert belief.absent > 1.8 * before
+    assert belief_of(Clue(2.5, -5.0, 0.15, 0.8, "beyond the wall")).absent == pytest.approx(belief_of().absent)

@@ -27,6 +27,8 @@ AT_AN_EDGE = 4.0
 """Times as probable as the middle of a floor: things stand at walls and at furniture."""
 BEYOND = 3.0
 """A cell at the edge of the unknown stands for so many cells behind it."""
+OFF_THE_FLOOR_M = 1.2
+"""A thing on a shelf lies so far off the free floor at most. It is looked for at the edge nearest to it."""
 SIDES = 8
 REACH_M = 4.5
 RAYS = 180
@@ -191,12 +193,13 @@ class BeliefMap:
         own = np.zeros_like(spread)
         nowhere = 1.0
         for clue in self.clues:
-            near = np.exp(-0.5 * (self._apart_m(clue.x, clue.y) / clue.sigma_m) ** 2)
+            apart_m = self._apart_m(clue.x, clue.y)
             if not clue.itself:
-                spread *= 1.0 + (clue.weight - 1.0) * near
+                spread *= 1.0 + (clue.weight - 1.0) * np.exp(-0.5 * (apart_m / clue.sigma_m) ** 2)
                 continue
-            near *= spread > 0
-            if near.sum() > 0.05:  # on this map
+            nearest_m = float(apart_m[spread > 0].min(initial=math.inf))
+            if nearest_m <= OFF_THE_FLOOR_M:  # on this map
+                near = np.exp(-0.5 * ((apart_m - nearest_m) / clue.sigma_m) ** 2) * (spread > 0)
                 own += clue.weight * near / near.sum()
                 nowhere *= 1.0 - clue.weight
         known, total = 1.0 - nowhere, float(spread.sum())

@@ -23,7 +23,7 @@ class Clue:
     itself: bool = True
 
 
-SIGMA_M_MIN = 0.25
+SIGMA_M_MIN = 0.15
 VIEW_AHEAD_M, VIEW_SIGMA_M = 2.5, 1.2
 """Of a view without a measured place: somewhere before the camera, more often far than near."""
 VIEW_SHARE = 0.5
