@@ -208,7 +208,7 @@ class FakeCoordinator:
         await self.obeys.wait()
         if self.away:
             raise UnavailableError("coordinator", "no answer in time")
-        return RUNNING
+        return RUNNING.model_copy(update={"id": mission_id, "paused": for_s > 0.0})
 
     async def events(self) -> AsyncIterator[MissionEvent | Line]:
         yield Line.OPEN

@@ -29,6 +29,7 @@ class Followed:
         died: list[str] = []
         async with Tasks(on_death=lambda: died.append("a task died")) as tasks:
             self.following = Following(self.coordinator, self.clock, tasks, begun=self._begun, ended=self.said.append)
+            assert self.following.may_move, "nobody knows yet"
             tasks.start("follow", self.following.follow())
             tasks.start("may it move", self.following.keep_sure())
             await self.clock.settle()
