@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from fastapi import FastAPI, Query, WebSocket, WebSocketDisconnect
 
-from contracts.asking import About, Answer
+from contracts.asking import About, Answer, Question
 from contracts.colours import Colour
 from contracts.intent import Intent, Understand, Understood, WantedAction
 from contracts.mission import (
@@ -250,6 +250,10 @@ def served_coordinator(coordinator: FakeCoordinator, robot: FakeRobot) -> FastAP
     @app.post("/missions", status_code=201)
     async def start(body: StartMission) -> Mission | Heard:
         return await coordinator.start(body.command)
+
+    @app.post("/ask")
+    async def ask(body: Question) -> Answer:
+        return await coordinator.ask(body.question)
 
     @app.get("/state")
     async def state() -> MissionStatus:

@@ -1,4 +1,4 @@
-"""The ear and the coordinator's own app over real HTTP, and that the ear's fake coordinator answers as that one does."""
+"""The ear and the coordinator's own app over real HTTP; the ear's fake coordinator is held to the same answers."""
 
 import asyncio
 import contextlib
@@ -120,8 +120,8 @@ class Home:
         return mission is not None and not mission.paused
 
 
-@pytest_asyncio.fixture
-async def home(tmp_path: Path) -> AsyncIterator[Home]:
+@contextlib.asynccontextmanager
+async def opened_home(tmp_path: Path) -> AsyncGenerator[Home]:
     clock, bus = SystemClock(), described_bus()
     world = World(clock, bus, things=[Thing("bottle", "red", 9.0, 7.0)])  # pyright: ignore[reportArgumentType]
     deaths: list[str] = []
@@ -144,6 +144,12 @@ async def home(tmp_path: Path) -> AsyncIterator[Home]:
     assert deaths == []
 
 
+@pytest_asyncio.fixture
+async def home(tmp_path: Path) -> AsyncIterator[Home]:
+    async with opened_home(tmp_path) as home:
+        yield home
+
+
 @dataclass
 class Twin:
     client: CoordinatorClient
@@ -159,9 +165,10 @@ class Twin:
 
 
 @pytest_asyncio.fixture(params=["fake", "real"])
-async def twin(request: pytest.FixtureRequest) -> AsyncIterator[Twin]:
+async def twin(request: pytest.FixtureRequest, tmp_path: Path) -> AsyncIterator[Twin]:
     if request.param == "real":
-        yield Twin(request.getfixturevalue("home").client, None)
+        async with opened_home(tmp_path) as home:
+            yield Twin(home.client, None)
         return
     fake = FakeCoordinator()
     async with served(served_coordinator(fake, FakeRobot())) as url:
@@ -269,7 +276,14 @@ async def test_a_person_pauses_it_by_voice(home: Home) -> None:
 
 
 async def test_a_refusal_is_said_as_the_coordinator_says_it(home: Home) -> None:
+    await home.world.latch("a person")
+
+    async def stopped() -> bool:
+        return (await home.client.status()).state is MissionState.EMERGENCY_STOP
+
+    await until_true(stopped)
     async with home.hearing():
-        await home.is_told("asdf qwer")
+        await home.is_told("find the red bottle")
         await until(lambda: home.speech.spoken != [])
-        assert len(home.speech.spoken[0]) > 10
+        assert "emergency stop" in home.speech.spoken[0]
+        assert not await home.runs()
