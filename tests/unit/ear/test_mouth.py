@@ -6,6 +6,7 @@ import wave
 
 import pytest
 
+from ear.adapters.sound_device import SoundDeviceLoudspeaker
 from ear.deadlines import length_s, within
 from ear.messages import Tone
 from ear.mouth import LATE_S, Mouth
@@ -94,6 +95,12 @@ async def test_who_is_told_to_stop_waiting_tells_the_work_so() -> None:
         await waiting
     await clock.settle()
     assert ended.is_set()
+
+
+async def test_the_loudspeaker_refuses_what_is_no_wav() -> None:
+    for wrong in (b"", b"no WAV", b"RIFF"):
+        with pytest.raises(SoundError, match="no WAV"):
+            await SoundDeviceLoudspeaker().play(wrong)
 
 
 def test_a_wav_tells_how_long_it_lasts_and_what_is_none_lasts_no_time() -> None:

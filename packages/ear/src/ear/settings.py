@@ -47,7 +47,7 @@ class Settings(ClientSettings):
     wake_word: WakeWord = Field(default=WakeWord.HEY_JARVIS, description="the word that wakes it")
     wake_probability_min: float = Field(default=0.5, gt=0.0, lt=1.0, description="from here on it was said")
     stop_without_wake_word: bool = Field(
-        default=True, description="while a mission runs, short sayings are read for an order to stop"
+        default=True, description="while the robot may move, short sayings are read for an order to stop"
     )
     quiet_hours: str = Field(
         default="", description="it says nothing, as 22:00-07:00 in the machine's time zone; it hears and stops as ever"

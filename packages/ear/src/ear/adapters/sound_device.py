@@ -77,8 +77,12 @@ class SoundDeviceLoudspeaker:
             raise
 
     def _play(self, wav: bytes, ended: threading.Event) -> None:
+        try:
+            file = wave.open(io.BytesIO(wav))  # noqa: SIM115 - closed below
+        except (wave.Error, EOFError) as error:
+            raise SoundError(f"what is to be played is no WAV: {error}") from error
         device: Any = _device()
-        with wave.open(io.BytesIO(wav)) as file:
+        with file:
             rate_hz, frames = file.getframerate(), round(PLAYED_AT_A_TIME_S * file.getframerate())
             try:
                 with device.RawOutputStream(samplerate=rate_hz, channels=1, dtype="int16", device=self._name) as out:
