@@ -13,6 +13,7 @@ SENTENCES = frozenset({"reason", "detail", "error_msg", "stop_reason", "progress
 """Fields and variables that hold a sentence."""
 READS_PEOPLE = (
     "packages/vocabulary",
+    "packages/ear/src/ear/choices.py",
     "packages/ear/src/ear/words.py",
     "services/inference",
     "services/coordinator/src/coordinator/queue/parse_validation.py",
