@@ -33,7 +33,7 @@ HELP = (
 )
 
 
-class Facts:
+class QuestionFacts:
     """Made anew for each question, with the rooms that it was asked among."""
 
     def __init__(

@@ -13,7 +13,7 @@ from contracts.reading import Mood
 from coordinator.commands.orders import ASKS_FOR_NOTHING
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Inference, Memory, MissionLog
-from coordinator.questions.facts import Facts
+from coordinator.questions.facts import QuestionFacts
 from coordinator.questions.parsed_question import needs_rooms, parse_question
 from coordinator.questions.rooms_meant import KnownRooms
 from coordinator.settings import Settings
@@ -43,7 +43,9 @@ class QuestionService:
         self._settings = settings
         self._memory = memory
         self._inference = inference
-        self._facts_among = partial(Facts, settings=settings, memory=memory, log_=log_, runner=runner, clock=clock)
+        self._facts_among = partial(
+            QuestionFacts, settings=settings, memory=memory, log_=log_, runner=runner, clock=clock
+        )
 
     async def ask(self, question: str) -> Answer:
         mood = read(question).mood
