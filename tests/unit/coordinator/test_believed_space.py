@@ -14,6 +14,7 @@ from coordinator.belief.belief_map import BeliefMap, Glance
 from coordinator.core.actions import PlanCoverage
 from coordinator.execution.believed_space import BelievedSpace
 from geometry.grids import OccupancyGrid
+from geometry.probability_grids import decode
 from support.described import DESCRIPTION
 from support.mission_script import rules_of
 
@@ -71,3 +72,39 @@ async def test_a_choice_after_a_cancelled_one_waits_for_it_and_no_look_is_told_t
     go_on.set()
     await again
     assert told == [HERE]
+
+
+async def test_before_the_first_choice_there_is_nothing_to_report() -> None:
+    space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
+    space.look(HERE, NOTHING)
+    assert await space.report("m-1", "home", 1.0) is None
+
+
+async def test_a_report_holds_every_look_so_far_and_whoever_asks_changes_no_choice() -> None:
+    asked, not_asked = (
+        BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ()) for _ in range(2)
+    )
+    for space in (asked, not_asked):
+        await space.choose(GRID, HERE, (), ())
+    before = await asked.report("m-1", "home", 1.0)
+    for space in (asked, not_asked):
+        space.look(HERE, NOTHING)
+    after = await asked.report("m-1", "home", 2.0)
+    assert before is not None
+    assert after is not None
+    assert (after.mission_id, after.map_id, after.stamp_s) == ("m-1", "home", 2.0)
+    assert after.absent > before.absent
+    assert decode(after.grid).sum() + after.absent == pytest.approx(1.0, abs=0.02)
+    cell_before, cell_after = (decode(one.grid)[6, 12] for one in (before, after))  # 0.9 m ahead
+    assert cell_after < 0.5 * cell_before
+    assert await asked.choose(GRID, HERE, (), ()) == await not_asked.choose(GRID, HERE, (), ())
+
+
+async def test_a_report_tells_the_view_that_was_chosen_and_why() -> None:
+    space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
+    choice = await space.choose(GRID, HERE, (), ())
+    report = await space.report("m-1", None, 1.0)
+    assert choice.view is not None
+    assert report is not None
+    assert report.view is not None
+    assert (report.view.pose, report.view.headings, report.why) == (choice.view.pose, choice.view.headings, choice.why)

@@ -10,6 +10,7 @@ from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
 from contracts.asking import About, Answer, Question
 from contracts.backup import RestoreHold, RestoreReply
+from contracts.belief import SearchBelief
 from contracts.intent import Understand, Understood
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
 from contracts.reading import Mood
@@ -117,6 +118,15 @@ async def picture(
 ) -> Response:
     """What was judged, as it was seen (JPEG)."""
     return Response(await missions.picture(mission_id, number), media_type="image/jpeg")
+
+
+@router.get("/missions/{mission_id}/belief", tags=["missions"])
+@requires_role(Role.VIEWER)
+async def belief(mission_id: MissionId, missions: MissionsDep) -> SearchBelief:
+    """Where the target of the mission that runs probably is, after every look so far, and which view was chosen by it.
+    404 where there is none; `code` says why: `not_begun`, `ended`, `another_rule`, `nothing_chosen`.
+    """
+    return await missions.belief(mission_id)
 
 
 @router.post("/missions/{mission_id}/cancel", tags=["missions"])

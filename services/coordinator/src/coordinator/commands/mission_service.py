@@ -8,6 +8,7 @@ from collections.abc import AsyncIterable, Sequence
 import structlog
 
 from contracts.backup import BackupRefusal, RestoreHold, RestoreReply
+from contracts.belief import NoBelief, SearchBelief
 from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
 from contracts.problem import Dependency
 from contracts.reading import Mood
@@ -34,6 +35,13 @@ from vocabulary.orders import order_in
 log = structlog.get_logger()
 
 TRACER = Tracer(__name__)
+
+NO_BELIEF = {
+    NoBelief.NOT_BEGUN: "the mission has not begun",
+    NoBelief.ENDED: "the mission has ended",
+    NoBelief.ANOTHER_RULE: "it does not search by belief: COORDINATOR_COVERAGE_RULE=belief does",
+    NoBelief.NOTHING_CHOSEN: "it has not come to its first choice of where to look yet",
+}
 
 
 class MissionService:
@@ -179,6 +187,20 @@ class MissionService:
             raise NotFoundError(f"no picture {number} of this mission: the camera was away, or it is no longer kept")
         return jpeg
 
+    async def belief(self, mission_id: str) -> SearchBelief:
+        """Raises `NotFoundError`, whose `code` is a `NoBelief` where the mission is known."""
+        record, running = await self.get(mission_id), self.runner.mission
+        if record.outcome is not None:
+            raise _no_belief(NoBelief.ENDED)
+        if record.queue_position is not None or running.id != mission_id:
+            raise _no_belief(NoBelief.NOT_BEGUN)
+        if self.runner.believed is None:
+            raise _no_belief(NoBelief.ANOTHER_RULE)
+        belief = await self.runner.believed.report(mission_id, running.map_id, self._clock.now_s())
+        if belief is None:
+            raise _no_belief(NoBelief.NOTHING_CHOSEN)
+        return belief
+
     async def recording(self, mission_id: str) -> str:
         await self.get(mission_id)
         lines = await self.log.recording(mission_id)
@@ -273,3 +295,7 @@ class MissionService:
             Dependency.of("robot.description", ok=self.runner.description is not None, detail="its body"),
             Dependency.of("robot.state", ok=fresh, detail="fresh" if fresh else "not coming in"),
         )
+
+
+def _no_belief(why: NoBelief) -> NotFoundError:
+    return NotFoundError(f"no belief: {NO_BELIEF[why]}", code=why.value)

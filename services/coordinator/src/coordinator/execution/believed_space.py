@@ -2,17 +2,18 @@
 
 import asyncio
 import threading
-from collections.abc import Sequence
 
+from contracts.belief import ChosenView, SearchBelief
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.vision import Detections, Target
 from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
 from coordinator.belief.clues import Clue
-from coordinator.belief.next_view import Choice, MotionTimes, NextView, next_view
+from coordinator.belief.next_view import Choice, MotionTimes, next_view
 from coordinator.core.actions import PlanCoverage
 from coordinator.core.rules import Rules
 from coordinator.coverage.explored_space import LOOKS_MAX, PLANNING_TASK
+from geometry import probability_grids
 from geometry.grids import OccupancyGrid
 from geometry.poses import apart_m, wrap
 
@@ -28,8 +29,9 @@ class BelievedSpace:
         self._belief: BeliefMap | None = None
         self._glances: list[Glance] = []
         self._told = 0
-        self._chosen: NextView | None = None
-        self._choosing = threading.Lock()
+        self._chosen: Choice | None = None
+        self._touching = threading.Lock()
+        self._asking = asyncio.Lock()
 
     def look(self, pose: Pose2D, seen: Detections | None) -> None:
         if seen is None or len(self._glances) >= LOOKS_MAX:
@@ -45,21 +47,23 @@ class BelievedSpace:
         choosing = asyncio.to_thread(self._choose, grid, here, asked)
         return await asyncio.create_task(choosing, name=PLANNING_TASK)
 
+    async def report(self, mission_id: str, map_id: str | None, now_s: float) -> SearchBelief | None:
+        """What is believed after every look so far; none before the first choice. Whoever asks changes no choice: the
+        order of looks is no matter. One thread at a time: while a choice is under way the others wait without one.
+        """
+        async with self._asking:
+            return await asyncio.to_thread(self._report, mission_id, map_id, now_s)
+
     def _choose(self, grid: OccupancyGrid, here: Pose2D, asked: PlanCoverage) -> Choice:
-        """The belief is touched here alone, one call after another: the thread of a cancelled one goes on."""
-        with self._choosing:
+        """The belief is touched by one thread after another: that of a cancelled call goes on."""
+        with self._touching:
             body, rules, belief = self._body, self._rules, self._belief
             if belief is None or belief.grid is not grid:
                 self._told = 0
                 belief = self._belief = BeliefMap(
                     grid, label=self._target.label, clues=self._clues, radius_m=body.footprint_radius_m, start=here
                 )
-            told = len(self._glances)
-            new = self._glances[self._told : told]
-            for glance in new:
-                belief.look(glance)
-            self._spend(belief, new)
-            self._told = told
+            self._tell(belief)
             for x, y in asked.expected:
                 belief.expect(x, y)
             for x, y in asked.refused:
@@ -70,18 +74,42 @@ class BelievedSpace:
                 hfov_rad=rules.camera_hfov_rad,
                 step_rad=min(rules.scan_step_rad, rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)),
             )
-            choice = next_view(belief, here, pace, avoid=asked.avoid)
-            self._chosen = choice.view
-            return choice
+            self._chosen = next_view(belief, here, pace, avoid=asked.avoid)
+            return self._chosen
 
-    def _spend(self, belief: BeliefMap, new: Sequence[Glance]) -> None:
+    def _report(self, mission_id: str, map_id: str | None, now_s: float) -> SearchBelief | None:
+        with self._touching:
+            belief, chosen = self._belief, self._chosen
+            if belief is None or chosen is None:
+                return None
+            self._tell(belief)
+            cells, absent = belief.cells, belief.absent
+        view = chosen.view
+        return SearchBelief(
+            stamp_s=max(0.0, now_s),
+            mission_id=mission_id,
+            map_id=map_id,
+            grid=probability_grids.encode(cells, resolution_m=belief.coarse.resolution_m, origin=belief.grid.origin),
+            absent=min(1.0, absent),
+            view=ChosenView(pose=view.pose, headings=view.headings, gain=min(1.0, view.gain), seconds=view.seconds)
+            if view is not None
+            else None,
+            why=chosen.why[:500],
+        )
+
+    def _tell(self, belief: BeliefMap) -> None:
+        told = len(self._glances)
+        for glance in self._glances[self._told : told]:
+            belief.look(glance)
+            self._spend(belief, glance)
+        self._told = told
+
+    def _spend(self, belief: BeliefMap, glance: Glance) -> None:
         """The robot stops a little beside the place it chose, and turned a little beside the heading."""
-        if (chosen := self._chosen) is None:
+        view = self._chosen.view if self._chosen is not None else None
+        if view is None or apart_m(glance.pose, view.pose) > BESIDE_M:
             return
-        for heading in chosen.headings:
-            for glance in new:
-                near = apart_m(glance.pose, chosen.pose) <= BESIDE_M
-                if near and abs(wrap(glance.pose.yaw - heading)) <= BESIDE_RAD:
-                    for place in (glance.pose, chosen.pose):
-                        turned = place.model_copy(update={"yaw": heading})
-                        belief.spend(turned, self._rules.camera_hfov_rad)
+        for heading in view.headings:
+            if abs(wrap(glance.pose.yaw - heading)) <= BESIDE_RAD:
+                for place in (glance.pose, view.pose):
+                    belief.spend(place.model_copy(update={"yaw": heading}), self._rules.camera_hfov_rad)

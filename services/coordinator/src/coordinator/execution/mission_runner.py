@@ -81,7 +81,8 @@ class MissionRunner:
             on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
         )  # fmt: skip
         self._explored = ExploredSpace(robot, self.mission.rules, None)
-        self._believed: BelievedSpace | None = None
+        self.believed: BelievedSpace | None = None
+        """Of the mission that runs, or ran last; none where it searches by another rule."""
         self._query: asyncio.Task[None] | None = None
         self._trace = MissionTrace()
         self._publisher = StatusPublisher(
@@ -106,7 +107,7 @@ class MissionRunner:
         """Starts a mission, its recording, and its span in the current trace. Only while the core is idle."""
         self._take_rules()
         self._trace.begin(event.mission_id, event.command if isinstance(event, ev.MissionStarted) else "dock")
-        self._explored, self._believed = self.unexplored(), self._belief_of(event)
+        self._explored, self.believed = self.unexplored(), self._belief_of(event)
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
         self._recorded = event.mission_id
@@ -224,8 +225,8 @@ class MissionRunner:
     def _keep(self, action: do.RecordLook | do.KeepPicture) -> None:
         match action:
             case do.RecordLook(pose=pose, seen=seen, moving=moving):
-                if self._believed is not None:
-                    self._believed.look(pose, seen)
+                if self.believed is not None:
+                    self.believed.look(pose, seen)
                 if self._settings.looks_to_memory and not moving:
                     self._looks.add(action)
                 share = self._explored.look(pose)
@@ -288,8 +289,8 @@ class MissionRunner:
                         target=target, bbox_xyxy=box.bbox_xyxy, after_stamp_s=box.stamp_s, moving=moving
                     )
                     return ev.Validated(call, await self._inference.validate(request, timeout_s=action.timeout_s))
-                case do.PlanCoverage() if self._believed is not None:
-                    return await self._choose(self._believed, action)
+                case do.PlanCoverage() if self.believed is not None:
+                    return await self._choose(self.believed, action)
                 case do.PlanCoverage(call=call, avoid=avoid):
                     pose = self.mission.robot.pose
                     plan = await self._explored.plan(pose, avoid)
