@@ -14,6 +14,7 @@ from nicegui import app as nicegui_app
 from PIL import Image, ImageDraw
 
 from contracts.asking import About, Answer
+from contracts.belief import ChosenView, NoBelief, SearchBelief
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.intent import Choice, Intent, Understood, WantedAction
@@ -43,6 +44,7 @@ from contracts.robot import (
 )
 from contracts.speech import Hearing, SpeakRequest, Transcript
 from contracts.vision import Target, Verdict, Vote
+from geometry import probability_grids
 from geometry.grids import OccupancyGrid, encode
 from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
@@ -119,6 +121,22 @@ def status(of: Mission | None = None, **changes: object) -> MissionStatus:
         "progress": "turning to the next of 8 headings" if of is not None else "",
     }
     return MissionStatus.model_validate(values | changes)
+
+
+def search_belief(mission_id: str = "m-1", **changes: Any) -> SearchBelief:
+    """Of the home of `home_map`: half of it in a corner, 20 % that it is not here, the rest spread over the floor."""
+    cells = np.zeros((50, 60))
+    cells[5:45, 5:55] = 0.3 / 2000
+    cells[8:12, 40:45] += 0.5 / 20
+    values: dict[str, Any] = {
+        "stamp_s": STARTED_S + 42.0,
+        "mission_id": mission_id,
+        "grid": probability_grids.encode(cells, resolution_m=0.15, origin=Pose2D(x=-4.5, y=-3.75, yaw=0.0)),
+        "absent": 0.2,
+        "view": ChosenView(pose=Pose2D(x=1.0, y=-1.0, yaw=-0.6), headings=(-0.6, 0.1), gain=0.45, seconds=12.0),
+        "why": "2 looks 3.1 m away, near the sink: 45% to see it, in 12 s; 80% that it is here",
+    }
+    return SearchBelief.model_validate(values | changes)
 
 
 def event(number: int, text: str, **changes: object) -> MissionEvent:
@@ -394,6 +412,8 @@ class FakeMissions(Service):
     hangs: bool = False
     current: MissionStatus = field(default_factory=status)
     timeline: tuple[MissionEvent, ...] = ()
+    believed: SearchBelief | NoBelief = NoBelief.ANOTHER_RULE
+    beliefs_asked: list[str] = field(default_factory=list)
 
     async def start(self, command: str, *, key: str) -> Mission | Heard:
         if self.hangs:
@@ -425,6 +445,11 @@ class FakeMissions(Service):
     async def newest(self, limit: int) -> Sequence[Mission]:
         self.answer()
         return self.past[:limit]
+
+    async def belief(self, mission_id: str) -> SearchBelief | NoBelief:
+        self.answer()
+        self.beliefs_asked.append(mission_id)
+        return self.believed
 
     async def picture(self, mission_id: str, number: int) -> bytes:
         self.answer()

@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.asyncio(loop_scope="module"), pytest.mark.timeout(240)
 
 REMEDY = "curl -X POST http://ROBOT:8004/emergency-stop, or: atom stop"
 DEAD_MS_MAX = 2000.0
-OURS = {"camera.js", "map.js", "drive.js", "memory.js", "speech.js", "ui.css"}
+OURS = {"camera.js", "belief.js", "map.js", "drive.js", "memory.js", "speech.js", "ui.css"}
 DEAD = '[data-atom="stop-dead"]'
 
 SHOWN_AFTER = """async () => {

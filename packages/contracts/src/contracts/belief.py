@@ -46,8 +46,8 @@ class ChosenView(Message):
 
 
 class SearchBelief(Message):
-    """`GET /missions/{id}/belief`: where the target probably is, after every look so far. The cells of `grid` and `absent`
-    together are 1.
+    """`GET /missions/{id}/belief`: where the target probably is, after every look so far. All cells and `absent` sum to
+    one.
     """
 
     stamp_s: StampS

@@ -6,6 +6,7 @@ from typing import Any
 
 import structlog
 
+from contracts.belief import NoBelief
 from contracts.description import RobotDescription
 from contracts.memory import LabelCount, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionStatus, MissionTarget
@@ -90,6 +91,7 @@ class Desk:
         self._tasks: Tasks | None = None
         self._refreshing = asyncio.Lock()
         self._scanning = False
+        self._believing = False
         self._cropping = False
         self._at_s: dict[str, float] = {}
         self._timeline_of: str | None = None
@@ -263,6 +265,24 @@ class Desk:
             self.facts.scan = None
         finally:
             self._scanning = False
+
+    def refresh_belief(self) -> None:
+        """Asks for what the search holds probable, for as long as a page shows it; nobody waits for it."""
+        if self._tasks is not None and not self._believing and self._due("belief", self.settings.belief_period_s):
+            self._believing = True
+            self._tasks.start("belief", self._ask_belief(), forever=False)
+
+    async def _ask_belief(self) -> None:
+        mission = self.facts.mission.mission if self.facts.mission is not None else None
+        try:
+            if mission is None or mission.outcome is not None:
+                self.facts.belief = NoBelief.NOT_BEGUN if mission is None else NoBelief.ENDED
+            else:
+                self.facts.belief = await self.missions.belief(mission.id)
+        except MeshError:
+            self.facts.belief = None
+        finally:
+            self._believing = False
 
     async def _ask_robot(self) -> None:
         self.facts.take_robot(await self.robot.state(), self.clock.now_s())

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from contracts.belief import NoBelief, SearchBelief
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
@@ -56,6 +57,8 @@ class LatestFacts:
     detections: Detections | None = None
     target: Target | None = None
     scan: LaserScan | None = None
+    belief: SearchBelief | NoBelief | None = None
+    """Of the mission that runs, or why it has none; none where nobody could say."""
     remembered: Remembered = Remembered()
     services: tuple[Dependency, ...] = ()
     bus_connected: bool = False

@@ -8,6 +8,7 @@ from contextlib import AbstractAsyncContextManager
 from typing import Protocol
 
 from contracts.asking import Answer
+from contracts.belief import NoBelief, SearchBelief
 from contracts.intent import Understood
 from contracts.laser import LaserScan
 from contracts.memory import ImportReply, LabelCount, RememberedObject, View
@@ -87,6 +88,10 @@ class Missions(Protocol):
     async def newest(self, limit: int) -> Sequence[Mission]: ...
     async def events(self, mission_id: str) -> Sequence[MissionEvent]:
         """Its timeline, oldest first."""
+        ...
+
+    async def belief(self, mission_id: str) -> SearchBelief | NoBelief:
+        """Where its target probably is, or why it does not say."""
         ...
 
     async def picture(self, mission_id: str, number: int) -> bytes:

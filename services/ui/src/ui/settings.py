@@ -43,6 +43,9 @@ class Settings(ServiceSettings):
     health_period_s: float = Field(default=3.0, gt=0.0, description="services are asked only while a page is open")
     map_period_s: float = Field(default=10.0, gt=0.0, description="between two looks at the map")
     memory_period_s: float = Field(default=4.0, gt=0.0, description="between two looks at what is remembered")
+    belief_period_s: float = Field(
+        default=1.0, gt=0.0, description="what a search holds probable is asked for only while a page shows it"
+    )
     plan_period_s: float = Field(default=3.0, gt=0.0, description="the path to an open goal is asked for this often")
     silence_s_max: float = Field(default=2.0, gt=0.0, description="past this, facts count as old and are asked for")
     transfer_timeout_s: float = Field(default=60.0, gt=0.0, description="of an export or import of the memory")

@@ -6,6 +6,7 @@ import httpx
 from pydantic import TypeAdapter, ValidationError
 
 from contracts.asking import Answer, Question
+from contracts.belief import NoBelief, SearchBelief
 from contracts.intent import Understand, Understood
 from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
 from mesh.errors import NotFoundError, UpstreamError
@@ -65,6 +66,14 @@ class CoordinatorClient(ServiceClient):
 
     async def events(self, mission_id: str) -> Sequence[MissionEvent]:
         return await self.get_list(path_of("missions", mission_id, "events"), MissionEvent, limit=2000)
+
+    async def belief(self, mission_id: str) -> SearchBelief | NoBelief:
+        try:
+            return await self.get(path_of("missions", mission_id, "belief"), SearchBelief)
+        except UpstreamError as error:
+            if error.code in set(NoBelief):
+                return NoBelief(error.code)
+            raise
 
     async def picture(self, mission_id: str, number: int) -> bytes:
         try:

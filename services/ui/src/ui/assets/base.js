@@ -43,7 +43,8 @@ window.atom = (() => {
   }
 
   // Asks for the next message when the last one is drawn; in a hidden tab it asks for nothing. `draw` may be async.
-  function pull(path, draw, trouble) {
+  // `wanted` says what to ask for.
+  function pull(path, draw, trouble, wanted = () => "next") {
     let socket = null;
     let waiting = false;
     let again = 0;
@@ -51,7 +52,7 @@ window.atom = (() => {
     function next() {
       if (document.hidden) { waiting = true; return; }
       waiting = false;
-      if (socket && socket.readyState === WebSocket.OPEN) socket.send("next");
+      if (socket && socket.readyState === WebSocket.OPEN) socket.send(wanted());
     }
 
     function open() {

@@ -7,6 +7,7 @@
   const OPEN_M = 1.8;  // round a point to come: as far as things are made out well
   const RAYS = 60;
   const ASK_LIMIT_MS = 40000;  // a turn answers when it is done
+  const belief = window.atom.belief;  // none where its script did not load
   const floor = { of: "", free: null };
   const scene = {};
   let picked = null;
@@ -15,13 +16,15 @@
     const style = getComputedStyle(element);
     const pick = (name) => style.getPropertyValue(`--${name}`).trim();
     return { ink: pick("ink"), card: pick("card"), trail: pick("trail"), todo: pick("todo"), done: pick("done"),
-      target: pick("target"), laser: pick("laser"), thing: pick("thing"), gone: pick("todo") };
+      target: pick("target"), laser: pick("laser"), thing: pick("thing"), gone: pick("todo"),
+      likely: pick("likely") };
   }
 
   function draw(data) {
     const changed = JSON.parse(data);
     if (Object.keys(changed).length === 0) return;
     Object.assign(scene, changed);
+    if (belief && changed.belief) belief.take(changed.belief);
     paint();
   }
 
@@ -40,6 +43,7 @@
     pen.clearRect(0, 0, scene.map.width, scene.map.height);
     pen.lineJoin = pen.lineCap = "round";
     const unit = Math.max(scene.map.width, scene.map.height) / 110;
+    const believed = Boolean(belief) && belief.draw(pen, colour, unit);
     if (scene.memory) remembered(pen, colour, unit);
     if (scene.paths) paths(pen, colour, unit);
     if (scene.search) search(pen, colour, unit);
@@ -50,6 +54,7 @@
     canvas.dataset.fresh = String(Boolean(scene.robot && scene.robot.fresh));
     canvas.dataset.laser = String(scene.laser ? scene.laser.points.length / 2 : 0);
     canvas.dataset.things = String(scene.memory ? scene.memory.objects.length : 0);
+    canvas.dataset.belief = String(believed);
     canvas.dataset.trail = String(scene.paths ? scene.paths.trail.length / 2 : 0);
   }
 
@@ -241,6 +246,7 @@
   });
 
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
-  pull("live/scene", draw, () => {});
+  if (belief) belief.onChange(paint);
+  pull("live/scene", draw, () => {}, () => `next${belief ? belief.asked() : ""}`);
   ready("map");
 })();

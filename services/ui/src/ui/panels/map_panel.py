@@ -1,4 +1,4 @@
-"""The map: a picture that changes rarely, and a canvas above it that the browser draws (assets/map.js)."""
+"""The map: a picture that changes rarely, and a canvas above it that the browser draws (assets/map.js, belief.js)."""
 
 from nicegui import ui as nicegui_ui
 
@@ -26,6 +26,9 @@ class MapPanel:
         with section(_("Map"), "map"):
             with box("row between card-head"):
                 heading(_("Map"))
+                nicegui_ui.element("button").classes("drive-switch push").props(
+                    "type=button data-atom=belief-switch aria-pressed=false"
+                ).add_slot("default", _("Where it may be"))
                 self._halt = nicegui_ui.element("button").classes("drive-switch").props("type=button data-atom=halt")
                 self._halt.add_slot("default", _("Stop driving there"))
             with box("screen"):
@@ -51,6 +54,7 @@ class MapPanel:
                     with box("key"):
                         box("swatch", kind)
                         nicegui_ui.label(_(text))
+            _belief_words()
         self._stage.set_visibility(False)
         self._halt.set_visibility(False)
 
@@ -69,3 +73,19 @@ class MapPanel:
         self._stage.style(replace=f"aspect-ratio:{ratio:.4f};width:min(100cqw,{100 * ratio:.2f}cqh)")
         self._stage.set_visibility(True)
         self._note.set_visibility(False)
+
+
+def _belief_words() -> None:
+    """Beside the layer of what the search holds probable (assets/belief.js); hidden with it."""
+    with box("belief-words").props("data-atom=belief-words hidden"):
+        with box("legend"):
+            with box("key"):
+                nicegui_ui.label(_("unlikely"))
+                box("ramp")
+                nicegui_ui.label(_("likely"))
+                box().props("data-atom=belief-peak")
+            with box("key"):
+                box("swatch", "next")
+                nicegui_ui.label(_("looks there next"))
+            box("absent").props("data-atom=belief-absent")
+        box().props("data-atom=belief-why role=status")
