@@ -97,6 +97,8 @@ async def ui_of_coordinator(line: Line) -> None:
         under_way, found = await line.ask(missions.newest(10))
         await line.ask(missions.events(found.id))
         await line.ask(missions.picture(found.id, 0))
+        await line.ask(missions.belief(under_way.id))
+        await line.ask(missions.belief(found.id))
         await line.ask(missions.pause(under_way.id))
         await line.ask(missions.resume(under_way.id))
         await line.ask(missions.cancel(under_way.id))

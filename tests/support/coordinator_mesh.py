@@ -31,6 +31,8 @@ class Mesh:
     clock: FakeClock
     bus: MemoryBus
     running: asyncio.Task[None]
+    transport: httpx.ASGITransport
+    """To the service, for a client of another's."""
 
     def silence(self) -> None:
         """The robot and the eyes say nothing any more."""
@@ -110,7 +112,7 @@ async def opened_mesh(
         transport = httpx.ASGITransport(app=manager.app)
         async with httpx.AsyncClient(transport=transport, base_url="http://coordinator") as client:
             await clock.advance(0.3)
-            yield Mesh(client, world, robot, inference, memory, clock, bus, running)
+            yield Mesh(client, world, robot, inference, memory, clock, bus, running, transport)
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
     assert deaths == []

@@ -1,4 +1,6 @@
-"""GET /missions/{id}/belief: what a search by belief holds probable, and why a mission has none."""
+"""GET /missions/{id}/belief: what a search by belief holds probable, and why a mission has none, for the page too."""
+
+from contextlib import aclosing
 
 import pytest
 
@@ -6,8 +8,13 @@ from contracts.belief import NoBelief, SearchBelief
 from contracts.mission import EventKind, MissionState
 from contracts.problem import Problem
 from geometry.probability_grids import decode
+from mesh.errors import UpstreamError
 from support.coordinator_mesh import Mesh, OpenMesh
 from support.coordinator_world import Thing
+from support.ui_world import FakeMissions, search_belief
+from ui.adapters.coordinator import CoordinatorClient
+from ui.ports import Missions
+from ui.settings import Settings as PageSettings
 
 RED = Thing("bottle", "red", 3.5, 2.5)
 
@@ -71,3 +78,34 @@ async def test_before_its_first_choice_it_says_so(open_mesh: OpenMesh) -> None:
 async def test_a_mission_nobody_knows_is_404_without_a_reason_of_its_own(open_mesh: OpenMesh) -> None:
     async with open_mesh(coverage_rule="belief") as mesh:
         assert not await refusal(mesh, "none")
+
+
+async def told_to_the_page(missions: Missions, mission_id: str) -> SearchBelief:
+    told = await missions.belief(mission_id)
+    assert isinstance(told, SearchBelief)
+    assert told.mission_id == mission_id
+    assert decode(told.grid).sum() + told.absent == pytest.approx(1.0, abs=0.02)
+    assert told.view is not None
+    assert told.view.pose.yaw == pytest.approx(told.view.headings[0])
+    return told
+
+
+async def test_the_pages_client_reads_what_the_coordinator_tells(open_mesh: OpenMesh) -> None:
+    async with (
+        open_mesh(RED, coverage_rule="belief") as mesh,
+        aclosing(CoordinatorClient(PageSettings(), transport=mesh.transport)) as missions,
+    ):
+        mission = await mesh.post_mission()
+        await mesh.until_state(MissionState.SCANNING)
+        await told_to_the_page(missions, mission.id)
+        await mesh.until_over(mission.id)
+        assert await missions.belief(mission.id) is NoBelief.ENDED
+        with pytest.raises(UpstreamError):
+            await missions.belief("none")
+
+
+async def test_the_fake_of_the_page_tells_the_same() -> None:
+    missions = FakeMissions(believed=search_belief("m-1"))
+    await told_to_the_page(missions, "m-1")
+    missions.believed = NoBelief.ENDED
+    assert await missions.belief("m-1") is NoBelief.ENDED

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import pytest_asyncio
 from playwright.async_api import Browser, Page, WebSocketRoute, async_playwright, expect
 
+from contracts.belief import NoBelief
 from contracts.robot import EmergencyStop
 from contracts.topics import MISSION_STATE, ROBOT_STATE
 from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP, FAKE_MICROPHONE
@@ -43,6 +44,7 @@ class Site:
         world.speech.ears.clear()
         world.speech.spoken.clear()
         world.missions.past = ()
+        world.missions.believed = NoBelief.ANOTHER_RULE
         world.memory.things = [thing(1), thing(2, "blue cup", belief=0.3)]
         world.robot.stop = EmergencyStop(latched=False, epoch=len(world.robot.stops))
         world.robot.velocities.clear()
