@@ -159,10 +159,10 @@ bench-memory: setup ## a simulated year of sightings, beside a JSON file: out/be
 
 test-ui: ## the operator's page in real Chromium: on fakes, then against the running mesh
 	@$(PYTHON3) tools/setup.py --tests
-	$(PYTEST) tests/integration/ui tests/e2e/test_page.py tests/e2e/test_voice.py
+	$(PYTEST) tests/integration/ui tests/e2e/test_page.py tests/e2e/test_voice.py tests/e2e/test_belief.py
 
 screens: setup ## write docs/screens anew: the pictures of the page that the tests take
-	ATOM_SCREENS=docs/screens $(PYTEST) tests/e2e/test_page.py tests/e2e/test_voice.py
+	ATOM_SCREENS=docs/screens $(PYTEST) tests/e2e/test_page.py tests/e2e/test_voice.py tests/e2e/test_belief.py
 
 bench-ui: setup ## the page: a frame's way from the bridge to the screen, CPU for 1, 5 and 20 viewers (about 4 minutes)
 	$(PY) -m bench.ui
