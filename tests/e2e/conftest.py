@@ -10,7 +10,7 @@ from demo.stack import Ports, Stack
 from sim.home import Home, Wanted
 from support.mesh_run import MeshRun
 
-PORT_BASE = 9900
+PORT_BASE = 18200
 
 
 @pytest.fixture(scope="module")
