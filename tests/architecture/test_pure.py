@@ -23,7 +23,7 @@ PURE = {
         "queue.parse_validation",
     ),
     "ear": ("choices", "core", "messages", "quiet_hours", "sayings", "tones", "words"),
-    "geometry": ("boxes", "grids", "places", "poses", "regions", "rooms"),
+    "geometry": ("boxes", "grids", "places", "poses", "probability_grids", "regions", "rooms"),
     "inference": (
         "boxes",
         "colours",

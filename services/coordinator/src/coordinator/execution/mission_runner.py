@@ -81,8 +81,7 @@ class MissionRunner:
             on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
         )  # fmt: skip
         self._explored = ExploredSpace(robot, self.mission.rules, None)
-        self.believed: BelievedSpace | None = None
-        """Of the mission that runs, or ran last; none where it searches by another rule."""
+        self.believed: BelievedSpace | None = None  # of the newest mission; none by another rule
         self._query: asyncio.Task[None] | None = None
         self._trace = MissionTrace()
         self._publisher = StatusPublisher(
