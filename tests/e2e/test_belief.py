@@ -7,7 +7,7 @@ from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP, seated
 from support.mesh_run import MeshRun
 
 SETTINGS = {"COORDINATOR_COVERAGE_RULE": "belief"}
-COMMAND = "find the teddy bear"
+COMMAND = "find the umbrella"  # this home has none: it searches
 pytestmark = pytest.mark.timeout(600)
 expect.set_options(timeout=60_000)
 

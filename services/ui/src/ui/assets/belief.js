@@ -16,7 +16,7 @@
     image.src = data.png;
     image.decode().then(() => {
       if (told !== data) return;  // a newer one has come
-      cells = { image, fit: data.fit, view: data.view };
+      cells = { image, fit: data.fit, view: data.view, tinted: null, colour: "" };
       changed();
     }, () => {});
   }
@@ -35,7 +35,8 @@
     pen.imageSmoothingEnabled = false;
     pen.globalAlpha = STRONGEST;
     pen.transform(...cells.fit);
-    pen.drawImage(tinted(cells.image, colours.likely), 0, 0);
+    if (cells.colour !== colours.likely) Object.assign(cells, tinted(cells.image, colours.likely));
+    pen.drawImage(cells.tinted, 0, 0);
     pen.restore();
     if (cells.view) next(pen, cells.view, colours, unit);
     return true;
@@ -49,7 +50,7 @@
     pen.globalCompositeOperation = "source-in";
     pen.fillStyle = colour;
     pen.fillRect(0, 0, width, height);
-    return canvas;
+    return { tinted: canvas, colour };
   }
 
   function next(pen, view, colours, unit) {
