@@ -68,6 +68,16 @@ async def test_what_the_next_look_changes_is_drawn_and_when_the_mission_ends_it_
     await expect(words).not_to_contain_text("Not here")
 
 
+async def test_it_is_still_shown_when_the_page_has_loaded_itself_anew(page: Page, site: Site) -> None:
+    site.world.missions.believed = search_belief(site.mission_id)
+    await page.get_by_role("button", name=SWITCH).click()
+    await expect(page.locator(LAYER)).to_be_visible()
+    await page.reload()
+    await expect(page.locator(LAYER)).to_be_visible()
+    await expect(page.get_by_role("button", name=SWITCH)).to_have_attribute("aria-pressed", "true")
+    await expect(page.locator('[data-atom="belief-words"]')).to_contain_text("Not here: 20 %")
+
+
 async def test_a_mission_by_another_rule_says_so(page: Page, site: Site) -> None:
     site.world.missions.believed = NoBelief.ANOTHER_RULE
     await page.get_by_role("button", name=SWITCH).click()

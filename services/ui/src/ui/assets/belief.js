@@ -3,7 +3,8 @@
   "use strict";
   const { t, part, say, ready } = window.atom;
   const STRONGEST = 0.85;
-  let shown = false;
+  const KEPT = "atom-belief";
+  let shown = kept();
   let told = null;
   let cells = null;  // the picture last read, with how it lies on the map
   let changed = () => {};
@@ -21,8 +22,18 @@
     }, () => {});
   }
 
+  // The page may load itself anew after a broken connection: what was switched on stays on.
+  function kept() {
+    try { return window.sessionStorage.getItem(KEPT) === "shown"; } catch { return false; }
+  }
+
+  function keep() {
+    try { window.sessionStorage.setItem(KEPT, shown ? "shown" : ""); } catch { /* where it may not be kept */ }
+  }
+
   function words() {
     part("belief-words").hidden = !shown;
+    part("belief-switch").setAttribute("aria-pressed", String(shown));
     say("belief-absent", told ? told.absent : "");
     say("belief-peak", told ? told.peak : "");
     say("belief-why", told ? told.why : t("Asking what the search holds probable …"));
@@ -30,6 +41,7 @@
 
   // `colours`: likely, card. `unit`: a small length of this map. True where there was something to draw.
   function draw(pen, colours, unit) {
+    if (part("belief-words").hidden === shown) words();
     if (!shown || !cells) return false;
     pen.save();
     pen.imageSmoothingEnabled = false;
@@ -70,10 +82,9 @@
   }
 
   document.addEventListener("click", (event) => {
-    const button = event.target instanceof Element && event.target.closest('[data-atom="belief-switch"]');
-    if (!button) return;
+    if (!(event.target instanceof Element && event.target.closest('[data-atom="belief-switch"]'))) return;
     shown = !shown;
-    button.setAttribute("aria-pressed", String(shown));
+    keep();
     words();
     changed();
   });
