@@ -3,11 +3,12 @@
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from support.browser import CHROMIUM, CHROMIUM_ARGS, DESKTOP, seated
+from support.browser import CHROMIUM, CHROMIUM_ARGS, seated
 from support.mesh_run import MeshRun
 
 SETTINGS = {"COORDINATOR_COVERAGE_RULE": "belief"}
 COMMAND = "find the umbrella"  # this home has none: it searches
+HIGH = {"width": 1280, "height": 900}  # the words below the map are in the picture
 pytestmark = pytest.mark.timeout(600)
 expect.set_options(timeout=60_000)
 
@@ -16,7 +17,7 @@ def test_the_layer_follows_the_search_and_says_where_the_robot_looks_next(mesh: 
     mesh.rested()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=CHROMIUM_ARGS)
-        with seated(browser, mesh.url("ui", "/"), DESKTOP) as seat:
+        with seated(browser, mesh.url("ui", "/"), HIGH) as seat:
             page = seat.page
             expect(page.locator('[data-atom="map"][data-fresh="true"]')).to_be_visible()
             page.get_by_role("button", name="Where it may be").click()

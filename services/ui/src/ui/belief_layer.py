@@ -15,8 +15,8 @@ from ui.map_view import MapFrame
 
 Drawn = dict[str, Any]
 
-STRENGTH_POWER = 0.5
-"""A cell a hundred times less probable than the peak is still drawn, at a tenth of its strength."""
+STRENGTH_POWER = 1 / 3
+"""A cell a thousand times less probable than the peak is still drawn, at a tenth of its strength."""
 LEAST_TOLD = 0.0001
 UNKNOWN = N_("What the search holds probable is not known just now.")
 MISSING = {

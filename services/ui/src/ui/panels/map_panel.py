@@ -49,12 +49,12 @@ class MapPanel:
                             )
                 self._note = nicegui_ui.label(_("No map yet")).classes("screen-note").props("role=status")
                 box("place-note").props("data-atom=place-note role=status")
+            _belief_words()
             with box("legend").props("aria-hidden=true"):
                 for kind, text in LEGEND:
                     with box("key"):
                         box("swatch", kind)
                         nicegui_ui.label(_(text))
-            _belief_words()
         self._stage.set_visibility(False)
         self._halt.set_visibility(False)
 
