@@ -37,8 +37,9 @@ def test_the_layer_follows_the_search_and_says_where_the_robot_looks_next(mesh: 
             expect(words.get_by_role("status")).to_contain_text("that it is here")
             expect(words).not_to_contain_text(f"Not here: {first['absent']:.0%}".replace("%", " %"))
             assert now["view"] is not None
+            expect(page.locator('[data-atom="stop-place"][data-watch="good"]')).to_be_attached()
             seat.picture("belief")
-            page.get_by_role("button", name="Cancel the mission").click()
+            mesh.post("coordinator", f"/missions/{mission['id']}/cancel").raise_for_status()
             expect(words.get_by_role("status")).to_have_text("The mission is over.")
             expect(page.locator('[data-atom="map"][data-belief="false"]')).to_be_visible()
         browser.close()
