@@ -38,7 +38,7 @@ def test_the_layer_follows_the_search_and_says_where_the_robot_looks_next(mesh: 
             expect(words).not_to_contain_text(f"Not here: {first['absent']:.0%}".replace("%", " %"))
             assert now["view"] is not None
             expect(page.locator('[data-atom="stop-place"][data-watch="good"]')).to_be_attached()
-            seat.picture("belief")
+            seat.picture("belief", of=page.get_by_role("region", name="Map"))
             mesh.post("coordinator", f"/missions/{mission['id']}/cancel").raise_for_status()
             expect(words.get_by_role("status")).to_have_text("The mission is over.")
             expect(page.locator('[data-atom="map"][data-belief="false"]')).to_be_visible()

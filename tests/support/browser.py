@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from playwright.sync_api import Browser, Error, Page, Request
+from playwright.sync_api import Browser, Error, Locator, Page, Request
 from system_packages import chromium
 
 CHROMIUM = chromium() or "chromium"
@@ -41,9 +41,10 @@ class Seat:
     outside: list[str] = field(default_factory=list)
     complaints: list[str] = field(default_factory=list)
 
-    def picture(self, name: str) -> None:
+    def picture(self, name: str, *, of: Locator | None = None) -> None:
+        """Of the whole page, or of a part of it."""
         SCREENS.mkdir(parents=True, exist_ok=True)
-        self.page.screenshot(path=SCREENS / f"{name}.png", animations="disabled")
+        (of or self.page).screenshot(path=SCREENS / f"{name}.png", animations="disabled")
 
 
 @contextmanager
