@@ -1,7 +1,7 @@
 """WS /live/scene: the map's parts that changed, and what the search holds probable only for who shows it."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -45,7 +45,7 @@ class Scene:
 
 
 @contextmanager
-def scene(world: UiWorld) -> Iterator[Scene]:
+def scene(world: UiWorld) -> Generator[Scene]:
     fresh_nicegui()
     app = create_app(
         Settings(belief_period_s=0.05, scene_period_s=0.05),
