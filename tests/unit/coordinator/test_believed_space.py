@@ -85,7 +85,7 @@ async def test_a_report_holds_every_look_so_far_and_whoever_asks_changes_no_choi
         BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ()) for _ in range(2)
     )
     for space in (asked, not_asked):
-        await space.choose(GRID, HERE, (), ())
+        await space.choose(GRID, HERE, ANYWHERE)
     before = await asked.report("m-1", "home", 1.0)
     for space in (asked, not_asked):
         space.look(HERE, NOTHING)
@@ -97,12 +97,12 @@ async def test_a_report_holds_every_look_so_far_and_whoever_asks_changes_no_choi
     assert decode(after.grid).sum() + after.absent == pytest.approx(1.0, abs=0.02)
     cell_before, cell_after = (decode(one.grid)[6, 12] for one in (before, after))  # 0.9 m ahead
     assert cell_after < 0.5 * cell_before
-    assert await asked.choose(GRID, HERE, (), ()) == await not_asked.choose(GRID, HERE, (), ())
+    assert await asked.choose(GRID, HERE, ANYWHERE) == await not_asked.choose(GRID, HERE, ANYWHERE)
 
 
 async def test_a_report_tells_the_view_that_was_chosen_and_why() -> None:
     space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
-    choice = await space.choose(GRID, HERE, (), ())
+    choice = await space.choose(GRID, HERE, ANYWHERE)
     report = await space.report("m-1", None, 1.0)
     assert choice.view is not None
     assert report is not None

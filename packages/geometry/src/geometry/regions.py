@@ -32,7 +32,8 @@ def _touching(rows: Indices, starts: Indices, ends: Indices, width: int, corners
     behind = np.searchsorted(rows * stride + starts, above + ends + reach, "left")
     counts = np.maximum(behind - first, 0)
     of = np.repeat(np.arange(len(rows)), counts)
-    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts - first, counts), of
+    before: Indices = np.cumsum(counts) - counts
+    return np.arange(int(counts.sum())) - np.repeat(before - first, counts), of
 
 
 def _roots(count: int, one: Indices, other: Indices) -> Indices:
