@@ -183,6 +183,10 @@ class Ids:
         return json.loads(text)
 
 
+BY_THE_MOMENT = frozenset({"looked_share", "distance_remaining_m"})
+"""Whether these are known yet depends on how fast the machine is: null is as good as a number."""
+
+
 def lacking(example: Any, answered: Any) -> Iterator[str]:
     """What an example's answer has and another answer has not, or has as something no example shows.
 
@@ -199,7 +203,8 @@ def _unlike(shown: list[Any], answered: Any, path: str) -> Iterator[str]:
             for key in {key for one in like for key in one if all(key in other for other in like)} - answered.keys():
                 yield f"{_field(path, key)} is missing"
             for key, value in answered.items():
-                if known := [one[key] for one in like if key in one]:
+                known = [one[key] for one in like if key in one]
+                if known and not (key in BY_THE_MOMENT and None in {value, *known}):
                     yield from _unlike(known, value, _field(path, key))
         case list():
             like = [one for one in shown if isinstance(one, list)]

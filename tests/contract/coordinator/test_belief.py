@@ -96,7 +96,11 @@ async def test_the_pages_client_reads_what_the_coordinator_tells(open_mesh: Open
         aclosing(CoordinatorClient(PageSettings(), transport=mesh.transport)) as missions,
     ):
         mission = await mesh.post_mission()
-        await mesh.until_state(MissionState.SCANNING)
+
+        async def has_chosen() -> bool:
+            return isinstance(await missions.belief(mission.id), SearchBelief)
+
+        await mesh.advance_until(has_chosen, within_s=20.0)
         await told_to_the_page(missions, mission.id)
         await mesh.until_over(mission.id)
         assert await missions.belief(mission.id) is NoBelief.ENDED

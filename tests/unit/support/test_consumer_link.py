@@ -16,6 +16,8 @@ from support.consumer_link import lacking
         ({"a": [1]}, {"a": [2, 3]}),
         ([{"a": None}, {"a": 1}], [{"a": 3}]),
         ([{"a": 1, "b": 1}, {"a": 1}], [{"a": 1}]),
+        ({"looked_share": None}, {"looked_share": 0.2}),
+        ({"looked_share": 0.2}, {"looked_share": None}),
     ],
 )
 def test_like_the_example(example: Any, answered: Any) -> None:
@@ -33,6 +35,7 @@ def test_like_the_example(example: Any, answered: Any) -> None:
         ({"a": [1]}, {"a": []}, "a is empty"),
         ({"a": [1]}, {"a": ["x"]}, "a[] is string, not number"),
         ({"a": {}}, {"a": []}, "a is list, not object"),
+        ({"looked_share": 0.2}, {"looked_share": "x"}, "looked_share is string, not number"),
         ([{"a": 1}, {"a": None}], [{"a": "x"}], "[].a is string, not null or number"),
         ([{"a": 1, "b": 1}, {"a": 1}], [{"b": 1}], "[].a is missing"),
     ],
