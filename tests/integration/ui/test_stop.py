@@ -149,6 +149,27 @@ async def test_with_the_pages_own_connection_lost_stop_works_and_a_resume_presse
         assert len(site.world.robot.resets) == resets
 
 
+async def test_a_resume_pressed_while_the_server_is_slow_never_comes_true_though_the_pages_connection_stands(
+    site: Site, browser: Browser
+) -> None:
+    proxy = Proxy(site.url)
+    async with served(proxy.app()) as url, site.opened(browser, DESKTOP, at=f"{url}/") as page:
+        await page.locator(".stop").click()
+        await page.get_by_role("button", name="Resume after the emergency stop").click()
+        resume = page.get_by_role("button", name="Resume", exact=True)
+        await expect(resume).to_be_visible()
+        resets = len(site.world.robot.resets)
+        proxy.frozen = True
+        await expect(page.locator('[data-atom="page-lost"]')).to_contain_text("only STOP can be pressed")
+        assert await page.evaluate("window.socket.connected")
+        await resume.evaluate("button => button.click()")
+        proxy.frozen = False
+        await expect(page.locator('[data-atom="page-lost"]')).to_be_hidden()
+        assert len(site.world.robot.resets) == resets
+        await resume.click()
+        await until(lambda: len(site.world.robot.resets) == resets + 1, timeout_s=30.0)
+
+
 async def test_without_any_file_of_ours_stop_works_and_what_is_missing_is_named(site: Site, browser: Browser) -> None:
     await site.begin()
     page = await browser.new_page()

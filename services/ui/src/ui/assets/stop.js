@@ -63,7 +63,8 @@
     if (line === null && window.socket && window.socket.connected) {
       line = window.socket;
       const emit = line.emit.bind(line);
-      line.emit = (...args) => (line.connected ? emit(...args) : line);
+      // "event" is what somebody pressed or typed: none while the page is held, though the line may stand or stand again
+      line.emit = (...args) => (line.connected && !(held && args[0] === "event") ? emit(...args) : line);
     }
     return line !== null && !line.connected;
   }
