@@ -86,12 +86,13 @@ def attempt(fault: Fault, campaign: Campaign) -> tuple[bool, Observed]:
     """Whether it went as designed, and what was seen."""
     began_s = time.monotonic()
     try:
-        campaign.rested()
-        seen = fault.happen(campaign)
+        try:
+            campaign.rested()
+            seen = fault.happen(campaign)
+        finally:
+            campaign.mend()
     except (AssertionError, httpx.HTTPError, KeyError) as error:
         return False, {"failed": f"{type(error).__name__}: {error}"[:500]}
-    finally:
-        campaign.mend()
     return True, seen | {"seconds": round(time.monotonic() - began_s, 1)}
 
 

@@ -162,7 +162,11 @@ class Campaign:
                 self.supervise("startProcess", name)
         if pid := self.mesh.pid("coordinator"):
             os.kill(pid, signal.SIGCONT)
-        self.mesh.until(self.ready, timeout_s=LONG_S * 2, what="the mesh ready again")
+        try:
+            self.mesh.until(self.ready, timeout_s=LONG_S * 2, what="the mesh ready again")
+        except AssertionError as error:
+            lacking = self.missing() if self.light else self.mesh.lacking()
+            raise AssertionError(f"{error}; {lacking}, {self.stack.states()}") from error
 
     def supervise(self, method: str, name: str) -> None:
         self.stack._ask(method, name)

@@ -63,7 +63,12 @@ class MeshRun:
         return at_s
 
     def ready(self) -> bool:
-        return all(missing(self.http, self.ports, part) is None for part in parts_of(self.stack))
+        return not self.lacking()
+
+    def lacking(self) -> dict[str, str]:
+        """What is not ready yet of each part that is not."""
+        told = {part: missing(self.http, self.ports, part) for part in parts_of(self.stack)}
+        return {part: why for part, why in told.items() if why is not None}
 
     def until(self, condition: Callable[[], bool], *, timeout_s: float, what: str) -> None:
         """Returns as soon as the condition holds; a service that is away counts as not yet."""
