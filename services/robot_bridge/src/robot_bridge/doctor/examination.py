@@ -102,9 +102,11 @@ class _Look:
         started_s, asked = time.monotonic(), False
         while (elapsed_s := time.monotonic() - started_s) < seconds:
             executor.spin_once(timeout_sec=0.1)
-            if not asked and elapsed_s > min(DISCOVERY_S, seconds / 2.0):
+            if elapsed_s <= min(DISCOVERY_S, seconds / 2.0):
+                continue
+            self._nav2.ask()
+            if not asked:
                 asked = True
-                self._nav2.ask()
                 self._sensing.poll()  # from here on what is kept is asked for as kept
 
     def facts(self, environment: Mapping[str, str], bridge: Readiness | None) -> Facts:

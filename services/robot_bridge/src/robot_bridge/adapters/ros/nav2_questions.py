@@ -23,18 +23,31 @@ class Nav2Questions:
         self._node = node
         self.lifecycle = dict.fromkeys(lifecycle_nodes, "")
         self.parameters: dict[str, float] = {}
+        self._asked: set[str] = set()
         self._states = {name: node.create_client(GetState, f"{name}/get_state") for name in lifecycle_nodes}
         self._clients = {
             name: node.create_client(GetParameters, f"{name}/get_parameters") for name in (*PLUGINS, *PLAIN)
         }
 
     def ask(self) -> None:
+        """Each server once, when it is there: call it as long as the node is spun, a busy machine finds some late."""
         for name, client in self._states.items():
-            self._call(client, GetState.Request(), lambda answer, name=name: self._heard_state(name, answer))
+            if self._first(client):
+                self._call(client, GetState.Request(), lambda answer, name=name: self._heard_state(name, answer))
         for name, (plugins, wanted) in PLUGINS.items():
-            self._get(name, [plugins], lambda values, name=name, wanted=wanted: self._ask_plugins(name, wanted, values))
+            if self._first(self._clients[name]):
+                self._get(
+                    name, [plugins], lambda values, name=name, wanted=wanted: self._ask_plugins(name, wanted, values)
+                )
         for name, wanted in PLAIN.items():
-            self._get(name, list(wanted), lambda values, name=name, wanted=wanted: self._keep(name, wanted, values))
+            if self._first(self._clients[name]):
+                self._get(name, list(wanted), lambda values, name=name, wanted=wanted: self._keep(name, wanted, values))
+
+    def _first(self, client: Any) -> bool:
+        if client.srv_name in self._asked or not client.service_is_ready():
+            return False
+        self._asked.add(client.srv_name)
+        return True
 
     def _heard_state(self, name: str, answer: Any) -> None:
         self.lifecycle[name] = answer.current_state.label
