@@ -4,7 +4,7 @@ import re
 
 import pytest
 from axe_playwright_python.async_playwright import Axe
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Browser, Locator, Page, expect
 
 from support.browser import DESKTOP, PHONE
 from support.proxy import Proxy
@@ -49,6 +49,15 @@ async def dead_after_ms(page: Page) -> float:
     ms: float = await page.evaluate(SHOWN_AFTER)
     await expect(page.locator(DEAD)).to_be_visible()
     return ms
+
+
+async def asked_whether_to_resume(page: Page) -> Locator:
+    """Stops the robot and opens the question; returns the button that answers it."""
+    await page.locator(".stop").click()
+    await page.get_by_role("button", name="Resume after the emergency stop").click()
+    resume = page.get_by_role("button", name="Resume", exact=True)
+    await expect(resume).to_be_visible()
+    return resume
 
 
 async def works_again(page: Page, site: Site) -> None:
@@ -132,10 +141,7 @@ async def test_with_the_pages_own_connection_lost_stop_works_and_a_resume_presse
 ) -> None:
     proxy = Proxy(site.url)
     async with served(proxy.app()) as url, site.opened(browser, DESKTOP, at=f"{url}/") as page:
-        await page.locator(".stop").click()
-        await page.get_by_role("button", name="Resume after the emergency stop").click()
-        resume = page.get_by_role("button", name="Resume", exact=True)
-        await expect(resume).to_be_visible()
+        resume = await asked_whether_to_resume(page)
         resets, stops = len(site.world.robot.resets), len(site.world.robot.stops)
         await proxy.drop_sockets()
         await expect(page.locator('[data-atom="page-lost"]')).to_contain_text("only STOP can be pressed")
@@ -154,10 +160,7 @@ async def test_a_resume_pressed_while_the_server_is_slow_never_comes_true_though
 ) -> None:
     proxy = Proxy(site.url)
     async with served(proxy.app()) as url, site.opened(browser, DESKTOP, at=f"{url}/") as page:
-        await page.locator(".stop").click()
-        await page.get_by_role("button", name="Resume after the emergency stop").click()
-        resume = page.get_by_role("button", name="Resume", exact=True)
-        await expect(resume).to_be_visible()
+        resume = await asked_whether_to_resume(page)
         resets = len(site.world.robot.resets)
         proxy.frozen = True
         await expect(page.locator('[data-atom="page-lost"]')).to_contain_text("only STOP can be pressed")
