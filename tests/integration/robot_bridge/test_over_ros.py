@@ -141,7 +141,10 @@ class Process:
         base_url = f"http://127.0.0.1:{self.port}"
         async with httpx.AsyncClient(base_url=base_url, timeout=45, trust_env=False) as client:
             try:
-                await until_true(lambda: _ready(client), timeout_s=90.0)
+                try:
+                    await until_true(lambda: _ready(client), timeout_s=90.0)
+                except TimeoutError:
+                    raise AssertionError(f"not ready: {(await client.get('/ready')).text}") from None
                 yield process, client
             finally:
                 with contextlib.suppress(ProcessLookupError):
