@@ -12,7 +12,9 @@ PURE = {
         "belief",
         "commands.abilities",
         "commands.readings",
+        "commands.where_to_look",
         "core",
+        "coverage.areas",
         "coverage.coverage_tracker",
         "coverage.lawnmower",
         "coverage.viewpoints",
@@ -23,7 +25,7 @@ PURE = {
         "queue.parse_validation",
     ),
     "ear": ("choices", "core", "messages", "quiet_hours", "sayings", "tones", "words"),
-    "geometry": ("boxes", "grids", "places", "poses", "probability_grids", "regions", "rooms"),
+    "geometry": ("boxes", "grids", "places", "poses", "probability_grids", "regions", "room_grids", "rooms"),
     "inference": (
         "boxes",
         "colours",

@@ -4,19 +4,31 @@ from collections.abc import Callable
 
 import pytest
 
+from bench.speech.scoring import Rules
 from contracts.geometry import Pose2D
 from contracts.intent import Intent, WantedAction
 from contracts.mission import CommandRefusal, EndCause, Mission, Outcome, SearchedRoom
 from contracts.rooms import NamedBy, NamedRoom
+from contracts.vision import ParsedTask, ParseTaskRequest
 from coordinator.core.rules import CoverageRule
 from geometry import room_grids
 from geometry.rooms import rooms_of
 from support.coordinator_mesh import Mesh, OpenMesh
-from support.coordinator_world import Thing, thing
+from support.coordinator_world import FakeInference, Thing, thing
 
 LEFT, RIGHT = 1, 2
 NEAR = Thing("bottle", "red", 3.0, 1.5)
 IN_THE_KITCHEN = Thing("bottle", "red", 8.0, 4.0)
+
+
+@pytest.fixture(autouse=True)
+def _eyes_that_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    rules = Rules()
+
+    async def parse_task(_: FakeInference, request: ParseTaskRequest) -> ParsedTask:
+        return await rules.parse_task(request)
+
+    monkeypatch.setattr(FakeInference, "parse_task", parse_task)
 
 
 def with_rooms(mesh: Mesh, left: str = "bedroom", right: str = "kitchen") -> None:
