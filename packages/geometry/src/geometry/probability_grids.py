@@ -22,6 +22,10 @@ Probabilities = NDArray[np.float64]
 """(height, width), row 0 at the origin."""
 
 
+Point = tuple[float, float]
+"""x and y in the map frame, m."""
+
+
 class ProbabilityGridError(ValueError):
     """A grid whose data is not what its fields say."""
 
@@ -57,9 +61,7 @@ def decode(message: ProbabilityGrid) -> Probabilities:
     return np.where(levels > 0, message.peak * 10.0 ** ((levels - LEVEL_MAX) * DECADES_A_LEVEL), 0.0)
 
 
-def corners(
-    message: ProbabilityGrid | RoomGrid,
-) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
+def corners(message: ProbabilityGrid | RoomGrid) -> tuple[Point, Point, Point]:
     """(x, y) in map of its origin, of the end of its first row, and of the end of its first column."""
     c, s = math.cos(message.origin.yaw), math.sin(message.origin.yaw)
     x, y = message.origin.x, message.origin.y

@@ -61,7 +61,7 @@ class LatestFacts:
     belief: SearchBelief | NoBelief | None = None
     """Of the mission that runs, or why it has none; none where nobody could say."""
     remembered: Remembered = Remembered()
-    rooms: KnownRooms = KnownRooms()
+    rooms: KnownRooms = field(default_factory=KnownRooms)
     services: tuple[Dependency, ...] = ()
     bus_connected: bool = False
 
