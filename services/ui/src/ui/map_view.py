@@ -80,7 +80,7 @@ def picture(message: Map) -> MapPicture:
 
 
 def fit(frame: MapFrame, corners: Sequence[tuple[float, float]], width: int, height: int) -> list[float]:
-    """(a, b, c, d, e, f) as a canvas takes it: from cells of a grid to pixels of the map's picture. `corners`: (x, y) in
+    """(a, b, c, d, e, f) as a canvas takes it: from cells of a grid to pixels of the map picture. `corners`: (x, y) in
     map of its origin, of the end of its first row, and of the end of its first column.
     """
     (x, y), (along_x, along_y), (up_x, up_y) = (frame.to_px(*corner) for corner in corners)
