@@ -1,4 +1,4 @@
-"""`python -m home_assistant`, `atom-home-assistant`: the robot in Home Assistant, with settings from the environment."""
+"""`python -m home_assistant`, `atom-home-assistant`: the robot in Home Assistant, set from the environment."""
 
 import asyncio
 import contextlib

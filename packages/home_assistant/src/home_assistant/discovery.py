@@ -133,9 +133,7 @@ def configs(settings: Settings, *, version: str) -> dict[Entity, Config | None]:
         Entity.CAMERA: {"name": "Camera", "topic": topics.state(Entity.CAMERA)} if settings.camera else None,
     }
     return {
-        entity: None
-        if config is None
-        else {**config, **shared, "unique_id": f"{settings.robot_id}_{entity.value}"}
+        entity: None if config is None else {**config, **shared, "unique_id": f"{settings.robot_id}_{entity.value}"}
         for entity, config in own.items()
     }
 

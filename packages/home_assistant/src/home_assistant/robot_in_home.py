@@ -198,5 +198,3 @@ async def _if_there(asking: Awaitable[T]) -> T | None:
     except MeshError as error:
         log.info("could not be asked", error=str(error))
         return None
-
-

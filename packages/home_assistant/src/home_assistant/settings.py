@@ -27,7 +27,10 @@ class Settings(ClientSettings):
     mqtt_tls: bool = Field(default=False, description="the broker's certificate is checked as the machine checks any")
     mqtt_ca_file: Path | None = Field(default=None, description="certificates of who may vouch for the broker, beside")
     discovery_prefix: str = Field(
-        default="homeassistant", max_length=64, pattern=PREFIX, description="as set in Home Assistant's MQTT integration"
+        default="homeassistant",
+        max_length=64,
+        pattern=PREFIX,
+        description="as Home Assistant has it",
     )
     topic_prefix: str = Field(default="atom", max_length=64, pattern=PREFIX, description="of the robot's own topics")
     robot_id: str = Field(default="atom", max_length=64, pattern=ID, description="of this robot, where there are more")
@@ -38,7 +41,7 @@ class Settings(ClientSettings):
     camera: bool = Field(default=False, description="whether its camera's pictures go to the broker")
     camera_period_s: float = Field(default=2.0, ge=0.2, le=3600.0, description="between two pictures")
     state_period_s: float = Field(default=2.0, ge=0.1, le=60.0, description="between two looks at how the robot does")
-    reconnect_s: float = Field(default=5.0, gt=0.0, le=600.0, description="before the next try, where there is no broker")
+    reconnect_s: float = Field(default=5.0, gt=0.0, le=600.0, description="before the next try, without a broker")
     call_timeout_s: float = Field(default=5.0, gt=0.0, description="of an ordinary call")
     command_timeout_s: float = Field(default=30.0, gt=0.0, description="reading a command may ask a language model")
     stop_timeout_s: float = Field(default=1.5, gt=0.0, description="of one try")
