@@ -35,7 +35,7 @@ def name_on_the_map(page: Page, name: str) -> None:
     asked = page.get_by_role("dialog", name="Name this room")
     expect(asked).to_contain_text("nobody has named it")
     asked.get_by_label("Name of the room").fill(name)
-    asked.get_by_role("button", name="Name it").click()
+    asked.get_by_role("button", name="Name it", exact=True).click()
     expect(asked).to_be_hidden()
 
 
