@@ -13,7 +13,7 @@ from pydantic_settings import BaseSettings
 
 PAGE: Final = Path(__file__).parents[1] / "docs/settings.md"
 SERVICES: Final = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui")
-CLIENTS: Final = ("ear",)
+CLIENTS: Final = ("ear", "home_assistant")
 """They ask and are asked by nobody: no port, no Redis."""
 UNITS: Final = {
     "rad_s_px": "rad/s a pixel", "m_rad": "m/rad", "m_s2": "m/s²", "rad_s2": "rad/s²", "m_s": "m/s", "rad_s": "rad/s",

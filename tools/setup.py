@@ -32,6 +32,7 @@ PROJECTS = (
     "packages/store",
     "packages/cli",
     "packages/ear[device]",
+    "packages/home_assistant",
     "services/robot_bridge[ros-wheels,foxglove]",
     "services/inference[openvino,onnx]",
     "services/memory",

@@ -76,6 +76,11 @@ def chromium() -> str | None:
     return next((str(path) for path in sorted(cache.glob("chromium-*/chrome-linux*/chrome"))), None)
 
 
+def mosquitto() -> str | None:
+    """The broker that the tests start for themselves; Debian puts it where daemons are."""
+    return shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin")
+
+
 def _module(name: str) -> bool:
     return importlib.util.find_spec(name) is not None
 
@@ -127,6 +132,12 @@ NEEDS = (
         "no espeak-ng (the tests of speech let it speak to Whisper)",
         ("espeak-ng",),
         lambda: _command("espeak-ng"),
+        for_tests_only=True,
+    ),
+    Need(
+        "no mosquitto (the tests of the way to Home Assistant need a real broker)",
+        ("mosquitto",),
+        lambda: mosquitto() is not None,
         for_tests_only=True,
     ),
 )

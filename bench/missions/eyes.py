@@ -16,7 +16,7 @@ from contracts.language import ReasonReply, ReasonRequest
 from contracts.measuring import Measurement
 from contracts.memory import LabelCount, LookBatch, RecalledView, RecallReply, RecallRequest, RememberedObject, View
 from contracts.problem import Dependency
-from contracts.rooms import RoomsReply
+from contracts.rooms import RoomGrid, RoomsReply
 from contracts.topics import MISSION_TARGET, VISION_DETECTIONS
 from contracts.vision import (
     Detection,
@@ -28,7 +28,7 @@ from contracts.vision import (
     Validation,
     Verdict,
 )
-from mesh.errors import UnavailableError
+from mesh.errors import UnavailableError, UpstreamError
 
 PERIOD_S, FAST_PERIOD_S = 0.5, 0.2
 LATENCY_S = 0.15
@@ -168,6 +168,9 @@ class SimulatedMemory:
 
     async def rooms(self) -> RoomsReply:
         return RoomsReply()
+
+    async def room_grid(self) -> RoomGrid:
+        raise UpstreamError("memory", 404, "there is no map now that is cut into rooms")
 
     async def dependency(self) -> Dependency:
         return Dependency.of("memory", ok=not self.wire.down)

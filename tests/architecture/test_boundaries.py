@@ -74,6 +74,11 @@ def test_the_ear_is_a_client_that_imports_no_service() -> None:
     assert {one.name: one.roots & others for one in modules("ear") if one.roots & others} == {}
 
 
+def test_the_way_to_home_assistant_is_a_client_that_imports_no_service() -> None:
+    others = OURS - {"home_assistant", "contracts", "mesh"}
+    assert {one.name: one.roots & others for one in modules("home_assistant") if one.roots & others} == {}
+
+
 def test_only_the_bridges_adapters_and_the_simulated_robot_speak_ros() -> None:
     found = {
         one.name: {root for root in one.roots if is_ros(root)}

@@ -7,11 +7,14 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import httpx
+import numpy as np
 
 from bench.world.wire import Served, Wire, served
+from contracts.geometry import Pose2D
 from contracts.memory import ObservationBatch
 from coordinator.app import create_app as create_coordinator
 from coordinator.settings import Settings as CoordinatorSettings
+from geometry.grids import OCCUPIED, OccupancyGrid
 from inference.app import create_app as create_inference
 from inference.settings import Settings as InferenceSettings
 from memory.app import create_app as create_memory
@@ -25,6 +28,7 @@ from support.bus import MemoryBus
 from support.described import described_bus
 from support.fake_clock import FakeClock
 from support.fake_robot import FakeRobot
+from support.fake_senses import FakeSenses
 from support.inference_fakes import FakeCamera, FakeClip, FakeDetector, FakeLanguageModel, bottle, loads, picture
 from support.memory_log import MemoryLog
 from support.memory_store import FakeStore
@@ -59,10 +63,20 @@ REMEMBERED = ObservationBatch(
 )
 
 
+def _two_rooms() -> OccupancyGrid:
+    """8 x 4 m, a wall across its middle with a doorway."""
+    cells = np.zeros((80, 160), np.int8)
+    cells[:2] = cells[-2:] = cells[:, :2] = cells[:, -2:] = OCCUPIED
+    cells[:, 80:82] = OCCUPIED
+    cells[30:48, 80:82] = 0
+    return OccupancyGrid(cells, 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
+
+
 @contextlib.asynccontextmanager
 async def _memory(_: Path) -> AsyncIterator[Served]:
     settings = MemorySettings(robot_bridge_url="")
-    app = create_memory(settings, bus=described_bus(), store=FakeStore(), clock=FakeClock())
+    senses = FakeSenses(ground=_two_rooms())
+    app = create_memory(settings, bus=described_bus(), store=FakeStore(), senses=senses, clock=FakeClock())
     async with served("memory", app, Counter()) as service:
         client = await _ready(service)
         kept = await client.post("/observations", json=REMEMBERED.model_dump(mode="json"))

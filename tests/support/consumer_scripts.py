@@ -58,6 +58,7 @@ async def coordinator_of_memory(line: Line) -> None:
         await line.ask(memory.objects(None, 10))
         await line.ask(memory.objects("cup", 10, 3))
         await line.ask(memory.rooms())
+        await line.ask(memory.room_grid())
         await line.ask(memory.looks(LookBatch(looks=(look(),))))
 
 
@@ -114,6 +115,9 @@ async def ui_of_memory(line: Line) -> None:
         await line.ask(memory.labels())
         (cup, *_) = await line.ask(memory.objects())
         await line.ask(memory.views())
+        first, *_ = (await line.ask(memory.rooms())).rooms
+        await line.ask(memory.room_grid())
+        await line.ask(memory.name_room(first.id, "den"))
         exported = await line.ask(memory.export())
         await line.ask(memory.forget_object(cup.id))
         await line.ask(memory.forget_label("book"))

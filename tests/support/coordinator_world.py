@@ -39,7 +39,7 @@ from contracts.robot import (
     RobotState,
     VelocityReply,
 )
-from contracts.rooms import NamedRoom, RoomsReply
+from contracts.rooms import NamedRoom, RoomGrid, RoomsReply
 from contracts.topics import ROBOT_EMERGENCY_STOP, ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import (
     Detection,
@@ -531,6 +531,8 @@ class FakeMemory:
         """None: a memory that knows views only, and takes no looks."""
         self.named_rooms: tuple[NamedRoom, ...] = ()
         self.rooms_hang = False
+        self.rooms_lie: RoomGrid | None = None
+        """None: there is no map."""
         self.asked_for_rooms = 0
         self.looked: list[Look] = []
         self.in_other_maps: tuple[str, ...] = ()
@@ -565,6 +567,12 @@ class FakeMemory:
         if self.rooms_hang:
             await asyncio.Event().wait()
         return RoomsReply(map_id="home", rooms=self.named_rooms)
+
+    async def room_grid(self) -> RoomGrid:
+        self._check()
+        if self.rooms_lie is None:
+            raise UpstreamError("memory", 404, "there is no map now that is cut into rooms")
+        return self.rooms_lie
 
     def _check(self) -> None:
         if self.away:

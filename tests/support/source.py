@@ -18,6 +18,7 @@ SOURCES = {
     "store": ROOT / "packages/store/src/store",
     "atom_cli": ROOT / "packages/cli/src/atom_cli",
     "ear": ROOT / "packages/ear/src/ear",
+    "home_assistant": ROOT / "packages/home_assistant/src/home_assistant",
     "sim": ROOT / "sim/src/sim",
     "demo": ROOT / "demo/src/demo",
     **{name: ROOT / "services" / name / "src" / name for name in SERVICES},

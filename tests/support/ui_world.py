@@ -42,6 +42,7 @@ from contracts.robot import (
     VelocityReply,
     VelocityRequest,
 )
+from contracts.rooms import NamedBy, NamedRoom, RoomGrid, RoomsReply
 from contracts.speech import Hearing, SpeakRequest, Transcript
 from contracts.vision import Target, Verdict, Vote
 from geometry import probability_grids
@@ -500,6 +501,10 @@ class FakeMemory(Service):
     name: str = "memory"
     things: list[RememberedObject] = field(default_factory=lambda: [thing(1), thing(2, "blue cup", belief=0.3)])
     imported: list[bytes] = field(default_factory=list)
+    rooms_of: str = ""
+    named_rooms: list[NamedRoom] = field(default_factory=list[NamedRoom])
+    rooms_lie: RoomGrid | None = None
+    grids_asked: int = 0
 
     async def labels(self) -> Sequence[LabelCount]:
         self.answer()
@@ -514,6 +519,27 @@ class FakeMemory(Service):
         self.answer()
         pose = Pose2D(x=0.5, y=0.5, yaw=0.0)
         return [View(id=1, label="bottle", confidence=0.9, pose=pose, stamp_s=STARTED_S, colour="red")]
+
+    async def rooms(self) -> RoomsReply:
+        self.answer()
+        return RoomsReply(map_id=self.rooms_of, rooms=tuple(self.named_rooms))
+
+    async def room_grid(self) -> RoomGrid:
+        self.answer()
+        self.grids_asked += 1
+        if self.rooms_lie is None:
+            raise UpstreamError("memory", 404, "there is no map now that is cut into rooms")
+        return self.rooms_lie
+
+    async def name_room(self, room_id: int, name: str) -> NamedRoom:
+        self.answer()
+        for at, one in enumerate(self.named_rooms):
+            if one.id == room_id:
+                by = NamedBy.PERSON if name else NamedBy.NOBODY
+                new = {"name": name or f"unnamed room {room_id}", "named_by": by}
+                self.named_rooms[at] = one.model_copy(update=new)
+                return self.named_rooms[at]
+        raise UpstreamError("memory", 404, f"the map has no room {room_id}")
 
     async def forget_object(self, object_id: int) -> int:
         return self._forget(lambda one: one.id == object_id)

@@ -10,7 +10,8 @@ import pytest
 
 from contracts.geometry import Pose2D
 from contracts.memory import RememberedObject
-from contracts.rooms import NamedBy, NamedRoom, RoomsReply
+from contracts.rooms import NamedBy, NamedRoom, RoomGrid, RoomsReply
+from geometry import room_grids
 from geometry.grids import OCCUPIED, OccupancyGrid
 from geometry.rooms import Rooms, rooms_of
 from memory.app import create_app
@@ -327,3 +328,17 @@ async def test_two_rooms_that_a_database_calls_alike_are_not_told_so(senses: Fak
     async with served(app) as client:
         found = (await client.get("/rooms", RoomsReply)).rooms
     assert [one.name for one in found] == ["Den", "unnamed room 2", "unnamed room 3"]
+
+
+async def test_where_the_rooms_lie_is_told_by_the_ids_they_are_named_by(client: ServiceClient) -> None:
+    told, found = (await client.get("/rooms", RoomsReply)), room_grids.decode(await client.get("/rooms/grid", RoomGrid))
+    for one in told.rooms:
+        row, column = int((one.y - found.origin.y) / found.resolution_m), int((one.x - found.origin.x) / 0.05)
+        assert found.ids[row, column] == one.id
+        assert found.of([one.id]).sum() * 0.05**2 == pytest.approx(one.area_m2, abs=0.01)
+
+
+async def test_without_a_map_no_room_lies_anywhere(store: FakeStore) -> None:
+    app = create_app(Settings(), bus=MemoryBus(), store=store, senses=FakeSenses(ground=None))
+    async with served(app) as client:
+        assert (await client.http.get("/rooms/grid")).status_code == 404

@@ -53,5 +53,5 @@ def test_a_part_that_looks_the_same_keeps_its_version() -> None:
 def test_every_part_is_json() -> None:
     marks = MapLayers(silence_s_max=2.0)
     parts = marks.newest(PICTURE, LatestFacts(), 1.0)
-    assert set(parts) == {"map", "robot", "laser", "paths", "search", "memory", "belief"}
+    assert set(parts) == {"map", "robot", "laser", "paths", "search", "memory", "belief", "rooms"}
     assert all(json.loads(part.text) is not None for part in parts.values())

@@ -44,7 +44,7 @@ class Intent(Message):
     command: str = Field(max_length=500, description="the words that were read, as they are to be sent on")
     targets: tuple[Target, ...] = Field(default=(), max_length=8, description="the things asked for, known classes")
     unknown: tuple[str, ...] = Field(default=(), max_length=8, description="what was asked for and is no known class")
-    room: str | None = Field(default=None, max_length=24, description="'kitchen'")
+    room: str | None = Field(default=None, max_length=64, description="'kitchen': where to look, or to go")
     about: About | None = Field(default=None, description="of a question")
     mood: Mood
     able: str = Field(default="", max_length=300, description="what the robot cannot do of it; '' = it can do all")

@@ -102,6 +102,8 @@ class CommandRefusal(StrEnum):
     """'anything red': the thing itself is not named."""
     NO_ARM = "no_arm"  # 'pour the medicine': a robot without an arm cannot begin it
     NO_ROOMS = "no_rooms"  # 'go to the kitchen': no map names its rooms
+    UNKNOWN_ROOM = "unknown_room"
+    """'find the cup in the attic': the map has no room of that name, or the home's rooms are not known."""
     STOPPED_MEANWHILE = "stopped_meanwhile"
     """A person said stop while it was being read."""
 
@@ -144,6 +146,23 @@ class LastSeen(Message):
     colour: str | None = Field(default=None, max_length=24)
     pose: Pose2D = Field(description="of the robot when it saw it")
     stamp_s: StampS
+
+
+class SearchedRoom(Message):
+    """A room that a mission keeps to."""
+
+    id: int = Field(ge=1, description="see memory's /rooms")
+    name: str = Field(max_length=64, description="as it was called when it was asked for")
+
+
+class SeenElsewhere(Message):
+    """What memory knew of the target outside the rooms that were looked in."""
+
+    label: Label
+    colour: str | None = Field(default=None, max_length=24)
+    room: str = Field(default="", max_length=64, description="the name of the room it stands in; '' = not known")
+    place: Pose2D = Field(description="of the thing in map (yaw unused)")
+    stamp_s: StampS = Field(description="when it was seen last")
 
 
 class MapTrouble(StrEnum):
@@ -198,7 +217,15 @@ class Report(Message):
     text: str = Field(max_length=1000)
     found: Candidate | None = None
     candidates: tuple[Candidate, ...] = Field(default=(), max_length=20, description="not taken, likeliest first")
-    looked_share: float | None = Field(default=None, ge=0.0, le=1.0, description="of the free space; none = no map")
+    looked_share: float | None = Field(
+        default=None, ge=0.0, le=1.0, description="of the free space of where it was to look; none = no map"
+    )
+    rooms: tuple[SearchedRoom, ...] = Field(
+        default=(), max_length=200, description="the only rooms looked in, as asked for; empty: the whole home"
+    )
+    elsewhere: tuple[SeenElsewhere, ...] = Field(
+        default=(), max_length=20, description="known of outside those rooms, newest first"
+    )
     places_looked: int = Field(default=0, ge=0)
     places_unreachable: int = Field(default=0, ge=0)
     last_seen: LastSeen | None = None
@@ -217,6 +244,9 @@ class Mission(Message):
     target: Target | None = None
     parser: str = ""
     action: WantedAction = Field(default=WantedAction.FIND, description="what was asked for; the robot has no arm")
+    rooms: tuple[SearchedRoom, ...] = Field(
+        default=(), max_length=200, description="it looks in these alone; empty: in the whole home"
+    )
     state: MissionState
     paused: bool = False
     queue_position: int | None = Field(default=None, ge=0, description="0 = next; none when it runs or is over")

@@ -13,12 +13,17 @@ from numpy.typing import NDArray
 
 from contracts.belief import PROBABILITY_CELLS_MAX, PROBABILITY_DECADES, ProbabilityGrid
 from contracts.geometry import Pose2D
+from contracts.rooms import RoomGrid
 
 LEVEL_MAX = 255
 DECADES_A_LEVEL = PROBABILITY_DECADES / (LEVEL_MAX - 1)
 
 Probabilities = NDArray[np.float64]
 """(height, width), row 0 at the origin."""
+
+
+Point = tuple[float, float]
+"""x and y in the map frame, m."""
 
 
 class ProbabilityGridError(ValueError):
@@ -56,7 +61,7 @@ def decode(message: ProbabilityGrid) -> Probabilities:
     return np.where(levels > 0, message.peak * 10.0 ** ((levels - LEVEL_MAX) * DECADES_A_LEVEL), 0.0)
 
 
-def corners(message: ProbabilityGrid) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
+def corners(message: ProbabilityGrid | RoomGrid) -> tuple[Point, Point, Point]:
     """(x, y) in map of its origin, of the end of its first row, and of the end of its first column."""
     c, s = math.cos(message.origin.yaw), math.sin(message.origin.yaw)
     x, y = message.origin.x, message.origin.y

@@ -40,6 +40,8 @@ HOLLOW_MAX_M = 0.30
 """A wall seen from both its sides is two lines with unknown cells between them."""
 GAP_KNOWN_MIN = 0.6
 ROOM_MIN_M2 = 2.5
+IN_FURNITURE_M = 1.2
+"""A thing on a shelf lies off the free floor of its room by so much at most."""
 TURN_STEP = math.radians(1.0)
 STRAIGHT = math.radians(0.75)
 """Less than this off the grid's own axes a map is not turned."""

@@ -91,6 +91,9 @@ class ServiceClient:
     ) -> M:
         return self._parsed(await self.call("POST", path, body=body, timeout_s=timeout_s, headers=headers), reply)
 
+    async def put(self, path: str, body: Message, reply: type[M]) -> M:
+        return self._parsed(await self.call("PUT", path, body=body), reply)
+
     async def delete(self, path: str, reply: type[M]) -> M:
         return self._parsed(await self.call("DELETE", path), reply)
 

@@ -1,7 +1,8 @@
 """Kinds of rooms: their names, and the things that make them. Pure."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from vocabulary.folding import joined, plain_words_of, words_of
 
@@ -29,6 +30,34 @@ SAID: dict[str, str] = {
 BEFORE = r"(?:in|into|inside|from|to|of|through|at)"
 
 
+_THE = r"(?:(?:the|my|our|your|his|her|their|any|both|either|all)(?: of the)? )?"
+WHERE = (
+    r"\b(?:(?:in|into|inside|within|at|around|from|through)(?: of)?|"
+    r"(?:any|one|either|both|all) of|(?:search|check|scan|explore)(?: (?:in|through))?)"
+    rf" {_THE}"
+)
+"""The words before a place to look in."""
+GOING = rf"\b(?:go|drive|head|run|walk|move)(?: (?:back|over|up|down))* (?:to|into) {_THE}"
+TO_LOOK = r"(?= (?:and|then|and then|to) (?:find|look|search|get|fetch|bring|see|check)\b)"
+"""'Go to the kitchen and find the cup': it is looked for there."""
+NOT_THERE = re.compile(
+    r"\b(?:(?:not|never|except|without|besides|nowhere|(?:any|every)where but|all but)(?: for)?"
+    r"|i am|im|we are|were|you are|youre|i was) $"
+)
+"""Before a place where not to look, or where somebody is."""
+SOME_ROOM = (
+    r"garage|hall|hallway|corridor|entrance|garden|attic|basement|cellar|balcony|terrace|nursery|pantry|porch|den|loft"
+    r"|laundry|wardrobe|closet|playroom|sunroom"
+    r"|(?!(?:the|every|each|any|all|whole|which|what|a|one|same) )\w+ room(?: \w*\d\w*)?|\w+s room"
+)
+"""What is a room by its name, whichever home it is in: of these a person can be told that there is none."""
+
+
+def called(name: str) -> str:
+    """'the kitchen', and 'Anna's room' as it is: a name with a capital is a person's own word."""
+    return name if name[:1].isupper() else f"the {name}"
+
+
 def room_in(text: str) -> str | None:
     """The first kind of room that is named; None where none is."""
     said = joined(plain_words_of(text))
@@ -54,6 +83,57 @@ def named_in(text: str, names: Iterable[str]) -> str | None:
 def speaks_of_a_place(text: str) -> bool:
     """Whether a word is said behind which `named_in` may hear the name of a room."""
     return re.search(rf"\b{BEFORE}\b", joined(words_of(text))) is not None
+
+
+@dataclass(frozen=True, slots=True)
+class SaidRoom:
+    """Where a person says to look. `name` is a name of the home's own or a kind; `said` are the words for it."""
+
+    name: str
+    said: str
+
+
+def searched_in(text: str, names: Iterable[str] = ()) -> SaidRoom | None:
+    """The room that a command says to look in: the first one said as a place ('in the kitchen', 'search the kitchen').
+
+    Not where a thing is to be brought ('to the kitchen'), nor what only describes it ('the kitchen knife'), nor where
+    not to look. A room that none of `names` and no kind is ('in the attic', "in Anna's room") is told as it was said.
+    """
+    said = joined(words_of(text))
+    found = (_place(said, words, name) for words, name in _said_rooms(names))
+    places = [one for one in found if one is not None]
+    if not places:
+        unknown = re.search(rf"{WHERE}(?P<room>{SOME_ROOM})\b", said)
+        places = [(unknown, unknown["room"])] if unknown is not None and not _is_denied(said, unknown) else []
+    if not places:
+        return None
+    match, name = min(places, key=lambda one: (one[0].start(), -len(one[0].group())))
+    return SaidRoom(name, match.group().strip())
+
+
+def may_say_where(text: str) -> bool:
+    """Whether words are said behind which `searched_in` may hear the name of a room."""
+    return re.search(f"{WHERE}|{GOING}", joined(words_of(text)) + " ") is not None
+
+
+def _said_rooms(names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """(words as a pattern, the name they mean)."""
+    for name in names:
+        if words := joined(words_of(name)):
+            yield re.escape(words), name
+    for kind in ROOMS:
+        yield rf"{kind}s?", kind
+    for word, kind in SAID.items():
+        yield rf"{word}s?", kind
+
+
+def _place(said: str, words: str, name: str) -> tuple[re.Match[str], str] | None:
+    match = re.search(rf"{WHERE}{words}\b|{GOING}{words}\b{TO_LOOK}", said)
+    return None if match is None or _is_denied(said, match) else (match, name)
+
+
+def _is_denied(said: str, match: re.Match[str]) -> bool:
+    return NOT_THERE.search(said[: match.start()]) is not None
 
 
 def kinds_of(contents: Mapping[int, Iterable[str]], taken: Iterable[str] = ()) -> dict[int, str]:

@@ -12,7 +12,7 @@ from contracts.mission import Mission, MissionEvent
 from contracts.motion import BaseReply, DriveReply, RotateReply
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, Goal, GoalRequest, Map, VelocityReply
-from contracts.rooms import RoomsReply
+from contracts.rooms import RoomGrid, RoomsReply
 from contracts.vision import ParsedTask, ParseTaskRequest, ValidateRequest, Validation
 from store.copies import DatabaseCopy, JudgedDatabase
 
@@ -89,6 +89,10 @@ class Memory(Protocol):
 
     async def rooms(self) -> RoomsReply:
         """`UpstreamError` 404 from a memory that names no rooms."""
+        ...
+
+    async def room_grid(self) -> RoomGrid:
+        """Where those rooms lie; `UpstreamError` 404 where there is no map now, or from such a memory."""
         ...
 
     async def dependency(self) -> Dependency: ...

@@ -5,17 +5,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from contracts.memory import ObjectState, RememberedObject
-from contracts.rooms import NamedBy, NamedRoom
-from geometry.rooms import Room, Rooms
+from contracts.rooms import ROOMS_MAX, NamedBy, NamedRoom
+from geometry.rooms import IN_FURNITURE_M, Room, Rooms
 from memory.ports import KeptRoom
 from vocabulary.rooms import kinds_of, numbered
 
 ANCHOR_OFF_M = 0.5
 """A map saved anew may show a thing where a room was remembered by."""
-IN_FURNITURE_M = 1.2
-"""A thing on a shelf lies off the free floor of its room by so much at most."""
 LABELS_TOLD = 100
-ROOMS_TOLD = 200
+ROOMS_TOLD = ROOMS_MAX
 NAMELESS = re.compile(r"unnamed room \d+")
 
 

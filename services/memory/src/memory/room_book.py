@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import structlog
 
 from contracts.memory import RememberedObject
-from contracts.rooms import NamedRoom, RoomsReply
+from contracts.rooms import NamedRoom, RoomGrid, RoomsReply
+from geometry import room_grids
 from geometry.grids import OccupancyGrid
 from geometry.rooms import Rooms, rooms_of
 from memory import naming
@@ -54,6 +55,16 @@ class RoomBook:
         now_s = self._clock.now_s()
         things = [to_message(one, now_s) for one in await self._store.things(None, None, THINGS_MAX, here.number)]
         return RoomsReply(map_id=here.id, rooms=naming.named(found, known, naming.placed(things, found, known)))
+
+    async def grid(self) -> RoomGrid:
+        """Where the rooms lie that `rooms` names. Raises `NotFoundError` where there is no map now, else as it does."""
+        here = await self._whereabouts.here()
+        found = await self._waited_for(here)
+        known = await self._known(here, found) if found is not None else None
+        if found is None or known is None:
+            raise NotFoundError("there is no map now that is cut into rooms")
+        told = {number: kept.id for number, kept in known.items() if number <= naming.ROOMS_TOLD}
+        return await asyncio.to_thread(room_grids.encode, found, told, map_id=here.id)
 
     async def placed(self, things: Sequence[RememberedObject], map_number: int) -> list[RememberedObject]:
         """Things of a map with their rooms; as they are where it is not the map the robot is in, and where that map is

@@ -27,7 +27,7 @@ from contracts.memory import (
     RememberedObject,
     View,
 )
-from contracts.rooms import NamedRoom, NameRoom, RoomsReply
+from contracts.rooms import NamedRoom, NameRoom, RoomGrid, RoomsReply
 from memory.memory_service import MemoryService
 from memory.metrics import RECALLS
 from mesh.access import Role, requires_role
@@ -87,6 +87,13 @@ async def maps(memory: MemoryDep) -> list[RememberedMap]:
 async def rooms(memory: MemoryDep) -> RoomsReply:
     """The rooms of the map the robot is in, by name; none where there is no map now, 503 where it is not cut yet."""
     return await memory.rooms.rooms()
+
+
+@router.get("/rooms/grid", tags=["reading"])
+@requires_role(Role.VIEWER)
+async def room_grid(memory: MemoryDep) -> RoomGrid:
+    """Where those rooms lie, cell by cell; 404 where there is no map now, 503 where it is not cut yet."""
+    return await memory.rooms.grid()
 
 
 @router.put("/rooms/{number}/name", tags=["writing"])

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from contracts.belief import ChosenView, NoBelief, ProbabilityGrid, SearchBelief
+from contracts.belief import ChosenView, NoBelief, SearchBelief
 from geometry.probability_grids import Probabilities, ProbabilityGridError, corners, decode
 from ui.i18n import N_, _
-from ui.map_view import MapFrame
+from ui.map_view import MapFrame, fit
 
 Drawn = dict[str, Any]
 
@@ -42,7 +42,7 @@ def belief(
     side_cm = round(told.grid.resolution_m * 100)
     return {
         "png": f"data:image/png;base64,{base64.b64encode(_png(cells)).decode('ascii')}",
-        "fit": _fit(frame, told.grid),
+        "fit": fit(frame, corners(told.grid), told.grid.width, told.grid.height),
         "view": _view(frame, told.view) if told.view is not None else None,
         "absent": _("Not here: {share}", share=percent(told.absent)),
         "peak": _("{share} in {side} cm", share=percent(told.grid.peak), side=side_cm),
@@ -70,14 +70,6 @@ def _png(cells: Probabilities) -> bytes:
     out = io.BytesIO()
     Image.fromarray(np.stack([np.zeros_like(alpha), alpha], axis=2), "LA").save(out, "PNG", optimize=True)
     return out.getvalue()
-
-
-def _fit(frame: MapFrame, grid: ProbabilityGrid) -> list[float]:
-    """(a, b, c, d, e, f) as a canvas takes it: from cells of the grid to pixels of the map's picture."""
-    (x, y), (along_x, along_y), (up_x, up_y) = (frame.to_px(*corner) for corner in corners(grid))
-    a, b = (along_x - x) / grid.width, (along_y - y) / grid.width
-    c, d = (up_x - x) / grid.height, (up_y - y) / grid.height
-    return [round(value, 6) for value in (a, b, c, d, x, y)]
 
 
 def _view(frame: MapFrame, view: ChosenView) -> Drawn:

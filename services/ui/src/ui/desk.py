@@ -12,6 +12,7 @@ from contracts.memory import LabelCount, RememberedObject, View
 from contracts.mission import Mission, MissionEvent, MissionStatus, MissionTarget
 from contracts.problem import Dependency, DependencyState
 from contracts.robot import EmergencyStop, Goal, PathRequest, RobotState
+from contracts.rooms import RoomsReply
 from contracts.topics import (
     MISSION_EVENTS,
     MISSION_STATE,
@@ -37,6 +38,7 @@ from ui.latest_facts import LatestFacts, Remembered
 from ui.map_layers import MapLayers
 from ui.notifications import Notifications
 from ui.ports import Memory, Missions, Robot, Speech
+from ui.rooms_layer import KnownRooms
 from ui.settings import Settings
 from ui.stop_probe import StopProbe
 from ui.thumbnails import Thumbnails
@@ -207,6 +209,7 @@ class Desk:
                 await self._try(self._ask_timeline)
             if "memory" not in away:
                 await self._try(self.refresh_memory)
+                await self._try(self.refresh_rooms)
 
     def _due(self, what: str, period_s: float) -> bool:
         """True, and noted, when the last time is `period_s` ago."""
@@ -250,6 +253,17 @@ class Desk:
         found = Remembered(tuple(labels), tuple(objects), tuple(views))
         if found != self.facts.remembered:
             self.facts.remembered = found
+
+    async def refresh_rooms(self, *, now: bool = False) -> None:
+        """Where they lie is asked for when they are others than those shown."""
+        if not self._due("rooms", 0.0 if now else self.settings.memory_period_s):
+            return
+        known, told = self.facts.rooms, await self.memory.rooms()
+        grid = known.grid if known.grid is not None and _lie_alike(known, told) else None
+        if grid is None and told.rooms:
+            grid = await self.memory.room_grid()
+        if (told.map_id, told.rooms, grid) != (known.map_id, known.rooms, known.grid):
+            self.facts.rooms = KnownRooms(told.map_id, told.rooms, grid)
 
     def refresh_scan(self) -> None:
         """Asks for the laser, for as long as a map is open; nobody waits for it."""
@@ -309,3 +323,9 @@ class Desk:
         if self.picture is None:
             raise UnavailableError("robot_bridge", "no map yet")
         return self.picture
+
+
+def _lie_alike(known: KnownRooms, told: RoomsReply) -> bool:
+    """The same rooms of the same map, whatever they are called."""
+    before, now = ([(one.id, one.x, one.y, one.area_m2) for one in some] for some in (known.rooms, told.rooms))
+    return known.map_id == told.map_id and before == now

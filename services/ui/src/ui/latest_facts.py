@@ -13,6 +13,7 @@ from contracts.mission import MissionEvent, MissionStatus
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, EmergencyStopReply, Goal, GoalStatus, RobotState
 from contracts.vision import Detections, Target
+from ui.rooms_layer import KnownRooms
 
 OLDER_EPOCH_HELD_S = 1.0
 AT_REST_M_S = 0.01
@@ -60,6 +61,7 @@ class LatestFacts:
     belief: SearchBelief | NoBelief | None = None
     """Of the mission that runs, or why it has none; none where nobody could say."""
     remembered: Remembered = Remembered()
+    rooms: KnownRooms = field(default_factory=KnownRooms)
     services: tuple[Dependency, ...] = ()
     bus_connected: bool = False
 

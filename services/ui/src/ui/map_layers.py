@@ -16,7 +16,7 @@ from contracts.laser import LaserScan
 from contracts.memory import ObjectState, RememberedObject, View
 from contracts.mission import MissionStatus
 from contracts.robot import Goal
-from ui import belief_layer
+from ui import belief_layer, rooms_layer
 from ui.latest_facts import LatestFacts
 from ui.map_view import MapFrame, MapPicture
 
@@ -42,7 +42,7 @@ class MapLayers:
         pose = facts.robot.pose if facts.robot is not None else None
         fresh = now_s - facts.robot_at_s <= self._silence_s_max
         scan = facts.scan if fresh else None
-        status, memory, belief = facts.mission, facts.remembered, facts.belief
+        status, memory, belief, known = facts.mission, facts.remembered, facts.belief, facts.rooms
         draws: dict[str, tuple[object, Callable[[MapFrame], Drawn]]] = {
             "map": (None, lambda frame: _frame(picture, frame)),
             "robot": ((pose, fresh), lambda frame: robot(frame, pose, fresh=fresh)),
@@ -54,6 +54,10 @@ class MapLayers:
             "belief": (
                 (belief, facts.mission_id, facts.map_id),
                 lambda frame: belief_layer.belief(frame, belief, mission_id=facts.mission_id, map_id=facts.map_id),
+            ),
+            "rooms": (
+                (known, facts.map_id),
+                lambda frame: rooms_layer.rooms(frame, known, map_id=facts.map_id),
             ),
             "search": (status, lambda frame: search(frame, status)),
             "memory": (memory, lambda frame: remembered(frame, memory.objects, memory.views, now_s=now_s)),

@@ -3,6 +3,7 @@
 import hashlib
 import io
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,6 +77,16 @@ def picture(message: Map) -> MapPicture:
         height_px=kinds.shape[0],
     )
     return MapPicture(png=_png(np.flipud(kinds)), frame=frame, version=version(message))
+
+
+def fit(frame: MapFrame, corners: Sequence[tuple[float, float]], width: int, height: int) -> list[float]:
+    """(a, b, c, d, e, f) as a canvas takes it: from cells of a grid to pixels of the map picture. `corners`: (x, y) in
+    map of its origin, of the end of its first row, and of the end of its first column.
+    """
+    (x, y), (along_x, along_y), (up_x, up_y) = (frame.to_px(*corner) for corner in corners)
+    a, b = (along_x - x) / width, (along_y - y) / width
+    c, d = (up_x - x) / height, (up_y - y) / height
+    return [round(value, 6) for value in (a, b, c, d, x, y)]
 
 
 def version(grid: Map) -> str:

@@ -267,6 +267,15 @@ class OperatorActions:
     async def forget_label(self, label: str) -> ActionResult:
         return await self._forget(self._desk.memory.forget_label(label))
 
+    @for_role(Role.OPERATOR)
+    async def name_room(self, room_id: int, name: str) -> ActionResult:
+        async def do() -> str:
+            named = await self._desk.memory.name_room(room_id, name)
+            await self._desk.refresh_rooms(now=True)
+            return _("It is called {name} now.", name=named.name)
+
+        return await result_of(do())
+
     async def _forget(self, forgetting: Awaitable[int]) -> ActionResult:
         async def do() -> str:
             deleted = await forgetting

@@ -33,7 +33,7 @@ from ui.panels.widgets import box
 from ui.routes.deps import desk_of, operator, who_logged_in
 
 ASSETS: Final = Path(__file__).parent / "assets"
-SCRIPTS: Final = ("camera.js", "belief.js", "map.js", "drive.js", "memory.js")
+SCRIPTS: Final = ("camera.js", "belief.js", "rooms.js", "map.js", "drive.js", "memory.js")
 SPEECH_SCRIPT: Final = "speech.js"
 RECONNECT_S: Final = 5.0
 NOTES: Final[dict[words.Tone, Literal["positive", "warning", "negative"]]] = {

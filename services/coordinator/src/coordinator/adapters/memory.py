@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import httpx
 
 from contracts.memory import LabelCount, LookBatch, RecallReply, RecallRequest, RememberedObject, View
-from contracts.rooms import RoomsReply
+from contracts.rooms import RoomGrid, RoomsReply
 from coordinator.settings import Settings
 from mesh.http import ServiceClient
 
@@ -40,3 +40,6 @@ class MemoryClient(ServiceClient):
 
     async def rooms(self) -> RoomsReply:
         return await self.get("/rooms", RoomsReply)
+
+    async def room_grid(self) -> RoomGrid:
+        return await self.get("/rooms/grid", RoomGrid)

@@ -16,9 +16,9 @@ from contracts.geometry import Pose2D
 from coordinator.belief.clues import Clue
 from coordinator.belief.detection_probability import across, by_distance
 from coordinator.coverage.untyped import maximum_filter
-from coordinator.coverage.viewpoints import CoarseMap, coarsen
+from coordinator.coverage.viewpoints import CoarseMap, blocks_of, coarsen
 from coordinator.coverage.visibility import VisibilityIndex
-from geometry.grids import OccupancyGrid
+from geometry.grids import Mask, OccupancyGrid
 from geometry.poses import wrap
 
 HERE = 0.85
@@ -74,12 +74,21 @@ class BeliefMap:
     """Over one map; a new map begins a new one, to which the looks are told again."""
 
     def __init__(
-        self, grid: OccupancyGrid, *, label: str, clues: Sequence[Clue], radius_m: float, start: Pose2D | None
+        self,
+        grid: OccupancyGrid,
+        *,
+        label: str,
+        clues: Sequence[Clue],
+        radius_m: float,
+        start: Pose2D | None,
+        within: Mask | None = None,
     ) -> None:
+        """`within`: the cells it is looked for in alone; none: all of them."""
         self.grid = grid
         self.label = label
         self.coarse: CoarseMap = coarsen(grid, radius_m, start)
         self.reach = int(REACH_M / self.coarse.resolution_m)
+        self._within = within
         self.clues = tuple(clues)
         self._prior = self._believed_before()
         self.doubt = np.zeros((SIDES, *self._prior.shape))
@@ -188,6 +197,8 @@ class BeliefMap:
         coarse = self.coarse
         edge = maximum_filter(coarse.blocked, 3) & maximum_filter(coarse.free, 3)
         spread = np.where(edge, AT_AN_EDGE, 0.0) + np.where(coarse.free & ~edge, 1.0, 0.0)
+        if self._within is not None:
+            spread *= blocks_of(self._within, coarse.factor)
         rows, columns = np.nonzero(coarse.free & maximum_filter(self._unknown(), 3))
         spread[rows, columns] *= BEYOND
         own = np.zeros_like(spread)

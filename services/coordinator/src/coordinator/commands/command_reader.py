@@ -1,8 +1,9 @@
 """From a person's words to what is wanted: the parser asked, each of its claims checked, the action read."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, replace
+from http import HTTPStatus
 
 import structlog
 
@@ -13,21 +14,32 @@ from contracts.reading import Mood, Restriction, RestrictionKind
 from contracts.vision import ParsedTask, ParseTaskRequest, Target
 from coordinator.commands.abilities import what_it_cannot
 from coordinator.commands.readings import GRAVEST, NOT_UNDERSTOOD, HeardIntent, understood, uses_all_colours
+from coordinator.commands.where_to_look import (
+    UnknownRoomError,
+    means_the_last,
+    not_of_a_room,
+    rooms_meant,
+    rooms_said,
+)
 from coordinator.ports import Inference, Memory
 from coordinator.questions.parsed_question import parse_question
+from coordinator.questions.rooms_meant import KnownRooms
 from coordinator.queue.parse_validation import CheckedTask, check_parse
 from coordinator.settings import Settings
-from mesh.errors import MeshError, UnprocessableError
+from mesh.errors import MeshError, UnavailableError, UnprocessableError, UpstreamError
 from vocabulary.actions import action_in, is_docking
 from vocabulary.folding import words_of
 from vocabulary.languages import is_foreign
 from vocabulary.moods import Reading, read
 from vocabulary.orders import order_in
 from vocabulary.restrictions import restrictions_in
-from vocabulary.rooms import ROOMS, room_in
+from vocabulary.rooms import ROOMS, may_say_where, room_in, searched_in
 from vocabulary.sounding import HeardText, by_ear, said_once
 
 log = structlog.get_logger()
+
+LastTarget = Callable[[], Awaitable[Target | None]]
+"""What was asked for last; none where nothing was."""
 
 OBJECTS_ASKED = 200
 QUESTIONS = {Mood.QUESTION: WantedAction.ASK, Mood.COUNT: WantedAction.COUNT}
@@ -38,10 +50,17 @@ class _Claims:
     """What the parser said, checked."""
 
     found: tuple[CheckedTask, ...]
+    said: tuple[str, ...]
+    """The words that ask for each of them."""
     unknown: tuple[str, ...]
     parsed: ParsedTask
     note: str
     """What memory could not say."""
+
+    @property
+    def unknown_named(self) -> bool:
+        """A thing is named, and is nothing known."""
+        return any(one.named for one in self.parsed.targets)
 
 
 class CommandReader:
@@ -50,16 +69,19 @@ class CommandReader:
         self._inference = inference
         self._memory = memory
 
-    async def tasks(self, reading: Reading) -> Sequence[CheckedTask]:
+    async def tasks(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask]:
         """One for each thing the command asks for, in the order said; what concerns all of it is told of the first.
+        'It' in a room is what was asked for `last`.
 
-        Raises `UnprocessableError` where no known thing is asked for, or something that the robot cannot begin: to pour
-        without an arm, to go to a room.
+        Raises `UnprocessableError` where no known thing is asked for, in a room that is not known, or something that
+        the robot cannot begin: to pour without an arm, to go to a room. `UnavailableError` where memory, which knows
+        the rooms, is away.
         """
         asked = reading.asked
         restrictions = restrictions_in(asked)
         claims = await self._claims(asked)
         self._refuse_pouring(asked, claims)
+        claims, restrictions = await self._within(asked, claims, restrictions, last)
         if not claims.found:
             raise await self._not_understood(asked, restrictions, claims)
         left_out = f"left out, not known: {', '.join(claims.unknown)}" if claims.unknown else ""
@@ -67,6 +89,46 @@ class CommandReader:
         told = [first.notes, claims.note, claims.parsed.notes, not_held_to(restrictions), left_out]
         told += [what_it_cannot(first.action)]
         return [replace(first, notes="; ".join(filter(None, told))), *others]
+
+    async def _within(
+        self, asked: str, claims: _Claims, restrictions: Sequence[Restriction], last: LastTarget
+    ) -> tuple[_Claims, Sequence[Restriction]]:
+        """The same with the rooms that each thing is to be looked for in, and without what only says these."""
+        known = await self._rooms(asked)
+        said = rooms_said(asked, claims.said or (asked,), known.names)
+        if not any(said):
+            return claims, restrictions
+        found = claims.found
+        if not found and not claims.unknown_named and means_the_last(asked):
+            found = (_again(asked, await last()),)
+        try:
+            rooms = [rooms_meant(one, known) if one is not None else () for one in said]
+        except UnknownRoomError as error:
+            if not found:
+                return claims, restrictions
+            raise UnprocessableError(str(error)[:400], code=CommandRefusal.UNKNOWN_ROOM.value) from None
+        within = tuple(replace(task, rooms=some) for task, some in zip(found, rooms, strict=False))
+        return replace(claims, found=within), not_of_a_room(restrictions, said)
+
+    async def _rooms(self, asked: str) -> KnownRooms:
+        """Those of the home, where a room may be said. Raises `UnavailableError` where one is said, and memory, which
+        knows where it is, is away."""
+        if not may_say_where(asked):
+            return KnownRooms()
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                return KnownRooms((await self._memory.rooms()).rooms)
+        except UpstreamError as error:
+            if error.upstream_status == HTTPStatus.NOT_FOUND:  # it names no rooms
+                return KnownRooms()
+            away = error.detail
+        except (MeshError, TimeoutError) as error:
+            away = str(error)
+        log.warning("memory tells no rooms", reason=away)
+        said = searched_in(asked)
+        if said is not None:
+            raise UnavailableError("memory", f"only it knows where the {said.name} is, and it tells no rooms now")
+        return KnownRooms()
 
     async def understand(self, readings: Sequence[str]) -> Understood:
         """What several readings of one saying mean together; the first is the likeliest, the last the plainest."""
@@ -104,12 +166,22 @@ class CommandReader:
             return _question(text, QUESTIONS[reading.mood], reading.mood)
         if reading.mood is not Mood.FIND:
             return Intent(action=WantedAction.NOTHING, command=text, mood=reading.mood)
-        return self._wish(text, reading.asked, await self._claims(reading.asked))
+        names = (await self._names(reading.asked)) if may_say_where(reading.asked) else ()
+        return self._wish(text, reading.asked, await self._claims(reading.asked), names)
 
-    def _wish(self, text: str, asked: str, claims: _Claims) -> Intent:
+    async def _names(self, asked: str) -> Sequence[str]:
+        """Of the home's rooms; none where memory is away: a kind of room is heard without."""
+        try:
+            return (await self._rooms(asked)).names
+        except UnavailableError:
+            return ()
+
+    def _wish(self, text: str, asked: str, claims: _Claims, names: Sequence[str]) -> Intent:
         action = claims.found[0].action if claims.found else action_in(asked)
-        room = room_in(asked) if action is WantedAction.GO and not claims.found else None
-        known = claims.found or room is not None or claims.parsed.mood is Mood.FIND
+        to_room = room_in(asked) if action is WantedAction.GO and not claims.found else None
+        within = next((one.name for one in rooms_said(asked, claims.said or (asked,), names) if one is not None), None)
+        room = to_room or within
+        known = claims.found or to_room is not None or claims.parsed.mood is Mood.FIND
         return Intent(
             action=action if known else WantedAction.NOTHING,
             command=text,
@@ -117,7 +189,7 @@ class CommandReader:
             unknown=claims.unknown[:8],
             room=room,
             mood=Mood.FIND if known else Mood.UNKNOWN,
-            able=what_it_cannot(action, to_room=room),
+            able=what_it_cannot(action, to_room=to_room),
         )
 
     async def _claims(self, asked: str) -> _Claims:
@@ -125,8 +197,9 @@ class CommandReader:
         parsed = await self._inference.parse_task(ParseTaskRequest(command=asked, labels_in_memory=labels))
         checked = [(one, check_parse(one, labels) if one.said in asked else None) for one in parsed.targets]
         found = tuple(task for _, task in checked if task is not None)
+        said = tuple(one.said for one, task in checked if task is not None)
         unknown = tuple(one.said for one, task in checked if task is None)
-        return _Claims(found, unknown, parsed, note)
+        return _Claims(found, said, unknown, parsed, note)
 
     def _refuse_pouring(self, asked: str, claims: _Claims) -> None:
         """A person is asked: to find the bottle is no part of what he said, as it is of 'bring'."""
@@ -172,6 +245,15 @@ class CommandReader:
             log.warning("memory is away", error=str(error))
             return (), "memory is away"
         return tuple(count.label for count in found)[:500], ""
+
+
+def _again(asked: str, target: Target | None) -> CheckedTask:
+    """The same thing once more. Raises `UnprocessableError` where nothing was asked for before."""
+    if target is None:
+        raise UnprocessableError(
+            "Which thing? Nothing was asked for before: say what to look for", code=CommandRefusal.WHICH_THING.value
+        )
+    return CheckedTask(target, None, "rules", f"'it' is the {target.description}", action_in(asked))
 
 
 def not_held_to(restrictions: Sequence[Restriction]) -> str:

@@ -12,7 +12,9 @@ from contracts.backup import BackupRefusal
 from contracts.memory import RecalledView, RecallRequest, RememberedObject
 from contracts.mission import EndCause, EventFacts, EventKind, LastSeen, MissionState, Outcome, Report
 from coordinator.belief.clues import clues
+from coordinator.commands.kept_to_rooms import KeptTo, NoSuchRoomsError, clues_inside, kept_to, shows_inside
 from coordinator.core import events as ev
+from coordinator.core.area import Area
 from coordinator.core.mission import Order, SearchPose
 from coordinator.core.rules import CoverageRule
 from coordinator.execution.battery_policy import DockingTimer, PowerRules, reason_to_dock, why_too_low
@@ -21,14 +23,18 @@ from coordinator.ports import Memory
 from coordinator.queue.mission_queue import MissionQueue, QueuedMission
 from coordinator.queue.parse_validation import CheckedTask
 from coordinator.settings import Settings
+from geometry.room_grids import RoomGridError
 from mesh.clock import Clock
 from mesh.errors import ConflictError, MeshError
 from mesh.tracing import following
+from vocabulary.rooms import called
 
 log = structlog.get_logger()
 
 
 THINGS_MAX = 200
+RECALLED_MAX = 200
+"""Of the whole home, where only those in some rooms are wanted."""
 IN_ANOTHER_MAP = "also remembered on another map, whose places do not apply here"
 
 
@@ -163,7 +169,8 @@ class Dispatcher:
 
     async def _begin(self, waiting: QueuedMission, task: CheckedTask) -> None:
         self._beginning = waiting
-        recalled, note = await self._recall(task)
+        kept, no_rooms = await self._kept_to(task)
+        recalled, note = await self._recall(task, kept.area if kept is not None else None)
         things = await self._things()
         if not self._still_begins(waiting):
             self._close(waiting, Outcome.CANCELED, EndCause.PERSON, "ended by the operator before it began")
@@ -171,6 +178,11 @@ class Dispatcher:
         if self._runner.mission.state is not MissionState.IDLE:  # stopped meanwhile
             self._close(waiting, Outcome.ABORTED, EndCause.STOPPED, "an emergency stop before it began")
             return
+        if no_rooms is not None:
+            self._close(waiting, Outcome.ABORTED, *no_rooms)
+            return
+        area = kept.area if kept is not None else None
+        told = clues(task.target, recalled, things) if self._by_belief else ()
         self._runner.begin(
             ev.MissionStarted(
                 mission_id=waiting.id,
@@ -182,7 +194,9 @@ class Dispatcher:
                 notes="; ".join(part for part in (task.notes, note) if part),
                 order=waiting.order,
                 last_seen=_last_seen(recalled, task),
-                clues=clues(task.target, recalled, things) if self._by_belief else (),
+                clues=clues_inside(told, area) if area is not None else told,
+                area=area,
+                elsewhere=kept.elsewhere if kept is not None else (),
             )
         )
 
@@ -190,19 +204,35 @@ class Dispatcher:
         begins, self._beginning = self._beginning is waiting, None
         return begins
 
-    async def _recall(self, task: CheckedTask) -> tuple[Sequence[RecalledView], str]:
+    async def _kept_to(self, task: CheckedTask) -> tuple[KeptTo | None, tuple[EndCause, str] | None]:
+        """Where the rooms lie that it keeps to; or why nobody can tell: then it looks nowhere."""
+        if not task.rooms:
+            return None, None
+        where = " and ".join(called(one.name) for one in task.rooms)
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                return await kept_to(task.rooms, task.target, self._memory), None
+        except NoSuchRoomsError:
+            return None, (EndCause.MAP, f"the map shows {where} no more")
+        except (MeshError, RoomGridError, TimeoutError) as error:
+            log.warning("nobody tells where the rooms lie", error=str(error))
+            return None, (EndCause.SERVICE, f"memory does not tell where {where} lies")
+
+    async def _recall(self, task: CheckedTask, area: Area | None) -> tuple[Sequence[RecalledView], str]:
         if self._settings.memory_views_max == 0:
             return (), ""
         request = RecallRequest(
             target=task.target,
             memory_object=task.memory_object,
             pose=self._runner.mission.robot.pose,
-            limit=self._settings.memory_views_max,
+            limit=self._settings.memory_views_max if area is None else RECALLED_MAX,
         )
         try:
             async with asyncio.timeout(self._settings.recall_timeout_s):
                 reply = await self._memory.recall(request)
                 views = tuple(one for one in reply.views if one.view.colour not in task.target.not_colours)
+                if area is not None:
+                    views = tuple(one for one in views if shows_inside(one, area))[: self._settings.memory_views_max]
                 return views, IN_ANOTHER_MAP if reply.in_other_maps else ""
         except (MeshError, TimeoutError) as error:
             log.warning("nothing was recalled", error=str(error))

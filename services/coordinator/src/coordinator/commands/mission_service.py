@@ -12,6 +12,7 @@ from contracts.belief import NoBelief, SearchBelief
 from contracts.mission import CommandRefusal, CoveragePlan, EventKind, Heard, Mission, MissionState
 from contracts.problem import Dependency
 from contracts.reading import Mood
+from contracts.vision import Target
 from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.orders import Orders
@@ -35,6 +36,8 @@ from vocabulary.orders import order_in
 log = structlog.get_logger()
 
 TRACER = Tracer(__name__)
+LAST_ASKED = 10
+"""Missions of the history in which 'it' is looked for: the way to the dock has no target."""
 
 NO_BELIEF = {
     NoBelief.NOT_BEGUN: "the mission has not begun",
@@ -123,7 +126,7 @@ class MissionService:
         if not self.log.opened:
             raise UnavailableError("database", "the history of missions is not open yet")
         self._refuse_now(ended_before, searches=reading is not None)
-        tasks = [None] if reading is None else await self.reader.tasks(reading)
+        tasks = [None] if reading is None else await self.reader.tasks(reading, self._last_target)
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
             QueuedMission(uuid.uuid4().hex, command, task, Order(request_id, part, len(tasks), asked_s), traceparent())
@@ -133,6 +136,14 @@ class MissionService:
         self._queue.add(made)
         self._tell_queued({one.id for one in made})
         return made
+
+    async def _last_target(self) -> Target | None:
+        """What was asked for last, waiting or not; of the history where this process knows of none."""
+        waiting = [one.target for one in self._queue.records() if one.target is not None]
+        known = waiting[-1] if waiting else self.runner.mission.target
+        if known is not None:
+            return known
+        return next((one.target for one in await self.log.newest(LAST_ASKED) if one.target is not None), None)
 
     def _tell_queued(self, ids: set[str]) -> None:
         busy = self.runner.mission.state is not MissionState.IDLE

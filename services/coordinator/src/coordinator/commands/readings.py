@@ -8,6 +8,7 @@ from contracts.colours import COLOUR_WORDS
 from contracts.intent import Choice, Intent, Understood, WantedAction
 from contracts.reading import Mood
 from vocabulary.folding import joined, words_of
+from vocabulary.rooms import called
 from vocabulary.sounding import sound_of
 
 GRAVEST: Final = (WantedAction.EMERGENCY, WantedAction.STOP, WantedAction.PAUSE)
@@ -67,8 +68,9 @@ def in_words(intent: Intent) -> str:
     verb = VERBS.get(intent.action)
     if verb is None:
         return intent.command
-    things = " and ".join(f"the {one.description}" for one in intent.targets) or f"the {intent.room}"
-    return f"{verb} {things}"
+    things = " and ".join(f"the {one.description}" for one in intent.targets)
+    where = called(intent.room) if intent.room is not None else ""
+    return f"{verb} {things} in {where}" if things and where else f"{verb} {things or where}"
 
 
 def _says_something(intent: Intent) -> bool:

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Pose2D
 from contracts.intent import WantedAction
-from contracts.mission import LastSeen, MapTrouble
+from contracts.mission import LastSeen, MapTrouble, SeenElsewhere
 from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus
 from contracts.vision import Detections, Target, Validation
 from coordinator.belief.clues import Clue
+from coordinator.core.area import Area
 from coordinator.core.mission import FIRST, Order, SearchPose
 
 
@@ -26,6 +27,9 @@ class MissionStarted:
     clues: tuple[Clue, ...] = ()
     """Where it may be; told where the search goes by belief."""
     action: WantedAction = WantedAction.FIND
+    area: Area | None = None
+    """The rooms it keeps to; none: the whole home."""
+    elsewhere: tuple[SeenElsewhere, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,11 +7,21 @@ from contracts.geometry import Pose2D
 from contracts.intent import WantedAction
 from contracts.measuring import Measurement
 from contracts.mission import Candidate as CandidateRecord
-from contracts.mission import LastSeen, MapTrouble, MissionKind, MissionState, Outcome, Report, SeenInstead
+from contracts.mission import (
+    LastSeen,
+    MapTrouble,
+    MissionKind,
+    MissionState,
+    Outcome,
+    Report,
+    SeenElsewhere,
+    SeenInstead,
+)
 from contracts.motion import MotionEnd
 from contracts.robot import BoxQuery
 from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Idle, Paused, Stage
+from coordinator.core.area import Area
 from coordinator.core.evidence import Judgement
 from coordinator.core.rules import Rules
 from coordinator.core.tracking import Track
@@ -253,6 +263,10 @@ class Mission:
     map_id: str | None = None
     """Which home its places are in."""
     search: Search = Search()
+    area: Area | None = None
+    """It looks in these rooms alone; none: in the whole home."""
+    elsewhere: tuple[SeenElsewhere, ...] = ()
+    """What memory knows of the target outside them, newest first."""
     last_seen: LastSeen | None = None
     dock_tries: int = 0
     pictures: int = 0
@@ -266,6 +280,11 @@ class Mission:
     def colour(self) -> Colour | None:
         """The colour asked for."""
         return self.target.colour if self.target is not None else None
+
+    @property
+    def area_called(self) -> str:
+        """The rooms it keeps to, for a person; '' for the whole home."""
+        return self.area.called if self.area is not None else ""
 
     @property
     def running(self) -> bool:

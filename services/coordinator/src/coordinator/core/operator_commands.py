@@ -52,10 +52,13 @@ def _start(context: StepContext, event: ev.MissionStarted) -> None:
         parser=event.parser,
         action=event.action,
         last_seen=event.last_seen,
+        area=event.area,
+        elsewhere=event.elsewhere,
         search=Search(views=() if by_belief else event.views[: mission.rules.memory_views_max]),
     )
     notes = f"; {event.notes}" if event.notes else ""
     looking = f"looking for the {event.target.description} ({event.target.label})"
+    looking += f" in {event.area.called} only" if event.area is not None else ""
     context.log_event(EventKind.START, f"'{event.command}': {looking}{notes}")
     if context.search.views:
         places = len(context.search.views)

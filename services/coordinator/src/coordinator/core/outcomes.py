@@ -4,8 +4,10 @@ from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import EndCause, EventFacts, EventKind, MapTrouble, MissionState, Outcome
 from coordinator.core import actions as do
 from coordinator.core.activities import Idle
+from coordinator.core.mission import Mission
 from coordinator.core.report import (
     candidate_record,
+    elsewhere_in_words,
     last_seen_in_words,
     looked_in_words,
     others_in_words,
@@ -109,7 +111,9 @@ def close(
 
 def give_up(context: StepContext, by: EndCause, why: str) -> None:
     """The search is over without a find: unsure when something may have been it, otherwise not found."""
-    known = [looked_in_words(context.mission), last_seen_in_words(context.mission.last_seen, context.now_s)]
+    by, why = _within(context.mission, by, why)
+    known = [looked_in_words(context.mission), elsewhere_in_words(context.mission, context.now_s)]
+    known.append(last_seen_in_words(context.mission.last_seen, context.now_s))
     maybe = possible_matches(context.mission)
     if maybe:
         told = "; ".join(part for part in (why, f"it may have been {maybe[-1]}", *known) if part)
@@ -119,6 +123,15 @@ def give_up(context: StepContext, by: EndCause, why: str) -> None:
     known += [f"refused {refused} others" if refused else "", others_in_words(context.mission)]
     told = "; ".join(part for part in (f"no {what_in_words(context)}: {why}", *known) if part)
     end(context, Outcome.NOT_FOUND, told, by)
+
+
+def _within(mission: Mission, by: EndCause, why: str) -> tuple[EndCause, str]:
+    """The same of a search that kept to some rooms: where it saw nothing of them, no place of them was looked at."""
+    if mission.area is None:
+        return by, why
+    if by is EndCause.ALL_LOOKED and not mission.search.explored_fraction:
+        return EndCause.NO_PLACE_LEFT, f"no place in {mission.area_called} could be reached"
+    return by, f"{why}; I looked in {mission.area_called} only"
 
 
 def what_in_words(context: StepContext) -> str:

@@ -5,6 +5,7 @@ from contracts.mission import Candidate as CandidateRecord
 from contracts.mission import EndCause, LastSeen, Outcome, Report, SeenInstead
 from contracts.vision import Detections, Target
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection
+from vocabulary.rooms import called
 
 CANDIDATES_MAX = 20
 OTHERS_MAX = 40
@@ -50,6 +51,8 @@ def report(
         found=found,
         candidates=tuple(unconfirmed_candidates(mission)) if outcome is not Outcome.FOUND else (),
         looked_share=None if search.explored_fraction is None else min(1.0, max(0.0, search.explored_fraction)),
+        rooms=mission.area.rooms if mission.area is not None else (),
+        elsewhere=mission.elsewhere if outcome is not Outcome.FOUND else (),
         places_looked=len(search.visited),
         places_unreachable=len(search.unreachable),
         last_seen=mission.last_seen,
@@ -96,11 +99,8 @@ def count_objects_in(others: tuple[SeenInstead, ...], target: Target, seen: Dete
 
 def looked_in_words(mission: Mission) -> str:
     search = mission.search
-    looked = (
-        ""
-        if search.explored_fraction is None
-        else f"{search.explored_fraction * 100:.0f} % of the free space searched "
-    )
+    space = f"the free space of {mission.area_called}" if mission.area is not None else "the free space"
+    looked = "" if search.explored_fraction is None else f"{search.explored_fraction * 100:.0f} % of {space} searched "
     looked += f"from {len(search.visited)} places" if looked else f"{len(search.visited)} places searched"
     if search.unreachable:
         looked += f", {len(search.unreachable)} could not be reached"
@@ -111,6 +111,17 @@ def last_seen_in_words(last: LastSeen | None, now_s: float) -> str:
     if last is None:
         return ""
     return f"last seen {ago(now_s - last.stamp_s)} from x {last.pose.x:.1f} m, y {last.pose.y:.1f} m"
+
+
+def elsewhere_in_words(mission: Mission, now_s: float) -> str:
+    """What memory knew of it outside the rooms that were looked in."""
+    told = [
+        f"one was seen in {called(one.room)} {ago(now_s - one.stamp_s)}"
+        if one.room
+        else f"one was seen at x {one.place.x:.1f} m, y {one.place.y:.1f} m {ago(now_s - one.stamp_s)}"
+        for one in mission.elsewhere[:3]
+    ]
+    return ", ".join(told)
 
 
 def others_in_words(mission: Mission) -> str:

@@ -44,6 +44,9 @@ def new_scan(context: StepContext, reason: str, *, start_rad: float | None = Non
     By belief there is none: how much of a turn is worth it is chosen with the place.
     """
     rules = context.rules
+    if start_rad is None and _begins_outside(context):
+        context.transition_to(MissionState.MOVING_TO_SCAN, f"not in {context.mission.area_called}: going there first")
+        return
     if rules.coverage_rule is CoverageRule.BELIEF:
         context.update_search(headings=(), sweeps=0, scan_from=None)
         context.transition_to(MissionState.SCANNING, reason)
@@ -55,6 +58,14 @@ def new_scan(context: StepContext, reason: str, *, start_rad: float | None = Non
     headings = tuple(start + k * step for k in range(count + 1))
     context.update_search(headings=headings, sweeps=0, scan_from=context.mission.robot.pose)
     context.transition_to(MissionState.SCANNING, reason)
+
+
+def _begins_outside(context: StepContext) -> bool:
+    """It is to look in rooms that it is not in, and has been nowhere yet."""
+    mission, here = context.mission, context.mission.robot.pose
+    if mission.area is None or here is None or mission.state not in {MissionState.IDLE, MissionState.MEMORY_NAV}:
+        return False
+    return not mission.search.visited and not mission.area.is_near(here)
 
 
 def next_place(context: StepContext, reason: str) -> None:

@@ -8,6 +8,7 @@ from contracts.colours import Colour
 from contracts.geometry import Pose2D
 from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
+from coordinator.core.area import BESIDE_M
 from coordinator.core.geometry import pixel_bearing_rad, relative
 from coordinator.core.mission import Candidate, Loss, Mission, Rejection, Sighting
 from coordinator.core.plausibility import plausible
@@ -21,14 +22,24 @@ FRAME_PX = 320
 
 
 def sightings(mission: Mission, seen: Detections) -> tuple[Sighting, ...]:
-    """Every box of the target's class whose colour agrees or is unknown: agreeing first, then by confidence."""
+    """Every box of the target's class whose colour agrees or is unknown: agreeing first, then by confidence. Not what
+    was measured to stand outside the rooms that the mission keeps to.
+    """
     if mission.target is None:
         return ()
     target = mission.target
-    boxes = [d for d in seen.detections if target.may_be(d.label, d.colour)]
+    boxes = [d for d in seen.detections if target.may_be(d.label, d.colour) and not _is_elsewhere(mission, d)]
     boxes.sort(key=lambda d: (target.colour in {None, d.colour}, d.confidence), reverse=True)
     yaw = seen.pose.yaw if seen.pose is not None else mission.robot.yaw
     return tuple(_sighting(mission, seen, d, yaw) for d in boxes)
+
+
+def _is_elsewhere(mission: Mission, detection: Detection) -> bool:
+    measurement = plausible(detection.measurement, mission.rules)
+    at = measurement.map_point
+    if mission.area is None or at is None:
+        return False
+    return not mission.area.holds(at.x, at.y, within_m=max(BESIDE_M, 2.0 * (measurement.sigma_m or 0.0)))
 
 
 def _sighting(mission: Mission, seen: Detections, detection: Detection, yaw: float) -> Sighting:

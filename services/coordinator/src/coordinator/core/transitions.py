@@ -24,6 +24,7 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
     _S.IDLE: {
         _S.MEMORY_NAV: "a mission with remembered places, or a low battery and no mission left",
         _S.SCANNING: "a mission without remembered places",
+        _S.MOVING_TO_SCAN: "the same, of a room that the robot is not in",
         _S.EMERGENCY_STOP: _STOP,
     },
     _S.MEMORY_NAV: {

@@ -14,14 +14,24 @@ AVOID_M = 0.35
 
 
 def nearest_frontiers(
-    grid: OccupancyGrid, *, radius_m: float, start: Pose2D | None, seen: Mask, avoid: tuple[Pose2D, ...]
+    grid: OccupancyGrid,
+    *,
+    radius_m: float,
+    start: Pose2D | None,
+    seen: Mask,
+    avoid: tuple[Pose2D, ...],
+    within: Mask | None = None,
 ) -> Coverage:
-    """For each border between seen and unseen free space the place to stand nearest to its middle; nearest first."""
+    """For each border between seen and unseen free space the place to stand nearest to its middle; nearest first. Of
+    `within` alone: where nothing of it was seen, all of it is one border.
+    """
     standing = np.argwhere(safe_cells(grid.free, clearance_cells(grid.resolution_m, radius_m + ROOM_M)))
     for pose in avoid:
         x, y = grid.points(standing[:, 1] + 0.5, standing[:, 0] + 0.5)
         standing = standing[np.hypot(x - pose.x, y - pose.y) > AVOID_M]
-    border = grid.free & ~seen & maximum_filter(grid.free & seen, 3) if seen.any() else grid.free
+    wanted = grid.free if within is None else grid.free & within
+    begun = seen & wanted
+    border = wanted & ~seen & maximum_filter(begun, 3) if begun.any() else wanted
     labels, count = label_regions(maximum_filter(border, 3))
     sizes = np.bincount(labels[border], minlength=count + 1)
     middles = [

@@ -29,15 +29,18 @@ def sight_lines(
 class CoverageTracker:
     """Marks what the camera saw; one per map and mission."""
 
-    def __init__(self, grid: OccupancyGrid) -> None:
+    def __init__(self, grid: OccupancyGrid, within: Mask | None = None) -> None:
         self.grid = grid
+        self.within: Mask | None = within
+        """The cells that are to be looked at; none: all."""
         self.seen: Mask = np.zeros_like(grid.free)
-        self._free_cells = int(grid.free.sum())
+        self._wanted: Mask = grid.free if within is None else grid.free & within
+        self._wanted_cells = int(self._wanted.sum())
 
     @property
     def share(self) -> float | None:
-        """Of the free space, 0 to 1; none where there is no free space."""
-        return float((self.seen & self.grid.free).sum()) / self._free_cells if self._free_cells else None
+        """Of the free space that is to be looked at, 0 to 1; none where there is none."""
+        return float((self.seen & self._wanted).sum()) / self._wanted_cells if self._wanted_cells else None
 
     def mark(self, pose: Pose2D, *, hfov_rad: float, reach_m: float) -> None:
         """The wedge before the camera, as far as nothing hides it."""

@@ -5,7 +5,9 @@ import asyncio
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.robot import Map
+from coordinator.core.area import Area
 from coordinator.core.rules import CoverageRule, Rules
+from coordinator.coverage.areas import mask_of
 from coordinator.coverage.baselines import in_random_order, nearest_frontiers
 from coordinator.coverage.coverage_tracker import CoverageTracker
 from coordinator.coverage.lawnmower import Coverage, lawnmower
@@ -21,10 +23,11 @@ PLANNING_TASK = "plan-coverage"
 class ExploredSpace:
     """One per mission. Planning runs in a thread: a large map takes seconds."""
 
-    def __init__(self, robot: Robot, rules: Rules, body: RobotDescription | None) -> None:
+    def __init__(self, robot: Robot, rules: Rules, body: RobotDescription | None, area: Area | None = None) -> None:
         self._robot = robot
         self._rules = rules
         self._body = body
+        self._area = area
         self._map: Map | None = None
         self._space: CoverageTracker | None = None
         self._looks: list[Pose2D] = []
@@ -45,7 +48,8 @@ class ExploredSpace:
         """
         newest = await self._robot.map()
         if self._space is None or self._map != newest:
-            space = CoverageTracker(decode(newest))
+            grid = decode(newest)
+            space = CoverageTracker(grid, mask_of(self._area, grid) if self._area is not None else None)
             for pose in self._looks:
                 self._mark(space, pose)
             self._map, self._space = newest, space
@@ -69,9 +73,11 @@ def plan_coverage(
     seen = space.seen.copy()
     match rules.coverage_rule:
         case CoverageRule.LAWNMOWER:
-            return lawnmower(space.grid, radius_m=radius_m)
+            return lawnmower(space.grid, radius_m=radius_m, within=space.within)
         case CoverageRule.FRONTIER:
-            return nearest_frontiers(space.grid, radius_m=radius_m, start=start, seen=seen, avoid=avoid)
+            return nearest_frontiers(
+                space.grid, radius_m=radius_m, start=start, seen=seen, avoid=avoid, within=space.within
+            )
         case CoverageRule.VIEWPOINTS | CoverageRule.RANDOM | CoverageRule.BELIEF as rule:
             coverage = viewpoints(
                 space.grid,
@@ -81,5 +87,6 @@ def plan_coverage(
                 seen=seen,
                 avoid=avoid,
                 points_max=rules.scan_points_max,
+                within=space.within,
             )
             return in_random_order(coverage) if rule is CoverageRule.RANDOM else coverage

@@ -36,11 +36,16 @@ def safe_cells(free: Mask, cells: int) -> Mask:
     return minimum_filter(free, 2 * cells + 1)
 
 
-def lawnmower(grid: OccupancyGrid, *, radius_m: float, spacing_m: float = ROW_SPACING_M) -> Coverage:
+def lawnmower(
+    grid: OccupancyGrid, *, radius_m: float, spacing_m: float = ROW_SPACING_M, within: Mask | None = None
+) -> Coverage:
     """Rows 1.0 m apart over the safe cells, alternating direction; then a point in every safe region of more than
-    256 cells that the rows missed: the cell of that region nearest its centroid.
+    256 cells that the rows missed: the cell of that region nearest its centroid. Of `within` alone.
     """
     safe = safe_cells(grid.free, clearance_cells(grid.resolution_m, radius_m + ROOM_M))
+    fits = bool(safe.any())
+    if within is not None:
+        safe &= within
     stride = max(1, round(spacing_m / grid.resolution_m))
     cells: list[tuple[int, int]] = []
     for k, row in enumerate(range(stride // 2, safe.shape[0], stride)):
@@ -57,7 +62,7 @@ def lawnmower(grid: OccupancyGrid, *, radius_m: float, spacing_m: float = ROW_SP
         nearest = int(np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2))
         cells.append((int(rows[nearest]) + box[0].start, int(columns[nearest]) + box[1].start))
     points = tuple(pose_at(grid, row, column) for row, column in cells)
-    trouble = None if points else trouble_of(grid, fits=bool(safe.any()))
+    trouble = None if points else trouble_of(grid, fits=fits)
     return Coverage(points, count, grid.free_area_m2, trouble)
 
 

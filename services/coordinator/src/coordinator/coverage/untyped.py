@@ -40,6 +40,12 @@ def roomiest_cells(mask: Mask, labels: Labels, count: int) -> NDArray[np.intp]:
     return np.asarray(ndimage.maximum_position(room, labels, range(1, count + 1)), dtype=np.intp)
 
 
+def nearest_of(mask: Mask) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Of each cell how many cells the nearest one of the mask is away, and the flat index of that one."""
+    away, (rows, columns) = ndimage.distance_transform_edt(~mask, return_indices=True)  # type: ignore[misc]
+    return np.asarray(away), np.asarray(rows * mask.shape[1] + columns, dtype=np.intp)
+
+
 def shortest_walks(
     nodes: int,
     heads: NDArray[np.intp],

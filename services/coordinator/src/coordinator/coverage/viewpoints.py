@@ -48,15 +48,22 @@ def viewpoints(
     avoid: tuple[Pose2D, ...] = (),
     avoid_m: float = 0.35,
     points_max: int = 400,
+    within: Mask | None = None,
 ) -> Coverage:
     """Points that together see all free space not in `seen` from within `reach_m`; where `start` is given, only what
-    can be reached from there, in an order that begins near it.
+    can be reached from there, in an order that begins near it. Of `within` alone, and from there where one can stand
+    in it.
     """
     coarse = coarsen(grid, radius_m, start)
     todo = coarse.free.copy()
     if seen is not None:
         todo &= _blocks(~seen & grid.free, coarse.factor).mean(axis=(1, 3)) > 0.5
     candidates = candidate_cells(grid, coarse, avoid, avoid_m)
+    if within is not None:
+        inside: Mask = np.asarray(blocks_of(within, coarse.factor))
+        todo &= inside
+        there = inside[candidates[:, 0], candidates[:, 1]]
+        candidates = candidates[there] if there.any() else candidates
     free_area_m2 = grid.free_area_m2
     _, regions = label_regions(coarse.passable)
     if candidates.size == 0 or not todo.any():
@@ -74,6 +81,11 @@ def _blocks(mask: Mask, factor: int) -> NDArray[np.bool_]:
     padded = np.zeros((rows * factor, columns * factor), dtype=bool)
     padded[: mask.shape[0], : mask.shape[1]] = mask
     return padded.reshape(rows, factor, columns, factor)
+
+
+def blocks_of(mask: Mask, factor: int) -> Mask:
+    """The coarse cells most of which is in the mask."""
+    return np.asarray(_blocks(mask, factor).mean(axis=(1, 3)) > 0.5)
 
 
 def coarsen(grid: OccupancyGrid, radius_m: float, start: Pose2D | None) -> CoarseMap:

@@ -11,7 +11,10 @@ from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
 from coordinator.belief.clues import Clue
 from coordinator.belief.next_view import Choice, MotionTimes, next_view
 from coordinator.core.actions import PlanCoverage
-from coordinator.core.rules import Rules
+from coordinator.core.area import Area
+from coordinator.core.events import MissionStarted
+from coordinator.core.rules import CoverageRule, Rules
+from coordinator.coverage.areas import mask_of
 from coordinator.coverage.explored_space import LOOKS_MAX, PLANNING_TASK
 from geometry import probability_grids
 from geometry.grids import OccupancyGrid
@@ -20,12 +23,27 @@ from geometry.poses import apart_m, wrap
 BESIDE_M, BESIDE_RAD = 0.5, 0.35
 
 
+def believed(rules: Rules, body: RobotDescription | None, search: MissionStarted) -> "BelievedSpace | None":
+    """None where the search goes by another rule, or the robot is not described."""
+    if body is None or rules.coverage_rule is not CoverageRule.BELIEF:
+        return None
+    return BelievedSpace(rules, body, search.target, search.clues, search.area)
+
+
 class BelievedSpace:
-    def __init__(self, rules: Rules, body: RobotDescription, target: Target, clues: tuple[Clue, ...]) -> None:
+    def __init__(
+        self,
+        rules: Rules,
+        body: RobotDescription,
+        target: Target,
+        clues: tuple[Clue, ...],
+        area: Area | None = None,
+    ) -> None:
         self._rules = rules
         self._body = body
         self._target = target
         self._clues = clues
+        self._area = area
         self._belief: BeliefMap | None = None
         self._glances: list[Glance] = []
         self._told = 0
@@ -61,7 +79,12 @@ class BelievedSpace:
             if belief is None or belief.grid is not grid:
                 self._told = 0
                 belief = self._belief = BeliefMap(
-                    grid, label=self._target.label, clues=self._clues, radius_m=body.footprint_radius_m, start=here
+                    grid,
+                    label=self._target.label,
+                    clues=self._clues,
+                    radius_m=body.footprint_radius_m,
+                    start=here,
+                    within=mask_of(self._area, grid) if self._area is not None else None,
                 )
             self._tell(belief)
             for x, y in asked.expected:

@@ -23,6 +23,7 @@ def mission_record(mission: Mission, trace_id: str) -> wire.Mission | None:
         target=mission.target,
         parser=mission.parser,
         action=mission.action,
+        rooms=mission.area.rooms if mission.area is not None else (),
         state=mission.state,
         paused=mission.paused,
         request_id=mission.order.request_id,

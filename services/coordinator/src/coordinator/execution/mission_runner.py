@@ -24,11 +24,12 @@ from contracts.vision import Detections, ValidateRequest
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core import recording
+from coordinator.core.area import Area
 from coordinator.core.mission import Mission
-from coordinator.core.rules import CoverageRule, Rules
+from coordinator.core.rules import Rules
 from coordinator.core.step import step
 from coordinator.coverage.explored_space import ExploredSpace
-from coordinator.execution.believed_space import BelievedSpace
+from coordinator.execution.believed_space import BelievedSpace, believed
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
 from coordinator.execution.mission_trace import MissionTrace
@@ -106,22 +107,18 @@ class MissionRunner:
         """Starts a mission, its recording, and its span in the current trace. Only while the core is idle."""
         self._take_rules()
         self._trace.begin(event.mission_id, event.command if isinstance(event, ev.MissionStarted) else "dock")
-        self._explored, self.believed = self.unexplored(), self._belief_of(event)
+        search = event if isinstance(event, ev.MissionStarted) else None
+        self._explored = self.unexplored(search.area if search is not None else None)
+        self.believed = believed(self.mission.rules, self.description, search) if search is not None else None
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
         self._recorded = event.mission_id
         self._log.record(self._recorded, recording.header_line(header))
         self.feed(event)
 
-    def unexplored(self) -> ExploredSpace:
-        """What nobody has looked at yet. Raises nothing: what needs the body says so when it is asked."""
-        return ExploredSpace(self._robot, self.mission.rules, self.description)
-
-    def _belief_of(self, event: ev.MissionStarted | ev.DockingStarted) -> BelievedSpace | None:
-        rules, body = self.mission.rules, self.description
-        if isinstance(event, ev.DockingStarted) or body is None or rules.coverage_rule is not CoverageRule.BELIEF:
-            return None
-        return BelievedSpace(rules, body, event.target, event.clues)
+    def unexplored(self, area: Area | None = None) -> ExploredSpace:
+        """What nobody has looked at yet, of the home or of some rooms. What needs the body says so when it is asked."""
+        return ExploredSpace(self._robot, self.mission.rules, self.description, area)
 
     @STEPS.time()
     def feed(self, event: ev.Event) -> None:

@@ -13,13 +13,13 @@ from coordinator.core.report import ago
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.ports import Memory, MissionLog
 from coordinator.questions.parsed_question import ParsedQuestion
-from coordinator.questions.rooms_meant import KnownRooms, called, inside
+from coordinator.questions.rooms_meant import KnownRooms, inside
 from coordinator.questions.tallies import THERE, apart_m, changes, tally
 from coordinator.settings import Settings
 from mesh.clock import Clock
 from mesh.errors import UpstreamError
 from vocabulary.groups import Group
-from vocabulary.rooms import ROOMS
+from vocabulary.rooms import ROOMS, called
 
 log = structlog.get_logger()
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from contracts.memory import RememberedObject
 from contracts.rooms import NamedBy, NamedRoom
+from vocabulary.rooms import called
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +29,6 @@ class KnownRooms:
         """', in the kitchen'; '' where its room is not known."""
         name = next((one.name for one in self.rooms if one.id == thing.room_id), None)
         return "" if name is None else f", in {called(name)}"
-
-
-def called(name: str) -> str:
-    """'the kitchen', and 'Anna's room' as it is: a name with a capital is a person's own word."""
-    return name if name[:1].isupper() else f"the {name}"
 
 
 def inside(things: Iterable[RememberedObject], rooms: Sequence[NamedRoom]) -> list[RememberedObject]:

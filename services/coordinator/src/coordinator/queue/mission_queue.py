@@ -32,6 +32,7 @@ class QueuedMission:
             target=self.task.target if self.task is not None else None,
             parser=self.task.parser if self.task is not None else "",
             action=self.task.action if self.task is not None else WantedAction.DOCK,
+            rooms=self.task.rooms if self.task is not None else (),
             state=MissionState.IDLE,
             queue_position=position,
             request_id=self.order.request_id,

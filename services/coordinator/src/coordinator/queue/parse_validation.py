@@ -6,6 +6,7 @@ from itertools import pairwise
 from contracts.coco import COCO_LABELS
 from contracts.colours import COLOUR_WORDS, colour_asked
 from contracts.intent import WantedAction
+from contracts.mission import SearchedRoom
 from contracts.vision import ParsedTarget, Target
 from vocabulary.actions import action_in
 from vocabulary.folding import joined, plain_words_of
@@ -25,6 +26,8 @@ class CheckedTask:
     notes: str
     action: WantedAction
     """What is to be done with it, by the words that ask for it."""
+    rooms: tuple[SearchedRoom, ...] = ()
+    """It is looked for in these alone; none: in the whole home."""
 
 
 def check_parse(parsed: ParsedTarget, labels_in_memory: tuple[str, ...]) -> CheckedTask | None:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import httpx
 
 from contracts.memory import DeletedReply, ImportReply, LabelCount, RememberedObject, View
+from contracts.rooms import NamedRoom, NameRoom, RoomGrid, RoomsReply
 from mesh.http import ServiceClient, path_of
 from ui.settings import Settings
 
@@ -29,6 +30,15 @@ class MemoryClient(ServiceClient):
 
     async def views(self) -> Sequence[View]:
         return await self.get_list("/views", View, limit=VIEWS_MAX)
+
+    async def rooms(self) -> RoomsReply:
+        return await self.get("/rooms", RoomsReply)
+
+    async def room_grid(self) -> RoomGrid:
+        return await self.get("/rooms/grid", RoomGrid)
+
+    async def name_room(self, room_id: int, name: str) -> NamedRoom:
+        return await self.put(f"/rooms/{room_id}/name", NameRoom(name=name), NamedRoom)
 
     async def forget_object(self, object_id: int) -> int:
         return (await self.delete(f"/objects/{object_id}", DeletedReply)).deleted

@@ -8,6 +8,7 @@
   const RAYS = 60;
   const ASK_LIMIT_MS = 40000;  // a turn answers when it is done
   const belief = window.atom.belief;  // none where its script did not load
+  const rooms = window.atom.rooms;
   const floor = { of: "", free: null };
   const scene = {};
   let picked = null;
@@ -25,6 +26,7 @@
     if (Object.keys(changed).length === 0) return;
     Object.assign(scene, changed);
     if (belief && changed.belief) belief.take(changed.belief);
+    if (rooms && changed.rooms) rooms.take(changed.rooms);
     paint();
   }
 
@@ -44,6 +46,7 @@
     pen.lineJoin = pen.lineCap = "round";
     const unit = Math.max(scene.map.width, scene.map.height) / 110;
     const believed = Boolean(belief) && belief.draw(pen, colour, unit);
+    if (rooms) rooms.draw(pen, scene.map, !believed);
     if (scene.memory) remembered(pen, colour, unit);
     if (scene.paths) paths(pen, colour, unit);
     if (scene.search) search(pen, colour, unit);
@@ -55,6 +58,7 @@
     canvas.dataset.laser = String(scene.laser ? scene.laser.points.length / 2 : 0);
     canvas.dataset.things = String(scene.memory ? scene.memory.objects.length : 0);
     canvas.dataset.belief = String(believed);
+    canvas.dataset.rooms = String(scene.rooms ? scene.rooms.names.length : 0);
     canvas.dataset.trail = String(scene.paths ? scene.paths.trail.length / 2 : 0);
   }
 
@@ -247,6 +251,7 @@
 
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
   if (belief) belief.onChange(paint);
+  if (rooms) rooms.onChange(paint);
   pull("live/scene", draw, () => {}, () => `next${belief ? belief.asked() : ""}`);
   ready("map");
 })();

@@ -2,6 +2,7 @@
 
 from nicegui import ui as nicegui_ui
 
+from contracts.rooms import ROOM_NAME_MAX
 from ui import map_view
 from ui.desk import Desk
 from ui.i18n import N_, _
@@ -38,6 +39,8 @@ class MapPanel:
                     nicegui_ui.element("canvas").props("data-atom=map role=img").props(
                         f'aria-label="{_("Robot, laser, paths, search and remembered things")}"'
                     )
+                    box("room-names").props("data-atom=room-names")
+                    _room_dialog()
                     with box("here").props(f'data-atom=here hidden role=group aria-label="{_("This place")}"'):
                         for what, text in (
                             ("go", _("Go there")),
@@ -73,6 +76,17 @@ class MapPanel:
         self._stage.style(replace=f"aspect-ratio:{ratio:.4f};width:min(100cqw,{100 * ratio:.2f}cqh)")
         self._stage.set_visibility(True)
         self._note.set_visibility(False)
+
+
+def _room_dialog() -> None:
+    """What a room is called (assets/rooms.js). Nothing behind it is shut off: STOP stays within reach."""
+    with box("here room-ask").props(f'data-atom=room-ask hidden role=dialog aria-label="{_("Name this room")}"'):
+        box("room-why").props("data-atom=room-why")
+        nicegui_ui.element("input").props(
+            f'type=text maxlength={ROOM_NAME_MAX} autocomplete=off aria-label="{_("Name of the room")}"'
+        )
+        for what, text in (("save", _("Name it")), ("unname", _("Take the name away")), ("close", _("Close"))):
+            nicegui_ui.element("button").props(f"type=button data-naming={what}").add_slot("default", text)
 
 
 def _belief_words() -> None:

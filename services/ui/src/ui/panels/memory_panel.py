@@ -29,7 +29,7 @@ class MemoryPanel:
         self._actions = actions
         with box("memory"):
             self._search = (
-                nicegui_ui.input(placeholder=_("search: bottle, red, gone …"), on_change=self.show)
+                nicegui_ui.input(placeholder=_("search: bottle, red, gone, kitchen …"), on_change=self.show)
                 .props(f'outlined dense clearable aria-label="{_("Search the memory")}"')
                 .classes("say search")
             )
@@ -67,7 +67,8 @@ class MemoryPanel:
         """What changed since; ages are told anew each time."""
         remembered = self._desk.facts.remembered
         words = str(self._search.value or "").strip().lower()
-        objects = [one for one in remembered.objects if _matches(words, one)]
+        names = self._desk.facts.rooms.names
+        objects = [one for one in remembered.objects if _matches(words, one, names.get(one.room_id or 0, ""))]
         labels = [one for one in remembered.labels if not words or words in one.label]
         self._things.show(sorted(objects, key=lambda one: (-one.belief, one.description, one.id))[:ROWS_MAX])
         self._kinds.show(labels[:ROWS_MAX])
@@ -102,9 +103,9 @@ class MemoryPanel:
         self._answer.classes(replace=result_classes(result))
 
 
-def _matches(words: str, one: RememberedObject) -> bool:
-    """Every word is in its description, label or state."""
-    text = f"{one.description} {one.label} {one.colour or ''} {_(STATES[one.state])}".lower()
+def _matches(words: str, one: RememberedObject, room: str) -> bool:
+    """Every word is in its description, label or state, or in the name of the room it stands in."""
+    text = f"{one.description} {one.label} {one.colour or ''} {_(STATES[one.state])} {room}".lower()
     return all(word in text for word in words.split())
 
 
@@ -138,14 +139,17 @@ class ThingRow:
         seen_s = self._desk.thumbnails.version(one.id)
         if seen_s is not None:
             self._picture.style(f"background-image:url(things/{one.id}?v={seen_s})")
+        room = self._desk.facts.rooms.names.get(one.room_id or 0)
+        where = _(", room: {room}", room=room) if room is not None else ""
         self._facts.set_text(
             _(
-                "{state}, {percent:.0f} % sure, last seen {ago} at {x:.1f} / {y:.1f} m",
+                "{state}, {percent:.0f} % sure, last seen {ago} at {x:.1f} / {y:.1f} m{where}",
                 state=_(STATES[one.state]),
                 percent=100.0 * one.belief,
                 ago=ago(self._desk.clock.now_s() - one.last_seen_s),
                 x=one.position.x,
                 y=one.position.y,
+                where=where,
             )
         )
 

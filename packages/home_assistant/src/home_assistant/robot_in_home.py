@@ -1,0 +1,200 @@
+"""Tells Home Assistant of the robot, and does what is pressed and typed there (shell)."""
+
+import asyncio
+import contextlib
+import json
+import ssl
+from collections.abc import Awaitable
+from http import HTTPStatus
+from importlib.metadata import version
+from typing import Final, TypeVar
+
+import aiomqtt
+import structlog
+
+from contracts.robot import EmergencyStopRequest
+from home_assistant import states
+from home_assistant.discovery import FIND_MAX, OFFLINE, ONLINE, PRESS, Entity, Topics, configs
+from home_assistant.services import Coordinator, Robot
+from home_assistant.settings import Settings
+from mesh.clock import Clock
+from mesh.errors import MeshError, UpstreamError
+
+log = structlog.get_logger()
+
+NEWEST: Final = 20
+"""Missions among which the last find is looked for."""
+WAITING_MAX: Final = 100
+"""Messages that wait to be read; of more, the newest are lost."""
+ASKED_AT_ONCE: Final = 4
+DOCK: Final = "go to the dock"
+T = TypeVar("T")
+
+
+class RobotInHome:
+    """One robot at one broker. `run` never ends by itself: a broker that is away is tried again."""
+
+    def __init__(self, settings: Settings, *, coordinator: Coordinator, robot: Robot, clock: Clock) -> None:
+        self._settings = settings
+        self._coordinator = coordinator
+        self._robot = robot
+        self._clock = clock
+        self._topics = Topics.of(settings)
+        self._told: dict[str, str] = {}
+        self._asking = 0
+        self._stopping = False
+
+    async def run(self) -> None:
+        while True:
+            try:
+                async with self._client() as client:
+                    log.info("at the broker", host=self._settings.mqtt_host, port=self._settings.mqtt_port)
+                    await self._serve(client)
+            except* aiomqtt.MqttError as errors:
+                log.warning("no broker", reason=str(errors.exceptions[0]), again_s=self._settings.reconnect_s)
+            await self._clock.sleep(self._settings.reconnect_s)
+
+    def _client(self) -> aiomqtt.Client:
+        settings = self._settings
+        ca_file = str(settings.mqtt_ca_file) if settings.mqtt_ca_file is not None else None
+        return aiomqtt.Client(
+            settings.mqtt_host,
+            settings.mqtt_port,
+            username=settings.mqtt_username,
+            password=settings.broker_password,
+            identifier=f"atom-{settings.robot_id}",
+            will=aiomqtt.Will(self._topics.availability, OFFLINE, qos=1, retain=True),
+            tls_context=ssl.create_default_context(cafile=ca_file) if settings.mqtt_tls or ca_file else None,
+            max_queued_incoming_messages=WAITING_MAX,
+            keepalive=20,
+        )
+
+    async def _serve(self, client: aiomqtt.Client) -> None:
+        topics = self._topics
+        for entity in (Entity.STOP, Entity.DOCK, Entity.FIND):
+            await client.subscribe(topics.command(entity), qos=1)
+        await client.subscribe(topics.birth, qos=1)
+        await self._announce(client)
+        try:
+            async with asyncio.TaskGroup() as group:
+                group.create_task(self._tell(client), name="tell")
+                if self._settings.camera:
+                    group.create_task(self._show(client), name="show")
+                async for message in client.messages:
+                    self._heard(client, group, message)
+        finally:
+            with contextlib.suppress(aiomqtt.MqttError):  # where the broker is gone its will is done
+                await client.publish(topics.availability, OFFLINE, qos=1, retain=True)
+
+    async def _announce(self, client: aiomqtt.Client) -> None:
+        """Everything anew: that it is here, what there is of it, and with the next look how it does."""
+        for entity, config in configs(self._settings, version=version("atom-home-assistant")).items():
+            payload = "" if config is None else json.dumps(config)  # an empty one takes an old entity away
+            await client.publish(self._topics.config(entity), payload, qos=1, retain=True)
+        self._told.clear()
+        await client.publish(self._topics.availability, ONLINE, qos=1, retain=True)
+
+    # what is told
+
+    async def _tell(self, client: aiomqtt.Client) -> None:
+        while True:
+            await self._tell_once(client)
+            await self._clock.sleep(self._settings.state_period_s)
+
+    async def _tell_once(self, client: aiomqtt.Client) -> None:
+        status, robot, newest = await asyncio.gather(
+            _if_there(self._coordinator.status()),
+            _if_there(self._robot.state()),
+            _if_there(self._coordinator.newest(NEWEST)),
+        )
+        found, topics = states.last_found(newest or ()), self._topics
+        await self._publish(client, topics.state(Entity.STATE), states.state_of(status, robot))
+        await self._publish(client, topics.state(Entity.BATTERY), states.battery_of(robot))
+        if newest is not None:  # else what was found last is as it was
+            await self._publish(client, topics.state(Entity.LAST_FOUND), states.found_text(found))
+            await self._publish(client, topics.attributes(Entity.LAST_FOUND), states.found_attributes(found))
+
+    async def _publish(self, client: aiomqtt.Client, topic: str, text: str) -> None:
+        """Retained, and only what is new."""
+        if self._told.get(topic) != text:
+            await client.publish(topic, text, qos=1, retain=True)
+            self._told[topic] = text
+
+    async def _show(self, client: aiomqtt.Client) -> None:
+        """Pictures are not retained: the broker keeps none of the home."""
+        while True:
+            picture = await _if_there(self._robot.picture())
+            if picture is not None:
+                await client.publish(self._topics.state(Entity.CAMERA), picture)
+            await self._clock.sleep(self._settings.camera_period_s)
+
+    # what is asked for
+
+    def _heard(self, client: aiomqtt.Client, group: asyncio.TaskGroup, message: aiomqtt.Message) -> None:
+        """Begins what is asked for. What the broker kept from before nobody asks for now: it moves nothing."""
+        topic, payload = message.topic.value, message.payload
+        if topic == self._topics.birth:
+            if payload == ONLINE.encode():
+                group.create_task(self._announce(client), name="announce")
+            return
+        if message.retain:
+            log.warning("a command that the broker kept is not obeyed", topic=topic)
+            return
+        text = payload.decode("utf-8", "replace") if isinstance(payload, bytes) else str(payload)
+        if topic == self._topics.command(Entity.STOP):
+            if text == PRESS and not self._stopping:
+                self._stopping = True
+                group.create_task(self._stop(client), name="stop")
+            return
+        command = DOCK if topic == self._topics.command(Entity.DOCK) else text.strip()
+        if topic == self._topics.command(Entity.DOCK) and text != PRESS:
+            return
+        if self._asking >= ASKED_AT_ONCE:
+            log.warning("too much is asked at once", command=command[:FIND_MAX])
+            return
+        self._asking += 1
+        group.create_task(self._ask(client, command), name="ask")
+
+    async def _stop(self, client: aiomqtt.Client) -> None:
+        try:
+            request = EmergencyStopRequest(reason="STOP pressed in Home Assistant", by="home_assistant")
+            await self._answer(client, self._stopped(request))
+        finally:
+            self._stopping = False
+
+    async def _stopped(self, request: EmergencyStopRequest) -> str:
+        await self._robot.emergency_stop(request)
+        return "stopped"
+
+    async def _ask(self, client: aiomqtt.Client, command: str) -> None:
+        try:
+            if command != DOCK:
+                await client.publish(self._topics.state(Entity.FIND), command[:FIND_MAX], qos=1, retain=True)
+            await self._answer(client, self._started(command))
+        finally:
+            self._asking -= 1
+
+    async def _started(self, command: str) -> str:
+        if not command or len(command) > FIND_MAX or not command.isprintable():
+            return "say what to find, for example: red bottle"
+        return states.answer_to(await self._coordinator.start(command))
+
+    async def _answer(self, client: aiomqtt.Client, doing: Awaitable[str]) -> None:
+        """What came of it, as the sensor `answer`; it is told again where it is the same."""
+        try:
+            text = await doing
+        except UpstreamError as error:
+            refused = error.upstream_status < HTTPStatus.INTERNAL_SERVER_ERROR
+            text = error.said if refused else f"{error.service} failed"
+        except MeshError as error:
+            text = str(error)
+        await client.publish(self._topics.state(Entity.ANSWER), text[:FIND_MAX], qos=1, retain=True)
+
+
+async def _if_there(asking: Awaitable[T]) -> T | None:
+    """None where the service is away or refuses."""
+    try:
+        return await asking
+    except MeshError as error:
+        log.info("could not be asked", error=str(error))
+        return None
