@@ -31,6 +31,7 @@ T = TypeVar("T")
 EXIT: Final = {
     Outcome.FOUND: 0,
     Outcome.DOCKED: 0,
+    Outcome.DONE: 0,
     Outcome.NOT_FOUND: 10,
     Outcome.UNSURE: 11,
     Outcome.CANCELED: 12,

@@ -21,6 +21,8 @@ class WantedAction(StrEnum):
     GO = "go"
     """'go to the couch': found and driven up to; of a room it is asked back."""
     DOCK = "dock"
+    MOVE = "move"
+    """Plain motions, asked for as an action and not in words (`contracts.actions`)."""
     ASK = "ask"
     """A question: `POST /ask` answers it."""
     COUNT = "count"

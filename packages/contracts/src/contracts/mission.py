@@ -30,6 +30,8 @@ class MissionState(StrEnum):
     """Driving up to a validated target."""
     DRIVING_1M = "DRIVING_1M"
     """Taking one step of a metre towards a far target."""
+    MOVING = "MOVING"
+    """Doing the plain motions that were asked for: drives, turns, looks."""
     DONE = "DONE"
     """The mission has ended; resets by itself."""
     EMERGENCY_STOP = "EMERGENCY_STOP"
@@ -56,6 +58,8 @@ class MissionKind(StrEnum):
     """Look for something and drive up to it."""
     DOCK = "dock"
     """Drive to the dock and charge (requirement A15)."""
+    MOVE = "move"
+    """Plain motions: a drive, a turn, a look round, a tour of rooms (`contracts.actions`). Nothing is looked for."""
 
 
 class Outcome(StrEnum):
@@ -67,6 +71,8 @@ class Outcome(StrEnum):
     """Something may have been it; the report names each candidate and why it was not taken."""
     DOCKED = "docked"
     """A docking that ended on the dock."""
+    DONE = "done"
+    """Plain motions that ended as they were asked for."""
     CANCELED = "canceled"
     """By a person."""
     ABORTED = "aborted"

@@ -64,6 +64,7 @@ PHASES: Final[dict[MissionState, tuple[str, Tone]]] = {
     MissionState.DEPTH_CHECK: (N_("Checking the object"), Tone.BUSY),
     MissionState.APPROACHING: (N_("Approaching the object"), Tone.BUSY),
     MissionState.DRIVING_1M: (N_("Moving closer"), Tone.BUSY),
+    MissionState.MOVING: (N_("Moving as asked"), Tone.BUSY),
     MissionState.DONE: (N_("Done"), Tone.GOOD),
     MissionState.EMERGENCY_STOP: (N_("Stopped"), Tone.BAD),
 }
@@ -72,6 +73,7 @@ OUTCOMES: Final[dict[Outcome, tuple[str, Tone]]] = {
     Outcome.NOT_FOUND: (N_("Not found"), Tone.WARN),
     Outcome.UNSURE: (N_("Not sure"), Tone.WARN),
     Outcome.DOCKED: (N_("Docked"), Tone.GOOD),
+    Outcome.DONE: (N_("Done"), Tone.GOOD),
     Outcome.CANCELED: (N_("Cancelled"), Tone.QUIET),
     Outcome.INTERRUPTED: (N_("Interrupted"), Tone.BAD),
     Outcome.ABORTED: (N_("Aborted"), Tone.BAD),

@@ -11,6 +11,7 @@ from contracts.robot import GoalStatus
 from contracts.vision import Detections, Target, Validation
 from coordinator.belief.clues import Clue
 from coordinator.core.mission import FIRST, Order, SearchPose
+from coordinator.core.motions import Motion
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,17 @@ class DockingStarted:
     mission_id: str
     why: str
     order: Order = FIRST
+
+
+@dataclass(frozen=True, slots=True)
+class MotionStarted:
+    """Plain motions, asked for as an action."""
+
+    mission_id: str
+    command: str
+    motion: Motion
+    order: Order = FIRST
+    action: WantedAction = WantedAction.MOVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +192,6 @@ Answer = (
 """To a call the core asked for, by its number."""
 
 Event = (
-    MissionStarted | DockingStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelRequested | PauseRequested
+    MissionStarted | DockingStarted | MotionStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelRequested | PauseRequested
     | ResumeRequested | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The ten mission states of requirement A12, what each means, and which may follow which and why."""
+"""The mission states (the ten of requirement A12, and MOVING), what each means, and which may follow which and why."""
 
 from contracts.mission import MissionState
 
@@ -11,6 +11,7 @@ SENTENCES: dict[MissionState, str] = {
     MissionState.DEPTH_CHECK: "Standing still: measuring the distance and validating.",
     MissionState.APPROACHING: "Driving up to a target that was validated, or is on the way (the direct approach).",
     MissionState.DRIVING_1M: "Taking one step of about a metre towards a far target.",
+    MissionState.MOVING: "Doing the plain motions that were asked for: drives, turns, looks.",
     MissionState.DONE: "The target was found; resets by itself.",
     MissionState.EMERGENCY_STOP: "Stopped until RESUME.",
 }
@@ -23,7 +24,8 @@ _STOP = "emergency stop"
 TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
     _S.IDLE: {
         _S.MEMORY_NAV: "a mission with remembered places, or a low battery and no mission left",
-        _S.SCANNING: "a mission without remembered places",
+        _S.SCANNING: "a mission without remembered places, or one that only explores",
+        _S.MOVING: "plain motions were asked for",
         _S.EMERGENCY_STOP: _STOP,
     },
     _S.MEMORY_NAV: {
@@ -78,6 +80,7 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },
+    _S.MOVING: {_S.IDLE: f"all of it is done, or an obstacle stands in the way; {_OVER}", _S.EMERGENCY_STOP: _STOP},
     _S.DONE: {_S.IDLE: "after 2 s", _S.EMERGENCY_STOP: _STOP},
     _S.EMERGENCY_STOP: {_S.IDLE: "RESUME; nothing goes on by itself"},
 }
