@@ -1,6 +1,7 @@
 """MOVING: plain motions, leg by leg; and exploring, where nothing is looked for."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -100,7 +101,7 @@ def test_a_look_round_is_one_turn_with_a_look_at_each_stop() -> None:
     looks = script.asked(do.RecordLook)
     assert len(looks) == math.ceil(math.tau / 0.7331)
     headings = sorted(look.pose.yaw % math.tau for look in looks)
-    assert max(b - a for a, b in zip(headings, headings[1:], strict=False)) < 0.8
+    assert max(b - a for a, b in pairwise(headings)) < 0.8
     assert ended(script) == (Outcome.DONE, None)
     assert [one.label for one in script.mission.search.other_objects] == ["chair"]
     assert "seen: red chair" in script.mission.reason

@@ -48,7 +48,9 @@ def _said(most: int) -> StringConstraints:
 
 
 Thing = Annotated[str, _said(100), Field(description="what is meant, in words, e.g. 'red bottle' or 'the couch'")]
-Room = Annotated[str, _said(ROOM_NAME_MAX), Field(description="a room's name as GET /rooms of memory has it: 'kitchen'")]
+Room = Annotated[
+    str, _said(ROOM_NAME_MAX), Field(description="a room's name as GET /rooms of memory has it: 'kitchen'")
+]
 MissionId = Annotated[
     str | None,
     Field(min_length=1, max_length=64, pattern=r"^[0-9a-zA-Z_-]+$", description="none = the one that runs now"),

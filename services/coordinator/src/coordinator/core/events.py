@@ -46,7 +46,6 @@ class MotionStarted:
     command: str
     motion: Motion
     order: Order = FIRST
-    action: WantedAction = WantedAction.MOVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +190,9 @@ Answer = (
 )  # fmt: skip
 """To a call the core asked for, by its number."""
 
+Started = MissionStarted | DockingStarted | MotionStarted
+
 Event = (
-    MissionStarted | DockingStarted | MotionStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelRequested | PauseRequested
-    | ResumeRequested | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
+    MissionStarted | DockingStarted | MotionStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelRequested
+    | PauseRequested | ResumeRequested | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
 )  # fmt: skip

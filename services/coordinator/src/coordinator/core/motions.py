@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from contracts.geometry import Pose2D
-from coordinator.core.rules import Rules
+from contracts.intent import WantedAction
 from coordinator.core.headings import headings_round
+from coordinator.core.rules import Rules
 
 TURN_STEP_RAD = 1.5
 """A turn is cut into steps shorter than half a turn, so that each has one direction, whatever it is broken off by."""
@@ -68,10 +69,11 @@ Leg = GoToPlace | Turn | Face | Straight | LookRound | Look
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """`what` tells it to a person. No legs: it only leaves the dock. `explores`: all of the map is looked at instead."""
+    """`what` tells it to a person. No legs: it only leaves the dock. `explores`: all of the map is looked at."""
 
     what: str
     legs: tuple[Leg, ...] = ()
+    action: WantedAction = WantedAction.MOVE
     limit_s: float | None = None
     explores: bool = False
     reached: tuple[str, ...] = ()

@@ -16,8 +16,12 @@ from coordinator.core.step_context import StepContext
 
 def handle(
     context: StepContext,
-    event: ev.MissionStarted | ev.DockingStarted | ev.MotionStarted
-    | ev.CancelRequested | ev.PauseRequested | ev.ResumeRequested,
+    event: ev.MissionStarted
+    | ev.DockingStarted
+    | ev.MotionStarted
+    | ev.CancelRequested
+    | ev.PauseRequested
+    | ev.ResumeRequested,
 ) -> None:
     match event:
         case ev.MissionStarted():
@@ -86,7 +90,7 @@ def _start_motion(context: StepContext, event: ev.MotionStarted) -> None:
     context.mission = replace(
         fresh,
         kind=MissionKind.MOVE,
-        action=event.action,
+        action=event.motion.action,
         command=event.command,
         motion=event.motion,
         deadline_s=fresh.deadline_s if limit_s is None else min(fresh.deadline_s, context.now_s + limit_s),

@@ -17,7 +17,7 @@ OFF_THE_DOCK = frozenset({
 
 
 def undock_first(context: StepContext) -> bool:
-    """True when a search or a plain motion begins on the dock, which is left first: the state is taken up again afterwards.
+    """True when a mission begins on the dock, which is left first: the state is taken up again afterwards.
 
     Once a mission: what the base says of its dock lags behind.
     """

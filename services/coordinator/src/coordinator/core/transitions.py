@@ -10,8 +10,8 @@ SENTENCES: dict[MissionState, str] = {
     MissionState.CENTERING: "Turning until the target is in the middle of the picture.",
     MissionState.DEPTH_CHECK: "Standing still: measuring the distance and validating.",
     MissionState.APPROACHING: "Driving up to a target that was validated, or is on the way (the direct approach).",
-    MissionState.DRIVING_1M: "Taking one step of about a metre towards a far target.",
     MissionState.MOVING: "Doing the plain motions that were asked for: drives, turns, looks.",
+    MissionState.DRIVING_1M: "Taking one step of about a metre towards a far target.",
     MissionState.DONE: "The target was found; resets by itself.",
     MissionState.EMERGENCY_STOP: "Stopped until RESUME.",
 }
@@ -74,13 +74,13 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },
+    _S.MOVING: {_S.IDLE: f"all of it is done, or an obstacle stands in the way; {_OVER}", _S.EMERGENCY_STOP: _STOP},
     _S.DRIVING_1M: {
         _S.CENTERING: "the step is over, or it drifted from the middle",
         _S.SCANNING: "it cannot be driven up to",
         _S.IDLE: _OVER,
         _S.EMERGENCY_STOP: _STOP,
     },
-    _S.MOVING: {_S.IDLE: f"all of it is done, or an obstacle stands in the way; {_OVER}", _S.EMERGENCY_STOP: _STOP},
     _S.DONE: {_S.IDLE: "after 2 s", _S.EMERGENCY_STOP: _STOP},
     _S.EMERGENCY_STOP: {_S.IDLE: "RESUME; nothing goes on by itself"},
 }

@@ -102,10 +102,10 @@ class MissionRunner:
         self._tasks.start("robot-navigation", self._bus.listen(ROBOT_NAVIGATION, self._on_navigation))
         self._tasks.start("detections", self._bus.listen(VISION_DETECTIONS, self._on_detections))
 
-    def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
+    def begin(self, event: ev.Started) -> None:
         """Starts a mission, its recording, and its span in the current trace. Only while the core is idle."""
         self._take_rules()
-        self._trace.begin(event.mission_id, event.command if isinstance(event, ev.MissionStarted) else "dock")
+        self._trace.begin(event.mission_id, "dock" if isinstance(event, ev.DockingStarted) else event.command)
         self._explored, self.believed = self.unexplored(), self._belief_of(event)
         self._spawn(self._prefetch_map(self._explored))
         header = recording.header_of(self.mission, event.mission_id, self._clock.now_s())
@@ -117,9 +117,9 @@ class MissionRunner:
         """What nobody has looked at yet. Raises nothing: what needs the body says so when it is asked."""
         return ExploredSpace(self._robot, self.mission.rules, self.description)
 
-    def _belief_of(self, event: ev.MissionStarted | ev.DockingStarted) -> BelievedSpace | None:
+    def _belief_of(self, event: ev.Started) -> BelievedSpace | None:
         rules, body = self.mission.rules, self.description
-        if isinstance(event, ev.DockingStarted) or body is None or rules.coverage_rule is not CoverageRule.BELIEF:
+        if rules.coverage_rule is not CoverageRule.BELIEF or body is None or not isinstance(event, ev.MissionStarted):
             return None
         return BelievedSpace(rules, body, event.target, event.clues)
 

@@ -67,7 +67,7 @@ class Moving(State):
         match context.mission.activity, event:
             case Navigating(), GoalEnded():
                 _goal_ended(context, event)
-            case (Rotating() | Driving()), MotionEnded():
+            case ((Rotating() | Driving()), MotionEnded()):
                 _motion_ended(context, event)
             case AwaitingFrame(after_s=after_s), DetectionsSeen(detections=seen) if seen.stamp_s >= after_s:
                 context.update_search(blind_looks=0)
@@ -139,9 +139,7 @@ def _goal_ended(context: StepContext, ended: GoalEnded) -> None:
         case GoalStatus.REJECTED | GoalStatus.CANCELED if refusals < context.rules.failures_max:
             context.update_search(refusals=refusals)
             context.retry_later("navigation", what, stopped=ended.stopped)
-        case GoalStatus.ABORTED | GoalStatus.TIMED_OUT if (
-            ended.cause is not GoalCause.UNREACHABLE and failures < TRIES
-        ):
+        case GoalStatus.ABORTED | GoalStatus.TIMED_OUT if ended.cause is not GoalCause.UNREACHABLE and failures < TRIES:
             context.update_search(place_failures=failures)
             context.retry_later("navigation", what)
         case _:
