@@ -23,7 +23,7 @@ def moving(
 ) -> Script:
     script = Script(**rules)
     script.robot(docked=docked)
-    return script.feed(ev.MotionStarted("m1", "as asked", Motion("as asked", legs, limit_s, explores)))
+    return script.feed(ev.MotionStarted("m1", "as asked", Motion("as asked", legs, limit_s=limit_s, explores=explores)))
 
 
 def kitchen(*, may_miss: bool = False) -> GoToPlace:
@@ -43,7 +43,7 @@ def test_a_turn_is_done_in_steps_of_one_direction_and_ends_as_done() -> None:
         script.turned()
     turns = [action.angle_rad for action in script.asked(do.Rotate)]
     assert sum(turns) == pytest.approx(-4.0)
-    assert all(-1.5 <= turn < 0.0 for turn in turns)
+    assert all(-2.5 <= turn < 0.0 for turn in turns)
     assert ended(script) == (Outcome.DONE, None)
     assert script.states[-2:] == [MissionState.MOVING, MissionState.IDLE]
 
@@ -55,6 +55,14 @@ def test_a_paused_turn_goes_on_to_the_heading_it_was_to_end_at() -> None:
     assert script.asked(do.StopMotion)
     script.feed(ev.ResumeRequested())
     assert script.last(do.Rotate).angle_rad == pytest.approx(0.6)
+
+
+def test_the_next_step_of_a_turn_waits_for_no_news_of_the_heading() -> None:
+    script = moving(Turn(4.0))
+    script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.COMPLETED, turned_rad=2.0))
+    assert script.last(do.Rotate).angle_rad == pytest.approx(2.0)
+    script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.COMPLETED, turned_rad=2.0))
+    assert ended(script) == (Outcome.DONE, None)
 
 
 def test_a_drive_counts_what_was_driven_before_a_pause() -> None:

@@ -100,7 +100,11 @@ legs = st.one_of(
     places, st.builds(Turn, st.floats(-6.0, 6.0)), st.builds(Straight, st.floats(0.05, 2.0)), st.builds(LookRound)
 )
 motions = st.builds(
-    Motion, st.just("as asked"), st.lists(legs, max_size=3).map(tuple), st.none() | st.just(30.0), st.booleans()
+    Motion,
+    st.just("as asked"),
+    st.lists(legs, max_size=3).map(tuple),
+    limit_s=st.none() | st.just(30.0),
+    explores=st.booleans(),
 )
 anything = st.one_of(
     st.tuples(st.just("start"), st.lists(st.builds(SearchPose, poses), max_size=3).map(tuple)),

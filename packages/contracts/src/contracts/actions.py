@@ -47,7 +47,11 @@ def _said(most: int) -> StringConstraints:
     )
 
 
-Thing = Annotated[str, _said(100), Field(description="what is meant, in words, e.g. 'red bottle' or 'the couch'")]
+Thing = Annotated[
+    str,
+    _said(100),
+    Field(pattern=r"^\w[\w' -]*$", description="one thing in a few plain words, e.g. 'red bottle' or 'the couch'"),
+]
 Room = Annotated[
     str, _said(ROOM_NAME_MAX), Field(description="a room's name as GET /rooms of memory has it: 'kitchen'")
 ]

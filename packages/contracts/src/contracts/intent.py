@@ -19,7 +19,7 @@ class WantedAction(StrEnum):
     POUR = "pour"
     """'pour the medicine': asked back by a robot without an arm."""
     GO = "go"
-    """'go to the couch': found and driven up to; of a room it is asked back."""
+    """'go to the couch': found and driven up to; 'go to the kitchen': driven to, where memory knows the room."""
     DOCK = "dock"
     MOVE = "move"
     """Plain motions, asked for as an action and not in words (`contracts.actions`)."""
@@ -46,7 +46,7 @@ class Intent(Message):
     command: str = Field(max_length=500, description="the words that were read, as they are to be sent on")
     targets: tuple[Target, ...] = Field(default=(), max_length=8, description="the things asked for, known classes")
     unknown: tuple[str, ...] = Field(default=(), max_length=8, description="what was asked for and is no known class")
-    room: str | None = Field(default=None, max_length=24, description="'kitchen'")
+    room: str | None = Field(default=None, max_length=64, description="'kitchen', or a room's own name")
     about: About | None = Field(default=None, description="of a question")
     mood: Mood
     able: str = Field(default="", max_length=300, description="what the robot cannot do of it; '' = it can do all")

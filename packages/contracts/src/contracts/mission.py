@@ -107,7 +107,8 @@ class CommandRefusal(StrEnum):
     WHICH_THING = "which_thing"
     """'anything red': the thing itself is not named."""
     NO_ARM = "no_arm"  # 'pour the medicine': a robot without an arm cannot begin it
-    NO_ROOMS = "no_rooms"  # 'go to the kitchen': no map names its rooms
+    NO_ROOMS = "no_rooms"  # 'go to the kitchen': memory knows no such room
+    WHICH_ROOM = "which_room"  # 'go to the bedroom': there are two
     STOPPED_MEANWHILE = "stopped_meanwhile"
     """A person said stop while it was being read."""
 

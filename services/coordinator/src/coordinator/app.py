@@ -8,15 +8,18 @@ from typing import TypedDict
 from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
+from coordinator.action_routes import router as actions_router
 from coordinator.adapters.inference import InferenceClient
 from coordinator.adapters.memory import MemoryClient
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.adapters.sqlite_log import SqliteLog
+from coordinator.commands.action_service import ActionService
 from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.mission_service import MissionService
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_runner import MissionRunner
+from coordinator.execution.newest_view import NewestView
 from coordinator.ports import Inference, Memory, MissionLog, Robot
 from coordinator.questions.question_service import QuestionService
 from coordinator.queue.mission_queue import MissionQueue
@@ -32,6 +35,7 @@ from vocabulary.moods import read
 class State(TypedDict):
     missions: MissionService
     questions: QuestionService
+    actions: ActionService
 
 
 def create_app(
@@ -98,7 +102,10 @@ def create_app(
                 runner=runner,
                 clock=the_clock,
             )
-            yield {"missions": missions, "questions": questions}
+            view = NewestView(the_bus, the_clock)
+            view.start(tasks)
+            actions = ActionService(missions=missions, questions=questions, view=view, robot=the_robot)
+            yield {"missions": missions, "questions": questions, "actions": actions}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await (await get_missions(request)).dependencies()
@@ -117,6 +124,7 @@ def create_app(
         description="Decides: missions, the state machine, the search and the approach.",
     )
     app.include_router(router)
+    app.include_router(actions_router)
     return app
 
 

@@ -109,7 +109,6 @@ class MissionService:
         ended_before = self._dispatcher.orders_to_end
         with TRACER.command("action", {"command": command}):
             async with self._starting:
-                self._refuse_now(ended_before, searches=work is not None)
                 (made,) = self._put(command, (work,), ended_before)
             return await self._begun(made.id)
 

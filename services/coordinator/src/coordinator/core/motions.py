@@ -9,8 +9,8 @@ from contracts.intent import WantedAction
 from coordinator.core.headings import headings_round
 from coordinator.core.rules import Rules
 
-TURN_STEP_RAD = 1.5
-"""A turn is cut into steps shorter than half a turn, so that each has one direction, whatever it is broken off by."""
+TURN_STEP_RAD = 2.5
+"""A turn is cut into steps shorter than half a turn: how much of one was done can be told from the heading."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,10 @@ class GoToPlace:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """By an angle from where it begins, counter-clockwise positive."""
+    """By an angle that is left, counter-clockwise positive. `from_rad`: the heading where the step under way began."""
 
     angle_rad: float
+    from_rad: float | None = None
     is_a: Literal["turn"] = "turn"
 
 
@@ -81,10 +82,9 @@ class Motion:
     """Places by name."""
 
 
-def turn_steps(angle_rad: float, heading_rad: float) -> tuple[Face, ...]:
-    """The headings of one turn, the last of them the one asked for; from where it stands at `heading_rad`."""
-    count = max(1, math.ceil(abs(angle_rad) / TURN_STEP_RAD))
-    return tuple(Face(heading_rad + angle_rad * k / count) for k in range(1, count + 1))
+def next_step_rad(angle_rad: float) -> float:
+    """Of a turn of which so much is left."""
+    return angle_rad / max(1, math.ceil(abs(angle_rad) / TURN_STEP_RAD))
 
 
 def looks_round(rules: Rules, heading_rad: float) -> tuple[Leg, ...]:

@@ -20,7 +20,7 @@ from coordinator.core.motions import (
     Straight,
     Turn,
     looks_round,
-    turn_steps,
+    next_step_rad,
 )
 from coordinator.core.outcomes import abort, end
 from coordinator.core.reactions import Reaction, react
@@ -48,8 +48,8 @@ class Moving(State):
         match legs[0]:
             case GoToPlace() as place:
                 _go(context, place)
-            case Turn(angle_rad=angle_rad):
-                _instead(context, turn_steps(angle_rad, _heading_rad(context)))
+            case Turn() as turn:
+                _turn(context, turn)
             case LookRound():
                 _instead(context, looks_round(context.rules, _heading_rad(context)))
             case Face(heading_rad=heading_rad):
@@ -103,6 +103,18 @@ def _instead(context: StepContext, legs: tuple[Leg, ...]) -> None:
 def _next(context: StepContext) -> None:
     _instead(context, ())
     context.set_activity(Starting())
+
+
+def _turn(context: StepContext, turn: Turn) -> None:
+    """What a step that was broken off had turned already counts."""
+    heading_rad = _heading_rad(context)
+    done_rad = 0.0 if turn.from_rad is None else wrap(heading_rad - turn.from_rad)
+    left_rad = turn.angle_rad - done_rad
+    if abs(left_rad) <= FACED_RAD:
+        _next(context)
+        return
+    _instead(context, (Turn(left_rad, heading_rad),))
+    context.turn(next_step_rad(left_rad), context.rules.scan_speed_rad_s)
 
 
 def _go(context: StepContext, place: GoToPlace) -> None:
@@ -183,6 +195,9 @@ def _driven_m(context: StepContext, straight: Straight) -> float:
 def _motion_ended(context: StepContext, ended: MotionEnded) -> None:
     leg, why = _motion(context).legs[0], ended.text or ended.end.sentence
     match react(context, ended):
+        case Reaction.GO_ON if isinstance(leg, Turn):
+            _instead(context, (Turn(leg.angle_rad - ended.turned_rad),))
+            context.set_activity(Starting())
         case Reaction.GO_ON:
             _next(context)
         case Reaction.END:
