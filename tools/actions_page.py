@@ -15,9 +15,10 @@ velocity, and whoever moves goes through robot_bridge's arbiter and safety filte
 
 - **HTTP**: `GET /actions` of the coordinator is this page as data, each action with the JSON schema of its arguments,
   as models that call tools take it. `POST /actions` does one: `{"action": "drive", "distance_m": 0.5}`. What moves the
-  robot is a mission (201): queued, reported, recorded, and paused, cancelled and stopped as any other. Questions and orders are
-  answered (200). Refused: 403 (role), 409 (stopped, or low on power), 422 (not declared, out of bounds, names nothing
-  known; `code` says which), 429 (the queue is full). `POST /actions/stop` stops without a key and without a body.
+  robot is a mission (201): queued, reported, recorded, and paused, cancelled and stopped as any other. Questions and
+  orders are answered (200). Refused: 403 (role), 409 (stopped, or low on power), 422 (not declared, out of bounds,
+  names nothing known; `code` says which), 429 (the queue is full). `POST /actions/stop` stops without a key and
+  without a body.
 - **Terminal**: `atom do ACTION`, as in `atom do drive --distance-m 0.5`; `atom do ACTION --help` tells the arguments.
 - **MCP**: the same as tools, `stop` first ([mcp.md](mcp.md)).
 

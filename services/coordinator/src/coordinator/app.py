@@ -3,13 +3,17 @@
 import contextlib
 from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import aclosing
+from importlib.metadata import version
 from typing import TypedDict
 
 from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
 from coordinator.action_routes import router as actions_router
+from coordinator.adapters import mcp_server
+from coordinator.adapters.camera import CameraClient
 from coordinator.adapters.inference import InferenceClient
+from coordinator.adapters.mcp_resources import Resources
 from coordinator.adapters.memory import MemoryClient
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.adapters.sqlite_log import SqliteLog
@@ -20,7 +24,7 @@ from coordinator.commands.mission_service import MissionService
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.execution.newest_view import NewestView
-from coordinator.ports import Inference, Memory, MissionLog, Robot
+from coordinator.ports import Camera, Inference, Memory, MissionLog, Robot
 from coordinator.questions.question_service import QuestionService
 from coordinator.queue.mission_queue import MissionQueue
 from coordinator.routes import get_missions, router
@@ -36,6 +40,7 @@ class State(TypedDict):
     missions: MissionService
     questions: QuestionService
     actions: ActionService
+    mcp: mcp_server.McpServer
 
 
 def create_app(
@@ -45,6 +50,7 @@ def create_app(
     robot: Robot | None = None,
     inference: Inference | None = None,
     memory: Memory | None = None,
+    camera: Camera | None = None,
     log: MissionLog | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
@@ -62,6 +68,7 @@ def create_app(
             the_robot = robot if robot is not None else await closing(aclosing(RobotBridgeClient(settings)))
             the_inference = inference if inference is not None else await closing(aclosing(InferenceClient(settings)))
             the_memory = memory if memory is not None else await closing(aclosing(MemoryClient(settings)))
+            the_camera = camera if camera is not None else await closing(aclosing(CameraClient(settings)))
             tasks = await closing(Tasks(on_death=on_death))
             the_log = log if log is not None else await _log(settings, stack, tasks, the_clock)
             queue = MissionQueue(settings.queue_max)
@@ -105,7 +112,10 @@ def create_app(
             view = NewestView(the_bus, the_clock)
             view.start(tasks)
             actions = ActionService(missions=missions, questions=questions, view=view, robot=the_robot)
-            yield {"missions": missions, "questions": questions, "actions": actions}
+            resources = Resources(missions=missions, robot=the_robot, memory=the_memory, camera=the_camera)
+            mcp = mcp_server.McpServer(actions, resources, version=version("atom-coordinator"))
+            await closing(mcp.running())
+            yield {"missions": missions, "questions": questions, "actions": actions, "mcp": mcp}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await (await get_missions(request)).dependencies()
@@ -125,6 +135,7 @@ def create_app(
     )
     app.include_router(router)
     app.include_router(actions_router)
+    app.router.routes.append(mcp_server.route())
     return app
 
 
