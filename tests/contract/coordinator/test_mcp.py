@@ -5,13 +5,14 @@ import base64
 import contextlib
 import json
 import math
+import sys
 from collections.abc import AsyncGenerator, Awaitable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import httpx2
 import pytest
-from mcp import Client, types
+from mcp import Client, StdioServerParameters, types
 from mcp.client.streamable_http import streamable_http_client
 from mcp.shared.exceptions import MCPError
 
@@ -268,3 +269,57 @@ async def test_each_role_sees_and_may_what_is_declared(open_mesh: OpenMesh, tmp_
         with pytest.raises(ExceptionGroup):
             async with connected(mesh, key="nobody") as client:
                 await client.list_tools()
+
+
+def started(port: int, **env: str) -> Client:
+    """`atom mcp`, as a client starts it."""
+    arguments = ["-m", "atom_cli", "mcp", "--port-base", str(port - 1)]
+    return Client(StdioServerParameters(command=sys.executable, args=arguments, env=env or None), mode=HANDSHAKE)
+
+
+async def test_over_stdin_and_stdout_it_is_the_same_server(open_mesh: OpenMesh) -> None:
+    async with open_mesh(BOTTLE) as mesh, served(mesh.transport.app, lifespan="off") as url:
+        async with started(int(url.rpartition(":")[2])) as client:
+            assert [one.name for one in (await client.list_tools()).tools] == [name.value for name in ActionName]
+            told: list[str] = []
+
+            async def on_progress(progress: float, total: float | None, message: str | None) -> None:
+                del progress, total
+                told.append(message or "")
+
+            call = client.call_tool("find", {"thing": "red bottle"}, progress_callback=on_progress)
+            result = await while_time_goes_on(mesh, call)
+            assert text(result).startswith("found the red bottle")
+            assert "spotted: turning to it" in told
+            assert (await client.call_tool("drive", {"distance_m": 9.0})).is_error
+            assert json.loads((await client.read_resource("atom://state")).contents[0].model_dump()["text"])
+            driving = asyncio.ensure_future(client.call_tool("drive", {"distance_m": 2.0}))
+            moves = len(mesh.world.moves)
+            while len(mesh.world.moves) == moves:
+                await mesh.clock.advance(0.1)
+                await asyncio.wait({driving}, timeout=0.005)
+            driving.cancel()
+
+            async def over() -> bool:
+                await asyncio.wait({driving}, timeout=0.005)
+                return (await newest(mesh)).outcome is not None
+
+            await mesh.advance_until(over, within_s=60.0)
+            assert (await newest(mesh)).outcome is Outcome.CANCELED
+
+
+async def test_over_stdin_the_key_is_the_starter_s(open_mesh: OpenMesh, tmp_path: Path) -> None:
+    keys = tmp_path / "keys.json"
+    principal = Principal(name="model", role=Role.VIEWER, key_sha256=sha256_of("a-viewer"))
+    keys.write_text(CredentialFile(principals=(principal,)).model_dump_json())
+    async with open_mesh(keys_file=keys) as mesh, served(mesh.transport.app, lifespan="off") as url:
+        port = int(url.rpartition(":")[2])
+        async with started(port, ATOM_KEY="a-viewer") as client:
+            assert "drive" not in [one.name for one in (await client.list_tools()).tools]
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "atom_cli", "mcp", "--port-base", str(port - 1),
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
+        )  # fmt: skip
+        out, err = await process.communicate(b"")
+        assert (process.returncode, out) == (4, b"")
+        assert b"no MCP server at" in err

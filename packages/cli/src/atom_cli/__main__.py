@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from atom_cli import archive, doing, keys, listening
+from atom_cli import archive, doing, keys, listening, serving
 from atom_cli import backup as copies
 from atom_cli.following import told_ending, watched
 from atom_cli.options import Host, PortBase
@@ -336,6 +336,7 @@ def _code(error: ServiceError) -> int:
 
 
 doing.add_to(app, doing.Terminal(console, _services, _or_exit, _follow))
+serving.add_to(app, _key)
 
 
 def main() -> None:
