@@ -278,34 +278,37 @@ def started(port: int, **env: str) -> Client:
 
 
 async def test_over_stdin_and_stdout_it_is_the_same_server(open_mesh: OpenMesh) -> None:
-    async with open_mesh(BOTTLE) as mesh, served(mesh.transport.app, lifespan="off") as url:
-        async with started(int(url.rpartition(":")[2])) as client:
-            assert [one.name for one in (await client.list_tools()).tools] == [name.value for name in ActionName]
-            told: list[str] = []
+    async with (
+        open_mesh(BOTTLE) as mesh,
+        served(mesh.transport.app, lifespan="off") as url,
+        started(int(url.rpartition(":")[2])) as client,
+    ):
+        assert [one.name for one in (await client.list_tools()).tools] == [name.value for name in ActionName]
+        told: list[str] = []
 
-            async def on_progress(progress: float, total: float | None, message: str | None) -> None:
-                del progress, total
-                told.append(message or "")
+        async def on_progress(progress: float, total: float | None, message: str | None) -> None:
+            del progress, total
+            told.append(message or "")
 
-            call = client.call_tool("find", {"thing": "red bottle"}, progress_callback=on_progress)
-            result = await while_time_goes_on(mesh, call)
-            assert text(result).startswith("found the red bottle")
-            assert "spotted: turning to it" in told
-            assert (await client.call_tool("drive", {"distance_m": 9.0})).is_error
-            assert json.loads((await client.read_resource("atom://state")).contents[0].model_dump()["text"])
-            driving = asyncio.ensure_future(client.call_tool("drive", {"distance_m": 2.0}))
-            moves = len(mesh.world.moves)
-            while len(mesh.world.moves) == moves:
-                await mesh.clock.advance(0.1)
-                await asyncio.wait({driving}, timeout=0.005)
-            driving.cancel()
+        call = client.call_tool("find", {"thing": "red bottle"}, progress_callback=on_progress)
+        result = await while_time_goes_on(mesh, call)
+        assert text(result).startswith("found the red bottle")
+        assert "spotted: turning to it" in told
+        assert (await client.call_tool("drive", {"distance_m": 9.0})).is_error
+        assert json.loads((await client.read_resource("atom://state")).contents[0].model_dump()["text"])
+        driving = asyncio.ensure_future(client.call_tool("drive", {"distance_m": 2.0}))
+        moves = len(mesh.world.moves)
+        while len(mesh.world.moves) == moves:
+            await mesh.clock.advance(0.1)
+            await asyncio.wait({driving}, timeout=0.005)
+        driving.cancel()
 
-            async def over() -> bool:
-                await asyncio.wait({driving}, timeout=0.005)
-                return (await newest(mesh)).outcome is not None
+        async def over() -> bool:
+            await asyncio.wait({driving}, timeout=0.005)
+            return (await newest(mesh)).outcome is not None
 
-            await mesh.advance_until(over, within_s=60.0)
-            assert (await newest(mesh)).outcome is Outcome.CANCELED
+        await mesh.advance_until(over, within_s=60.0)
+        assert (await newest(mesh)).outcome is Outcome.CANCELED
 
 
 async def test_over_stdin_the_key_is_the_starter_s(open_mesh: OpenMesh, tmp_path: Path) -> None:
