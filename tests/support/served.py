@@ -3,9 +3,9 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
+from typing import Any, Literal
 
 import uvicorn
-from fastapi import FastAPI
 
 from mesh.server import RequestLimitsProtocol, WebSocketLimitsProtocol
 from support.redis_server import free_port
@@ -13,8 +13,8 @@ from support.waiting import until
 
 
 @contextlib.asynccontextmanager
-async def served(app: FastAPI) -> AsyncIterator[str]:
-    """Yields its base URL once it answers."""
+async def served(app: Any, *, lifespan: Literal["auto", "off"] = "auto") -> AsyncIterator[str]:
+    """Yields its base URL once it answers. `lifespan` off: somebody else keeps that of this ASGI app."""
     port = free_port()
     config = uvicorn.Config(
         app,
@@ -23,6 +23,7 @@ async def served(app: FastAPI) -> AsyncIterator[str]:
         http=RequestLimitsProtocol,
         ws=WebSocketLimitsProtocol,
         log_level="warning",
+        lifespan=lifespan,
         timeout_graceful_shutdown=1,
     )
     server = uvicorn.Server(config)

@@ -100,7 +100,7 @@ def test_find_tells_the_timeline_and_ends_with_the_outcome(played: Played, outco
 
 
 def test_every_outcome_has_an_exit_code() -> None:
-    assert set(cli.EXIT) == set(Outcome)
+    assert set(following.EXIT) == set(Outcome)
 
 
 def test_a_whole_sentence_is_sent_as_it_is(played: Played) -> None:

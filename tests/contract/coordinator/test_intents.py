@@ -7,6 +7,7 @@ from contracts.asking import About
 from contracts.intent import Intent, Understood, WantedAction
 from contracts.mission import CommandRefusal
 from contracts.reading import Mood
+from contracts.rooms import NamedBy, NamedRoom
 from contracts.vision import ParsedTask, ParseTaskRequest
 from support.coordinator_mesh import Mesh, OpenMesh
 from support.coordinator_world import FakeInference, Thing, thing
@@ -22,6 +23,10 @@ def _eyes_that_read(monkeypatch: pytest.MonkeyPatch) -> None:
         return await rules.parse_task(request)
 
     monkeypatch.setattr(FakeInference, "parse_task", parse_task)
+
+
+def room(number: int, name: str, kind: str | None = None, by: NamedBy = NamedBy.CONTENTS) -> NamedRoom:
+    return NamedRoom(id=number, name=name, named_by=by, kind=kind, x=2.0, y=2.0, area_m2=9.0)
 
 
 async def understand(mesh: Mesh, *readings: str) -> Understood:
@@ -72,7 +77,11 @@ async def test_a_question_tells_its_topic_and_its_room_and_a_way_its_room(open_m
         asked = await intent(mesh, "what is in the kitchen")
         assert (asked.action, asked.about, asked.room) == (WantedAction.ASK, About.CONTENTS, "kitchen")
         way = await intent(mesh, "go to the living room")
-        assert (way.action, way.room, "names no rooms" in way.able) == (WantedAction.GO, "living room", True)
+        assert (way.action, way.room, "I know no room" in way.able) == (WantedAction.GO, "living room", True)
+        mesh.memory.named_rooms = (room(1, "living room", "living room"), room(2, "Anna's room", by=NamedBy.PERSON))
+        for said, name in (("go to the living room", "living room"), ("go to Anna's room", "Anna's room")):
+            way = await intent(mesh, said)
+            assert (way.action, way.room, way.able) == (WantedAction.GO, name, "")
 
 
 async def test_what_the_arm_would_do_is_said_and_what_the_wheels_can_is_done(open_mesh: OpenMesh) -> None:

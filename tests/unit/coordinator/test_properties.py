@@ -35,6 +35,7 @@ from coordinator.core.activities import (
     Waking,
 )
 from coordinator.core.mission import Mission, SearchPose
+from coordinator.core.motions import GoToPlace, LookRound, Motion, Straight, Turn
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule, ValidationRule
 from coordinator.core.step import step
 from coordinator.core.transitions import ALLOWED
@@ -94,6 +95,17 @@ noise = st.one_of(
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
 )
+places = st.builds(GoToPlace, metres, metres, st.none() | st.floats(-3.0, 3.0), st.just("there"), st.booleans())
+legs = st.one_of(
+    places, st.builds(Turn, st.floats(-6.0, 6.0)), st.builds(Straight, st.floats(0.05, 2.0)), st.builds(LookRound)
+)
+motions = st.builds(
+    Motion,
+    st.just("as asked"),
+    st.lists(legs, max_size=3).map(tuple),
+    limit_s=st.none() | st.just(30.0),
+    explores=st.booleans(),
+)
 anything = st.one_of(
     st.tuples(st.just("start"), st.lists(st.builds(SearchPose, poses), max_size=3).map(tuple)),
     st.tuples(st.just("tick"), st.sampled_from([0.1, 0.1, 1.0, 5.0, 40.0, 200.0])),
@@ -110,6 +122,7 @@ anything = st.one_of(
         ),
     ),
     st.tuples(st.just("dock")),
+    st.tuples(st.just("move"), motions),
     noise,
     noise,
     noise,
@@ -152,6 +165,9 @@ class Player:
 
     def on_dock(self) -> ev.Event:
         return ev.DockingStarted("d", "a low battery")
+
+    def on_move(self, motion: Motion) -> ev.Event:
+        return ev.MotionStarted("a", motion.what, motion)
 
     def on_lie(self, seconds: float) -> ev.Event:
         """A frame of another time, with the target in its middle."""
@@ -260,6 +276,7 @@ def check_path(before: MissionState, actions: tuple[do.Action, ...], after: Miss
     st.sampled_from(CoverageRule),
     st.sampled_from(ScanRule),
     st.sampled_from(ValidationRule),
+    st.none() | motions,
 )
 def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
     stream: list[tuple[Any, ...]],
@@ -268,11 +285,12 @@ def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
     coverage: CoverageRule,
     scan: ScanRule,
     validation: ValidationRule,
+    motion: Motion | None,
 ) -> None:
     looking = {"coverage_rule": coverage, "scan_rule": scan, "validation_rule": validation}
     player = Player(rules_of(approach_rule=approach, centering_rule=centering, **looking))
     start = player.mission
-    for what in [LOCALISED, ("start", ()), *stream]:
+    for what in [LOCALISED, ("move", motion) if motion is not None else ("start", ()), *stream]:
         before, actions = player.play(player.event(what))
         check_path(before.state, actions, player.mission.state)
         moving = [a for a in actions if isinstance(a, MOTION)]
@@ -306,24 +324,26 @@ def check_ending(mission: Mission) -> None:
     assert report is not None
     assert report.text
     assert (report.cause != "") == (mission.outcome in {Outcome.ABORTED, Outcome.CANCELED})
-    assert (report.ended_by is None) == (mission.outcome in {Outcome.FOUND, Outcome.DOCKED})
+    assert (report.ended_by is None) == (mission.outcome in {Outcome.FOUND, Outcome.DOCKED, Outcome.DONE})
     assert (report.found is not None) == (mission.outcome is Outcome.FOUND)
     assert mission.outcome is not Outcome.UNSURE or report.candidates
     assert mission.outcome is not Outcome.DOCKED or mission.kind is MissionKind.DOCK
+    assert (mission.outcome is Outcome.DONE) <= (mission.kind is MissionKind.MOVE)
 
 
 @settings(max_examples=60)
 @given(
     st.tuples(prefixes, st.lists(steps, max_size=40)).map(lambda parts: [*parts[0], *parts[1]]),
     st.sampled_from(ApproachRule),
+    st.none() | motions,
 )
 def test_written_down_and_read_back_it_decides_the_same_again(
-    stream: list[tuple[Any, ...]], approach: ApproachRule
+    stream: list[tuple[Any, ...]], approach: ApproachRule, motion: Motion | None
 ) -> None:
     player = Player(rules_of(approach_rule=approach))
     player.play(player.event(LOCALISED))
     lines = [recording.header_line(recording.header_of(player.mission, "m", player.now_s))]
-    for what in [("start", ()), *stream]:
+    for what in [("move", motion) if motion is not None else ("start", ()), *stream]:
         before, actions = player.play(player.event(what))
         if actions or player.mission != before:
             event, now_s = player.log[-1]
@@ -334,12 +354,12 @@ def test_written_down_and_read_back_it_decides_the_same_again(
 
 
 @settings(max_examples=100)
-@given(prefixes, st.lists(steps, max_size=10), st.sampled_from(ApproachRule))
+@given(prefixes, st.lists(steps, max_size=10), st.sampled_from(ApproachRule), st.none() | motions)
 def test_left_alone_every_mission_ends_within_its_deadlines(
-    prefix: list[tuple[Any, ...]], rest: list[tuple[Any, ...]], approach: ApproachRule
+    prefix: list[tuple[Any, ...]], rest: list[tuple[Any, ...]], approach: ApproachRule, motion: Motion | None
 ) -> None:
     player = Player(rules_of(approach_rule=approach))
-    for what in [LOCALISED, ("start", ()), *prefix, *rest]:
+    for what in [LOCALISED, ("move", motion) if motion is not None else ("start", ()), *prefix, *rest]:
         player.play(player.event(what))
     limit_s = player.now_s + player.mission.rules.mission_timeout_s + player.mission.rules.pause_timeout_s + 10.0
     while player.mission.running:

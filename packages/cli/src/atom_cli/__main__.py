@@ -1,4 +1,7 @@
-"""`atom`: find, ask, listen, stop, resume, status, memory, backup, restore, keys. Exit codes: `atom --help`."""
+"""`atom`: find, ask, do, listen, stop, pause, cancel, resume, status, history, memory, backup, restore, keys.
+
+Exit codes: `atom --help`.
+"""
 
 import contextlib
 import os
@@ -6,6 +9,7 @@ import signal
 import tempfile
 import time
 from collections.abc import Callable, Generator
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Final, NoReturn, TypeVar
 
@@ -15,39 +19,33 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from atom_cli import archive, keys, listening
+from atom_cli import archive, doing, keys, listening, serving
 from atom_cli import backup as copies
-from atom_cli.following import watched
-from atom_cli.services import OBEYED_S, AwayError, ServiceError, Services, host_of
+from atom_cli.following import told_ending, watched
+from atom_cli.options import Host, PortBase
+from atom_cli.services import OBEYED_S, AwayError, ServiceError, Services
 from atom_cli.wording import ago, command_of, robot_lines
 from contracts.backup import BackupService
-from contracts.mission import Heard, Mission, Outcome
+from contracts.mission import Heard, Mission
 from contracts.reading import Mood
 from vocabulary.moods import read
 from vocabulary.orders import order_in
 
 T = TypeVar("T")
 
-EXIT: Final = {
-    Outcome.FOUND: 0,
-    Outcome.DOCKED: 0,
-    Outcome.NOT_FOUND: 10,
-    Outcome.UNSURE: 11,
-    Outcome.CANCELED: 12,
-    Outcome.ABORTED: 13,
-    Outcome.INTERRUPTED: 13,
-}
 EXIT_REFUSED: Final = 3
 EXIT_AWAY: Final = 4
-TONES: Final = {0: "bold green", 10: "bold yellow", 11: "bold yellow"}
 
+HELP: Final = (
+    "The robot from a terminal. Exit codes: 0 done (found) · 10 not found · 11 unsure · 12 cancelled · "
+    "13 aborted · 1 not confirmed, or nobody spoke · 2 wrong usage · "
+    "3 refused (no key, a wrong one, not now, or a bad back-up) · "
+    "4 a service is away or not ready · 130 interrupted (the mission goes on)."
+)
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
-    help="The robot from a terminal. Exit codes: 0 done (found) · 10 not found · 11 unsure · 12 cancelled · "
-    "13 aborted · 1 not confirmed, or nobody spoke · 2 wrong usage · "
-    "3 refused (no key, a wrong one, not now, or a bad back-up) · "
-    "4 a service is away or not ready · 130 interrupted (the mission goes on).",
+    help=HELP,
 )
 app.add_typer(keys.app, name="keys")
 console = Console(highlight=False)
@@ -55,19 +53,22 @@ transport: httpx.BaseTransport | None = None
 """Set by tests; none = the network."""
 
 
-def _host(said: str) -> str:
-    try:
-        return host_of(said)
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-
-
-Host = Annotated[
-    str, typer.Option(envvar="ATOM_HOST", help="where the services listen: a name or an address", callback=_host)
-]
-PortBase = Annotated[int, typer.Option(envvar="ATOM_PORT_BASE", help="ports are this + 1..5", min=1, max=65000)]
-
 Only = Annotated[list[BackupService] | None, typer.Option(help="this service's alone; several: said again")]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"atom {version('atom-cli')}")
+        raise typer.Exit
+
+
+@app.callback(help=HELP)
+def atom(
+    _: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="say which version this is, and end")
+    ] = False,
+) -> None:
+    """Nothing by itself: the commands do."""
 
 
 @app.command()
@@ -89,20 +90,19 @@ def find(
         if isinstance(mission, Heard):
             console.print(f"[bold]{mission.mood.value}[/]  {escape(mission.text)}", soft_wrap=True)
             return
-        waiting = " (queued)" if mission.queue_position is not None else ""
-        console.print(f"[bold]mission[/]  {escape(mission.command)}{waiting}  [dim]{mission.id}[/]", soft_wrap=True)
-        try:
-            ended = _or_exit(lambda: watched(console, services, mission))
-        except KeyboardInterrupt:
-            console.print("The mission goes on. `atom stop` stops the robot.")
-            raise typer.Exit(130) from None
-    assert ended.outcome is not None, "only an ended mission is returned"
-    code = EXIT[ended.outcome]
-    text = ended.report.text if ended.report is not None else ended.reason
-    console.print(f"[{TONES.get(code, 'bold red')}]{ended.outcome.value:<8}[/] {escape(text)}", soft_wrap=True)
-    for vote in ended.votes:
-        console.print(f"  {vote.voter:<9} {vote.verdict.value:<8} {escape(vote.reason)}", soft_wrap=True)
-    raise typer.Exit(code)
+        _follow(services, mission)
+
+
+def _follow(services: Services, mission: Mission) -> NoReturn:
+    """To its end, which is the exit code."""
+    waiting = " (queued)" if mission.queue_position is not None else ""
+    console.print(f"[bold]mission[/]  {escape(mission.command)}{waiting}  [dim]{mission.id}[/]", soft_wrap=True)
+    try:
+        ended = _or_exit(lambda: watched(console, services, mission))
+    except KeyboardInterrupt:
+        console.print("The mission goes on. `atom stop` stops the robot.")
+        raise typer.Exit(130) from None
+    raise typer.Exit(told_ending(console, ended))
 
 
 @app.command(name="ask")
@@ -333,6 +333,10 @@ def _fail(error: ServiceError) -> NoReturn:
 
 def _code(error: ServiceError) -> int:
     return EXIT_AWAY if isinstance(error, AwayError) else EXIT_REFUSED
+
+
+doing.add_to(app, doing.Terminal(console, _services, _or_exit, _follow))
+serving.add_to(app, _key)
 
 
 def main() -> None:

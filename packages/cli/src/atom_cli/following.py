@@ -2,20 +2,43 @@
 
 import time
 from collections.abc import Callable
+from typing import Final
 
 from rich.console import Console
 from rich.markup import escape
 
 from atom_cli.services import AwayError, Services
-from contracts.mission import Mission, MissionStatus
+from contracts.mission import Mission, MissionStatus, Outcome
 
 POLL_S = 0.4
+EXIT: Final = {
+    Outcome.FOUND: 0,
+    Outcome.DOCKED: 0,
+    Outcome.DONE: 0,
+    Outcome.NOT_FOUND: 10,
+    Outcome.UNSURE: 11,
+    Outcome.CANCELED: 12,
+    Outcome.ABORTED: 13,
+    Outcome.INTERRUPTED: 13,
+}
+TONES: Final = {0: "bold green", 10: "bold yellow", 11: "bold yellow"}
 
 
 def watched(console: Console, services: Services, mission: Mission) -> Mission:
     """Tells each event as it comes, below them what it is at; returns the mission when it has ended."""
     with console.status("…") as line:  # says nothing where the output is not a terminal
         return _told(console, services, mission, lambda text: line.update(escape(text)))
+
+
+def told_ending(console: Console, ended: Mission) -> int:
+    """Tells the report; the exit code of how it ended."""
+    assert ended.outcome is not None, "only an ended mission is told"
+    code = EXIT[ended.outcome]
+    text = ended.report.text if ended.report is not None else ended.reason
+    console.print(f"[{TONES.get(code, 'bold red')}]{ended.outcome.value:<8}[/] {escape(text)}", soft_wrap=True)
+    for vote in ended.votes:
+        console.print(f"  {vote.voter:<9} {vote.verdict.value:<8} {escape(vote.reason)}", soft_wrap=True)
+    return code
 
 
 def _told(console: Console, services: Services, mission: Mission, at: Callable[[str], None]) -> Mission:

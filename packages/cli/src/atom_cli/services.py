@@ -16,6 +16,7 @@ from typing import Any, BinaryIO, Final, NoReturn, Self, TypeVar
 import httpx
 from pydantic import TypeAdapter, ValidationError
 
+from contracts.actions import Action, ActionReply, Stop
 from contracts.asking import Answer, Question
 from contracts.backup import SCHEMA_HEADER, BackupService, RestoreHold, RestoreReply
 from contracts.intent import Understand, Understood
@@ -130,6 +131,18 @@ class Services:
         headers = {"content-type": "application/json"}
         answer = self._call("coordinator", "POST", "/understand", content=body, headers=headers, timeout=STARTING_S)
         return self._parsed("coordinator", answer, TypeAdapter(Understood))
+
+    def do(self, action: Action, *, timeout_s: float = STARTING_S) -> ActionReply:
+        """One declared action; what moves is a mission that has begun, or waits. To stop needs no key."""
+        path, key = ("/actions/stop", {}) if isinstance(action, Stop) else ("/actions", None)
+        headers = {"content-type": "application/json"}
+        body = action.model_dump_json(exclude_none=True)
+        answer = self._call("coordinator", "POST", path, key=key, content=body, headers=headers, timeout=timeout_s)
+        return self._parsed("coordinator", answer, TypeAdapter(ActionReply))
+
+    def missions(self, limit: int) -> list[Mission]:
+        """The newest first."""
+        return self._get("coordinator", "/missions", list[Mission], limit=limit)
 
     def mission(self, mission_id: str) -> Mission:
         return self._get("coordinator", f"/missions/{mission_id}", Mission)

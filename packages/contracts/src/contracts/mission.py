@@ -28,6 +28,8 @@ class MissionState(StrEnum):
     """Standing still: measuring the distance and validating."""
     APPROACHING = "APPROACHING"
     """Driving up to a validated target."""
+    MOVING = "MOVING"
+    """Doing the plain motions that were asked for: drives, turns, looks."""
     DRIVING_1M = "DRIVING_1M"
     """Taking one step of a metre towards a far target."""
     DONE = "DONE"
@@ -56,6 +58,8 @@ class MissionKind(StrEnum):
     """Look for something and drive up to it."""
     DOCK = "dock"
     """Drive to the dock and charge (requirement A15)."""
+    MOVE = "move"
+    """Plain motions: a drive, a turn, a look round, a tour of rooms (`contracts.actions`). Nothing is looked for."""
 
 
 class Outcome(StrEnum):
@@ -67,6 +71,8 @@ class Outcome(StrEnum):
     """Something may have been it; the report names each candidate and why it was not taken."""
     DOCKED = "docked"
     """A docking that ended on the dock."""
+    DONE = "done"
+    """Plain motions that ended as they were asked for."""
     CANCELED = "canceled"
     """By a person."""
     ABORTED = "aborted"
@@ -101,7 +107,8 @@ class CommandRefusal(StrEnum):
     WHICH_THING = "which_thing"
     """'anything red': the thing itself is not named."""
     NO_ARM = "no_arm"  # 'pour the medicine': a robot without an arm cannot begin it
-    NO_ROOMS = "no_rooms"  # 'go to the kitchen': no map names its rooms
+    NO_ROOMS = "no_rooms"  # 'go to the kitchen': memory knows no such room
+    WHICH_ROOM = "which_room"  # 'go to the bedroom': there are two
     UNKNOWN_ROOM = "unknown_room"
     """'find the cup in the attic': the map has no room of that name, or the home's rooms are not known."""
     STOPPED_MEANWHILE = "stopped_meanwhile"

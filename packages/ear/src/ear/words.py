@@ -45,6 +45,7 @@ def ending(mission: Mission) -> str:
         Outcome.NOT_FOUND: f"I did not find {what}.",
         Outcome.UNSURE: f"I am not sure whether I found {what}.",
         Outcome.DOCKED: "I am on my dock.",
+        Outcome.DONE: "I have done that.",
         Outcome.ABORTED: "I did not get onto my dock." if docking else f"I gave up on {what}.",
     }
     return short(told.get(mission.outcome, "")) if mission.outcome is not None else ""

@@ -3,21 +3,28 @@
 import contextlib
 from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import aclosing
+from importlib.metadata import version
 from typing import TypedDict
 
 from fastapi import FastAPI, Request
 
 from contracts.problem import Dependency
+from coordinator.action_routes import router as actions_router
+from coordinator.adapters import mcp_server
+from coordinator.adapters.camera import CameraClient
 from coordinator.adapters.inference import InferenceClient
+from coordinator.adapters.mcp_resources import Resources
 from coordinator.adapters.memory import MemoryClient
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.adapters.sqlite_log import SqliteLog
+from coordinator.commands.action_service import ActionService
 from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.mission_service import MissionService
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_runner import MissionRunner
-from coordinator.ports import Inference, Memory, MissionLog, Robot
+from coordinator.execution.newest_view import NewestView
+from coordinator.ports import Camera, Inference, Memory, MissionLog, Robot
 from coordinator.questions.question_service import QuestionService
 from coordinator.queue.mission_queue import MissionQueue
 from coordinator.routes import get_missions, router
@@ -32,6 +39,8 @@ from vocabulary.moods import read
 class State(TypedDict):
     missions: MissionService
     questions: QuestionService
+    actions: ActionService
+    mcp: mcp_server.McpServer
 
 
 def create_app(
@@ -41,6 +50,7 @@ def create_app(
     robot: Robot | None = None,
     inference: Inference | None = None,
     memory: Memory | None = None,
+    camera: Camera | None = None,
     log: MissionLog | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
@@ -58,6 +68,7 @@ def create_app(
             the_robot = robot if robot is not None else await closing(aclosing(RobotBridgeClient(settings)))
             the_inference = inference if inference is not None else await closing(aclosing(InferenceClient(settings)))
             the_memory = memory if memory is not None else await closing(aclosing(MemoryClient(settings)))
+            the_camera = camera if camera is not None else await closing(aclosing(CameraClient(settings)))
             tasks = await closing(Tasks(on_death=on_death))
             the_log = log if log is not None else await _log(settings, stack, tasks, the_clock)
             queue = MissionQueue(settings.queue_max)
@@ -98,7 +109,13 @@ def create_app(
                 runner=runner,
                 clock=the_clock,
             )
-            yield {"missions": missions, "questions": questions}
+            view = NewestView(the_bus, the_clock)
+            view.start(tasks)
+            actions = ActionService(missions=missions, questions=questions, view=view, robot=the_robot)
+            resources = Resources(missions=missions, robot=the_robot, memory=the_memory, camera=the_camera)
+            mcp = mcp_server.McpServer(actions, resources, version=version("atom-coordinator"))
+            await closing(mcp.running())
+            yield {"missions": missions, "questions": questions, "actions": actions, "mcp": mcp}
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await (await get_missions(request)).dependencies()
@@ -117,6 +134,8 @@ def create_app(
         description="Decides: missions, the state machine, the search and the approach.",
     )
     app.include_router(router)
+    app.include_router(actions_router)
+    app.router.routes.append(mcp_server.route())
     return app
 
 

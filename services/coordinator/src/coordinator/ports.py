@@ -56,6 +56,12 @@ class Robot(Protocol):
     async def dependency(self) -> Dependency: ...
 
 
+class Camera(Protocol):
+    async def frame(self) -> bytes:
+        """The newest picture, JPEG. Raises `UnavailableError` or `UpstreamError`."""
+        ...
+
+
 class Inference(Protocol):
     """inference."""
 

@@ -8,19 +8,16 @@ from fastapi import APIRouter, Depends, Header, Path, Query, WebSocket, WebSocke
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
-from contracts.asking import About, Answer, Question
+from contracts.asking import Answer, Question
 from contracts.backup import RestoreHold, RestoreReply
 from contracts.belief import SearchBelief
 from contracts.intent import Understand, Understood
 from contracts.mission import CoveragePlan, Heard, Mission, MissionEvent, MissionStatus, StartMission
-from contracts.reading import Mood
+from coordinator.action_routes import ActionsDep
 from coordinator.commands.mission_service import MissionService
-from coordinator.questions.question_service import QuestionService
 from mesh.access import Role, principal_of, requires_role
-from mesh.errors import ForbiddenError
 from mesh.tracing import TracedRoute
 from store.sending import DATABASE_BODY, DATABASE_RESPONSE, answer_with
-from vocabulary.orders import order_in
 
 router = APIRouter(route_class=TracedRoute)
 
@@ -31,13 +28,7 @@ async def get_missions(connection: HTTPConnection) -> MissionService:
     return missions
 
 
-async def get_questions(connection: HTTPConnection) -> QuestionService:
-    questions: QuestionService = connection.state.questions
-    return questions
-
-
 MissionsDep = Annotated[MissionService, Depends(get_missions)]
-QuestionsDep = Annotated[QuestionService, Depends(get_questions)]
 MissionId = Annotated[str, Path(min_length=1, max_length=64)]
 After = Annotated[int, Query(ge=-1, le=2**53, description="only events with a higher id")]
 
@@ -162,18 +153,11 @@ async def resume(mission_id: MissionId, missions: MissionsDep) -> Mission:
 
 @router.post("/ask", tags=["asking"])
 @requires_role(Role.VIEWER)
-async def ask(body: Question, asking: Request, questions: QuestionsDep, missions: MissionsDep) -> Answer:
+async def ask(body: Question, asking: Request, actions: ActionsDep) -> Answer:
     """An answer from what memory, the missions and the robot know, with the records it rests on. It moves nothing; an
     order ('stop') is obeyed here too, 'go on' from an operator only.
     """
-    order = order_in(body.question)
-    if order is not None:
-        principal = principal_of(asking)
-        if order.mood is Mood.RESUME and (principal is None or not principal.role.may(Role.OPERATOR)):
-            raise ForbiddenError("to let the mission go on needs an operator")
-        heard = await missions.orders.obey(order.mood)
-        return Answer(answer=heard.text, about=About.DOING, phrased_by="template")
-    return await questions.ask(body.question)
+    return await actions.answer(body.question, principal_of(asking))
 
 
 @router.get("/state", tags=["state"])

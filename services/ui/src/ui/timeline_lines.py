@@ -45,6 +45,7 @@ ABOUT_STATE: Final = {
     MissionState.MOVING_TO_SCAN: Show.DRIVING,
     MissionState.APPROACHING: Show.DRIVING,
     MissionState.DRIVING_1M: Show.DRIVING,
+    MissionState.MOVING: Show.DRIVING,
     MissionState.SCANNING: Show.SEEING,
     MissionState.CENTERING: Show.SEEING,
     MissionState.DEPTH_CHECK: Show.SEEING,

@@ -1,4 +1,4 @@
-"""What this robot can do of a wish: it sees and drives, it has no arm, and its maps name no rooms. Pure."""
+"""What this robot can do of a wish: it sees and drives, and it has no arm. Pure."""
 
 from typing import Final
 
@@ -10,8 +10,8 @@ NO_ARM: Final = {
 }
 
 
-def what_it_cannot(action: WantedAction, *, to_room: str | None = None) -> str:
-    """For a person; '' where it can do all of it. `to_room`: the place asked for is a room and no thing."""
-    if action is WantedAction.GO and to_room is not None:
-        return f"my map names no rooms: I can drive to a thing in the {to_room}"
+def what_it_cannot(action: WantedAction, *, unknown_room: str | None = None) -> str:
+    """For a person; '' where it can do all of it. `unknown_room`: memory knows no room of that name to drive to."""
+    if action is WantedAction.GO and unknown_room is not None:
+        return f"I know no room called {unknown_room}: I can drive to a thing in it"
     return NO_ARM.get(action, "")

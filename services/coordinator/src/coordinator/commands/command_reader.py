@@ -13,6 +13,7 @@ from contracts.mission import CommandRefusal
 from contracts.reading import Mood, Restriction, RestrictionKind
 from contracts.vision import ParsedTask, ParseTaskRequest, Target
 from coordinator.commands.abilities import what_it_cannot
+from coordinator.commands.plain_motions import one_room, way_to
 from coordinator.commands.readings import GRAVEST, NOT_UNDERSTOOD, HeardIntent, understood, uses_all_colours
 from coordinator.commands.where_to_look import (
     UnknownRoomError,
@@ -21,6 +22,7 @@ from coordinator.commands.where_to_look import (
     rooms_meant,
     rooms_said,
 )
+from coordinator.core.motions import Motion
 from coordinator.ports import Inference, Memory
 from coordinator.questions.parsed_question import parse_question
 from coordinator.questions.rooms_meant import KnownRooms
@@ -33,7 +35,7 @@ from vocabulary.languages import is_foreign
 from vocabulary.moods import Reading, read
 from vocabulary.orders import order_in
 from vocabulary.restrictions import restrictions_in
-from vocabulary.rooms import ROOMS, may_say_where, room_in, searched_in
+from vocabulary.rooms import ROOMS, may_say_where, named_in, room_in, searched_in
 from vocabulary.sounding import HeardText, by_ear, said_once
 
 log = structlog.get_logger()
@@ -69,17 +71,31 @@ class CommandReader:
         self._inference = inference
         self._memory = memory
 
-    async def tasks(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask]:
-        """One for each thing the command asks for, in the order said; what concerns all of it is told of the first.
-        'It' in a room is what was asked for `last`.
+    async def tasks(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask | Motion]:
+        """One for each thing the command asks for, or the way to the room it names. 'It' in a room is what was asked
+        for `last`.
 
-        Raises `UnprocessableError` where no known thing is asked for, in a room that is not known, or something that
-        the robot cannot begin: to pour without an arm, to go to a room. `UnavailableError` where memory, which knows
-        the rooms, is away.
+        Raises `UnprocessableError` where no known thing and no known room is asked for, a thing in a room that is not
+        known, or something that the robot cannot begin: to pour without an arm. `UnavailableError` where memory, which
+        knows the rooms, is away.
         """
         asked = reading.asked
-        restrictions = restrictions_in(asked)
         claims = await self._claims(asked)
+        if not claims.found and action_in(asked) is WantedAction.GO:
+            known = await self.rooms()
+            room = named_in(asked, known.names)
+            if room is not None and known.rooms:
+                return (way_to(one_room(room, known)),)
+        return await self._things_asked(asked, claims, last)
+
+    async def things(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask]:
+        """One for each thing asked for, in the order said; what concerns all of it is told of the first. Raises as
+        `tasks` does.
+        """
+        return await self._things_asked(reading.asked, await self._claims(reading.asked), last)
+
+    async def _things_asked(self, asked: str, claims: _Claims, last: LastTarget) -> Sequence[CheckedTask]:
+        restrictions = restrictions_in(asked)
         self._refuse_pouring(asked, claims)
         claims, restrictions = await self._within(asked, claims, restrictions, last)
         if not claims.found:
@@ -166,31 +182,37 @@ class CommandReader:
             return _question(text, QUESTIONS[reading.mood], reading.mood)
         if reading.mood is not Mood.FIND:
             return Intent(action=WantedAction.NOTHING, command=text, mood=reading.mood)
-        names = (await self._names(reading.asked)) if may_say_where(reading.asked) else ()
-        return self._wish(text, reading.asked, await self._claims(reading.asked), names)
+        return await self._wish(text, reading.asked, await self._claims(reading.asked))
 
-    async def _names(self, asked: str) -> Sequence[str]:
-        """Of the home's rooms; none where memory is away: a kind of room is heard without."""
-        try:
-            return (await self._rooms(asked)).names
-        except UnavailableError:
-            return ()
-
-    def _wish(self, text: str, asked: str, claims: _Claims, names: Sequence[str]) -> Intent:
+    async def _wish(self, text: str, asked: str, claims: _Claims) -> Intent:
         action = claims.found[0].action if claims.found else action_in(asked)
-        to_room = room_in(asked) if action is WantedAction.GO and not claims.found else None
-        within = next((one.name for one in rooms_said(asked, claims.said or (asked,), names) if one is not None), None)
-        room = to_room or within
-        known = claims.found or to_room is not None or claims.parsed.mood is Mood.FIND
+        to_room = action is WantedAction.GO and not claims.found
+        rooms = await self.rooms(needed=to_room or may_say_where(asked))
+        goal = named_in(asked, rooms.names) if to_room else None
+        said = rooms_said(asked, claims.said or (asked,), rooms.names)
+        within = next((one.name for one in said if one is not None), None)
+        unknown = goal if goal is not None and not rooms.meant(goal) else None
+        known = claims.found or goal is not None or claims.parsed.mood is Mood.FIND
         return Intent(
             action=action if known else WantedAction.NOTHING,
             command=text,
             targets=tuple(one.target for one in claims.found)[:8],
             unknown=claims.unknown[:8],
-            room=room,
+            room=goal or within,
             mood=Mood.FIND if known else Mood.UNKNOWN,
-            able=what_it_cannot(action, to_room=to_room),
+            able=what_it_cannot(action, unknown_room=unknown),
         )
+
+    async def rooms(self, *, needed: bool = True) -> KnownRooms:
+        """None where none are needed, or memory does not tell them in time."""
+        if not needed:
+            return KnownRooms()
+        try:
+            async with asyncio.timeout(self._settings.recall_timeout_s):
+                return KnownRooms((await self._memory.rooms()).rooms)
+        except (MeshError, TimeoutError) as error:
+            log.warning("memory names no rooms", error=str(error))
+            return KnownRooms()
 
     async def _claims(self, asked: str) -> _Claims:
         labels, note = await self._labels()
@@ -219,7 +241,7 @@ class CommandReader:
         if room is not None:
             marks = [one.label for one in await self._things() if one.label in ROOMS[room]]
             hint = " or ".join(f"'go to the {one}'" for one in dict.fromkeys(marks)) or f"'go to the {ROOMS[room][0]}'"
-            text = f"{what_it_cannot(WantedAction.GO, to_room=room)}. Say {hint}"
+            text = f"{what_it_cannot(WantedAction.GO, unknown_room=room)}. Say {hint}"
             return UnprocessableError(text, code=CommandRefusal.NO_ROOMS.value)
         if not colour:
             notes = "; ".join(filter(None, (*(one.notes for one in claims.parsed.targets), claims.parsed.notes)))

@@ -159,10 +159,12 @@ class Dispatcher:
         if waiting is None:
             return
         with following(waiting.traceparent):
-            if waiting.task is None:
-                self._dock(waiting.id, "requested by the operator", waiting.order)
-            else:
+            if waiting.task is not None:
                 await self._begin(waiting, waiting.task)
+            elif waiting.motion is not None:
+                self._runner.begin(ev.MotionStarted(waiting.id, waiting.command, waiting.motion, waiting.order))
+            else:
+                self._dock(waiting.id, "requested by the operator", waiting.order)
 
     def _dock(self, mission_id: str, why: str, order: Order) -> None:
         self._runner.begin(ev.DockingStarted(mission_id, why, order))

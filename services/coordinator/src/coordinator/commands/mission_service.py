@@ -21,7 +21,7 @@ from coordinator.core.mission import Order
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.metrics import QUEUE, ROBOT_STATE_AGE, STATE
 from coordinator.ports import Inference, KnownRequest, Memory, MissionLog, Robot
-from coordinator.queue.mission_queue import MissionQueue, QueuedMission
+from coordinator.queue.mission_queue import MissionQueue, QueuedMission, Work, queued
 from coordinator.settings import Settings
 from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
@@ -105,6 +105,16 @@ class MissionService:
         with TRACER.command("command", {"command": command}):
             return await self._start(command, None if to_dock else reading, key)
 
+    async def begin(self, command: str, work: Work) -> Mission:
+        """Puts into the queue what is understood already: an action's motions, its one search, or the way to the dock
+        (none). `command` tells it. Raises as `start` does, but for what concerns words.
+        """
+        ended_before = self._dispatcher.orders_to_end
+        with TRACER.command("action", {"command": command}):
+            async with self._starting:
+                (made,) = self._put(command, (work,), ended_before)
+            return await self._begun(made.id)
+
     async def _start(self, command: str, reading: Reading | None, key: str | None) -> Mission:
         ended_before = self._dispatcher.orders_to_end
         async with self._starting:
@@ -117,27 +127,32 @@ class MissionService:
             made = await self._enqueue(command, reading, ended_before)
             if key is not None:
                 self.log.keep_request(key, KnownRequest(digest, tuple(one.id for one in made)))
+        return await self._begun(made[0].id)
+
+    async def _begun(self, mission_id: str) -> Mission:
         await self._dispatcher.advance()
         await self._save()
-        return await self.get(made[0].id)
+        return await self.get(mission_id)
 
     async def _enqueue(self, command: str, reading: Reading | None, ended_before: int) -> tuple[QueuedMission, ...]:
         """`reading` is none for the way to the dock."""
-        if not self.log.opened:
-            raise UnavailableError("database", "the history of missions is not open yet")
         self._refuse_now(ended_before, searches=reading is not None)
-        tasks = [None] if reading is None else await self.reader.tasks(reading, self._last_target)
+        works: Sequence[Work] = (None,) if reading is None else await self.reader.tasks(reading, self.last_target)
+        return self._put(command, works, ended_before)
+
+    def _put(self, command: str, works: Sequence[Work], ended_before: int) -> tuple[QueuedMission, ...]:
+        """Into the queue. What held before the words were read is looked at again."""
+        self._refuse_now(ended_before, searches=any(one is not None for one in works))
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
-            QueuedMission(uuid.uuid4().hex, command, task, Order(request_id, part, len(tasks), asked_s), traceparent())
-            for part, task in enumerate(tasks, start=1)
+            queued(one, uuid.uuid4().hex, command, Order(request_id, part, len(works), asked_s), traceparent())
+            for part, one in enumerate(works, start=1)
         )
-        self._refuse_now(ended_before, searches=reading is not None)
         self._queue.add(made)
         self._tell_queued({one.id for one in made})
         return made
 
-    async def _last_target(self) -> Target | None:
+    async def last_target(self) -> Target | None:
         """What was asked for last, waiting or not; of the history where this process knows of none."""
         waiting = [one.target for one in self._queue.records() if one.target is not None]
         known = waiting[-1] if waiting else self.runner.mission.target
@@ -147,15 +162,20 @@ class MissionService:
 
     def _tell_queued(self, ids: set[str]) -> None:
         busy = self.runner.mission.state is not MissionState.IDLE
-        for record in (one for one in self._queue.records() if one.id in ids):
-            what = record.target.description if record.target is not None else "the dock"
-            part = f" (part {record.part} of {record.parts})" if record.parts > 1 else ""
-            if busy or record.queue_position != 0:
-                self.runner.tell(record, EventKind.QUEUED, f"'{record.command}': {what}{part} waiting in the queue")
+        for position, one in enumerate(self._queue.waiting()):
+            if one.id not in ids:
+                continue
+            record, order = one.record(position), one.order
+            part = f" (part {order.part} of {order.parts})" if order.parts > 1 else ""
+            if busy or position != 0:
+                self.runner.tell(record, EventKind.QUEUED, f"'{one.command}': {one.what}{part} waiting in the queue")
             else:
                 self.log.upsert(record)
 
     def _refuse_now(self, ended_before: int, *, searches: bool) -> None:
+        """`searches`: or moves by what the robot says of its body."""
+        if not self.log.opened:
+            raise UnavailableError("database", "the history of missions is not open yet")
         if self._dispatcher.orders_to_end != ended_before:
             raise ConflictError(
                 "a person said stop while it was being read", code=CommandRefusal.STOPPED_MEANWHILE.value

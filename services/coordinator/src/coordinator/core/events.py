@@ -12,6 +12,7 @@ from contracts.vision import Detections, Target, Validation
 from coordinator.belief.clues import Clue
 from coordinator.core.area import Area
 from coordinator.core.mission import FIRST, Order, SearchPose
+from coordinator.core.motions import Motion
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,16 @@ class DockingStarted:
 
     mission_id: str
     why: str
+    order: Order = FIRST
+
+
+@dataclass(frozen=True, slots=True)
+class MotionStarted:
+    """Plain motions, asked for as an action."""
+
+    mission_id: str
+    command: str
+    motion: Motion
     order: Order = FIRST
 
 
@@ -183,7 +194,9 @@ Answer = (
 )  # fmt: skip
 """To a call the core asked for, by its number."""
 
+Started = MissionStarted | DockingStarted | MotionStarted
+
 Event = (
-    MissionStarted | DockingStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelRequested | PauseRequested
-    | ResumeRequested | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
+    MissionStarted | DockingStarted | MotionStarted | RobotUpdated | Tick | StopLatched | StopReset | CancelRequested
+    | PauseRequested | ResumeRequested | DetectionsSeen | CoverageLooked | LeaseAnswered | Answer
 )  # fmt: skip

@@ -16,13 +16,20 @@ from coordinator.core.step_context import StepContext
 
 def handle(
     context: StepContext,
-    event: ev.MissionStarted | ev.DockingStarted | ev.CancelRequested | ev.PauseRequested | ev.ResumeRequested,
+    event: ev.MissionStarted
+    | ev.DockingStarted
+    | ev.MotionStarted
+    | ev.CancelRequested
+    | ev.PauseRequested
+    | ev.ResumeRequested,
 ) -> None:
     match event:
         case ev.MissionStarted():
             _start(context, event)
         case ev.DockingStarted():
             _start_docking(context, event)
+        case ev.MotionStarted():
+            _start_motion(context, event)
         case ev.CancelRequested():
             if context.mission.running:
                 end(
@@ -77,6 +84,25 @@ def _start_docking(context: StepContext, event: ev.DockingStarted) -> None:
     context.mission = replace(fresh, kind=MissionKind.DOCK, action=WantedAction.DOCK, command="dock")
     context.log_event(EventKind.START, f"to the dock: {event.why}")
     context.transition_to(MissionState.MEMORY_NAV, "the dock is a remembered place: driving there")
+
+
+def _start_motion(context: StepContext, event: ev.MotionStarted) -> None:
+    if context.mission.state is not MissionState.IDLE:
+        return
+    fresh, limit_s = _fresh(context, event.mission_id, event.order), event.motion.limit_s
+    context.mission = replace(
+        fresh,
+        kind=MissionKind.MOVE,
+        action=event.motion.action,
+        command=event.command,
+        motion=event.motion,
+        deadline_s=fresh.deadline_s if limit_s is None else min(fresh.deadline_s, context.now_s + limit_s),
+    )
+    context.log_event(EventKind.START, event.motion.what)
+    if event.motion.explores:
+        new_scan(context, "looking around here first")
+    else:
+        context.transition_to(MissionState.MOVING, "doing what was asked for")
 
 
 def _fresh(context: StepContext, mission_id: str, order: Order) -> Mission:

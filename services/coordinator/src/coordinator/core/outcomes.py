@@ -1,7 +1,7 @@
 """The endings: found, not found, unsure, docked, canceled, aborted; each says what it rests on."""
 
 from contracts.mission import Candidate as CandidateRecord
-from contracts.mission import EndCause, EventFacts, EventKind, MapTrouble, MissionState, Outcome
+from contracts.mission import EndCause, EventFacts, EventKind, MapTrouble, MissionKind, MissionState, Outcome
 from coordinator.core import actions as do
 from coordinator.core.activities import Idle
 from coordinator.core.mission import Mission
@@ -110,7 +110,13 @@ def close(
 
 
 def give_up(context: StepContext, by: EndCause, why: str) -> None:
-    """The search is over without a find: unsure when something may have been it, otherwise not found."""
+    """The search is over without a find: unsure when something may have been it, otherwise not found. Where nothing
+    was looked for, all of it is done.
+    """
+    if context.mission.kind is MissionKind.MOVE:
+        seen = others_in_words(context.mission, "seen")
+        end(context, Outcome.DONE, "; ".join(filter(None, (why, looked_in_words(context.mission), seen))), None)
+        return
     by, why = _within(context.mission, by, why)
     known = [looked_in_words(context.mission), elsewhere_in_words(context.mission, context.now_s)]
     known.append(last_seen_in_words(context.mission.last_seen, context.now_s))

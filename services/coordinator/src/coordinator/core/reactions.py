@@ -21,6 +21,8 @@ class Reaction(StrEnum):
     """The candidate is left as one that may be it, and the search goes on elsewhere."""
     PAUSE = "pause"
     """The mission pauses, says why and waits for a person."""
+    END = "end"
+    """The plain motion is over, and the mission with it: nobody asked for a way round."""
     IGNORE = "ignore"
     """No rotation or drive belongs to this state."""
 
@@ -53,6 +55,11 @@ _TO_IT: dict[MotionEnd, Reaction] = {**_MOVING, _E.HAZARD: _R.SET_ASIDE, _E.BLIN
 and beyond an edge nothing was reached. Where the laser is blind the robot does not grope its way.
 """
 
+_AS_ASKED: dict[MotionEnd, Reaction] = {
+    **_MOVING, _E.BLOCKED: _R.END, _E.HAZARD: _R.END, _E.BLIND: _R.END, _E.TIMED_OUT: _R.END,
+}  # fmt: skip
+"""Of a drive or a turn that was asked for itself: what is in the way is told, and who asked decides what follows."""
+
 _NO_MOTION: dict[MotionEnd, Reaction] = dict.fromkeys(MotionEnd, _R.IGNORE)
 
 REACTIONS: dict[MissionState, dict[MotionEnd, Reaction]] = {
@@ -63,6 +70,7 @@ REACTIONS: dict[MissionState, dict[MotionEnd, Reaction]] = {
     _S.DONE: _NO_MOTION,
     _S.EMERGENCY_STOP: _NO_MOTION,
     _S.SCANNING: _MOVING,
+    _S.MOVING: _AS_ASKED,
     _S.CENTERING: {**_MOVING, _E.TIMED_OUT: _R.GO_ON},
     _S.DRIVING_1M: {**_TO_IT, _E.BLOCKED: _R.GO_ON, _E.TIMED_OUT: _R.GO_ON},
     _S.APPROACHING: {**_TO_IT, _E.BLOCKED: _R.AS_NEAR_AS_IT_GETS, _E.TIMED_OUT: _R.GO_ON},
@@ -79,7 +87,7 @@ def react(context: StepContext, ended: MotionEnded) -> Reaction:
             lifted(context)
         case Reaction.GO_ON | Reaction.AS_NEAR_AS_IT_GETS:
             context.update(cut_off=0)
-        case Reaction.SET_ASIDE | Reaction.IGNORE:
+        case Reaction.SET_ASIDE | Reaction.END | Reaction.IGNORE:
             pass
         case _:
             assert_never(reaction)

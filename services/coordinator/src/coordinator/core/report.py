@@ -77,11 +77,13 @@ def possible_matches(mission: Mission) -> list[str]:
     return narrow + [loss.text for loss in mission.search.losses if loss.confirmed]
 
 
-def count_objects_in(others: tuple[SeenInstead, ...], target: Target, seen: Detections) -> tuple[SeenInstead, ...]:
+def count_objects_in(
+    others: tuple[SeenInstead, ...], target: Target | None, seen: Detections
+) -> tuple[SeenInstead, ...]:
     """The tally with one more frame in it: everything but the target (its colour too, where one was asked for)."""
     tally = {(one.label, one.colour): one for one in others}
     for kind in {(d.label, d.colour) for d in seen.detections}:
-        if kind[0] == "person" or target.may_be(*kind):
+        if kind[0] == "person" or (target is not None and target.may_be(*kind)):
             continue
         confidence = max(d.confidence for d in seen.detections if (d.label, d.colour) == kind)
         old = tally.get(kind)
@@ -124,9 +126,9 @@ def elsewhere_in_words(mission: Mission, now_s: float) -> str:
     return ", ".join(told)
 
 
-def others_in_words(mission: Mission) -> str:
+def others_in_words(mission: Mission, lead: str = "seen instead") -> str:
     named = [f"{one.colour} {one.label}" if one.colour else one.label for one in mission.search.other_objects[:4]]
-    return f"seen instead: {', '.join(named)}" if named else ""
+    return f"{lead}: {', '.join(named)}" if named else ""
 
 
 def ago(seconds: float) -> str:

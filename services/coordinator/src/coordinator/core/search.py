@@ -1,27 +1,28 @@
 """How a search goes on: off the dock, round a scan, to the next place, back from a candidate (requirements A5, A6)."""
 
-import math
-
 from contracts.mission import EventKind, MissionKind, MissionState
 from coordinator.core import actions as do
 from coordinator.core.activities import Undocking, Waking
 from coordinator.core.geometry import near_any
+from coordinator.core.headings import headings_round
 from coordinator.core.rules import CoverageRule
 from coordinator.core.sightings import lose
 from coordinator.core.step_context import StepContext
 from geometry.poses import apart_m
 
 MOVED_AWAY_M = 1.0
-SEARCHING = frozenset({MissionState.MEMORY_NAV, MissionState.SCANNING, MissionState.MOVING_TO_SCAN})
+OFF_THE_DOCK = frozenset({
+    MissionState.MEMORY_NAV, MissionState.SCANNING, MissionState.MOVING_TO_SCAN, MissionState.MOVING,
+})  # fmt: skip
 
 
 def undock_first(context: StepContext) -> bool:
-    """True when a search begins on the dock, which is left first: the state is taken up again afterwards.
+    """True when a mission begins on the dock, which is left first: the state is taken up again afterwards.
 
     Once a mission: what the base says of its dock lags behind.
     """
     mission = context.mission
-    if mission.state not in SEARCHING or mission.kind is MissionKind.DOCK:
+    if mission.state not in OFF_THE_DOCK or mission.kind is MissionKind.DOCK:
         return False
     if mission.robot.docked is not True or context.search.undocks > 0:
         return False
@@ -47,15 +48,12 @@ def new_scan(context: StepContext, reason: str, *, start_rad: float | None = Non
     if start_rad is None and _begins_outside(context):
         context.transition_to(MissionState.MOVING_TO_SCAN, f"not in {context.mission.area_called}: going there first")
         return
-    if rules.coverage_rule is CoverageRule.BELIEF:
+    if rules.coverage_rule is CoverageRule.BELIEF and context.mission.target is not None:
         context.update_search(headings=(), sweeps=0, scan_from=None)
         context.transition_to(MissionState.SCANNING, reason)
         return
     start = context.mission.robot.yaw if start_rad is None else start_rad
-    widest = rules.camera_hfov_rad * (1.0 - rules.scan_overlap_min)
-    count = math.ceil(rules.scan_angle_rad / min(rules.scan_step_rad, widest) - 1e-6)
-    step = rules.scan_angle_rad / count
-    headings = tuple(start + k * step for k in range(count + 1))
+    headings = headings_round(rules, start, rules.scan_angle_rad)
     context.update_search(headings=headings, sweeps=0, scan_from=context.mission.robot.pose)
     context.transition_to(MissionState.SCANNING, reason)
 

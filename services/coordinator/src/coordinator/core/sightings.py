@@ -63,9 +63,8 @@ def _sighting(mission: Mission, seen: Detections, detection: Detection, yaw: flo
 
 def count_other_objects(context: StepContext, seen: Detections) -> None:
     """What else this frame shows, for the ending that has to say what was seen instead."""
-    target = context.mission.target
-    if target is not None:
-        context.update_search(other_objects=count_objects_in(context.search.other_objects, target, seen))
+    others = count_objects_in(context.search.other_objects, context.mission.target, seen)
+    context.update_search(other_objects=others)
 
 
 def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:

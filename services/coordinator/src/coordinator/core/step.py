@@ -55,6 +55,7 @@ def _apply(context: StepContext, event: ev.Event) -> None:
         case (
             ev.MissionStarted()
             | ev.DockingStarted()
+            | ev.MotionStarted()
             | ev.CancelRequested()
             | ev.PauseRequested()
             | ev.ResumeRequested()
@@ -147,8 +148,9 @@ def _tick(context: StepContext) -> None:
 
 
 def _out_of_time(context: StepContext) -> None:
-    why = f"time limit reached ({context.rules.mission_timeout_s:.0f} s)"
-    if context.mission.kind is MissionKind.DOCK:
+    mission = context.mission
+    why = f"time limit reached ({mission.deadline_s - mission.started_s:.0f} s)"
+    if context.mission.kind is not MissionKind.FIND:
         abort(context, EndCause.TIME_UP, why)
     else:
         give_up(context, EndCause.TIME_UP, why)

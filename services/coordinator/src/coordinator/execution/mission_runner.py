@@ -103,10 +103,10 @@ class MissionRunner:
         self._tasks.start("robot-navigation", self._bus.listen(ROBOT_NAVIGATION, self._on_navigation))
         self._tasks.start("detections", self._bus.listen(VISION_DETECTIONS, self._on_detections))
 
-    def begin(self, event: ev.MissionStarted | ev.DockingStarted) -> None:
+    def begin(self, event: ev.Started) -> None:
         """Starts a mission, its recording, and its span in the current trace. Only while the core is idle."""
         self._take_rules()
-        self._trace.begin(event.mission_id, event.command if isinstance(event, ev.MissionStarted) else "dock")
+        self._trace.begin(event.mission_id, "dock" if isinstance(event, ev.DockingStarted) else event.command)
         search = event if isinstance(event, ev.MissionStarted) else None
         self._explored = self.unexplored(search.area if search is not None else None)
         self.believed = believed(self.mission.rules, self.description, search) if search is not None else None

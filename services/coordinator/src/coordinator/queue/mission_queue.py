@@ -7,6 +7,7 @@ from contracts import mission as wire
 from contracts.intent import WantedAction
 from contracts.mission import MissionKind, MissionState
 from coordinator.core.mission import Order
+from coordinator.core.motions import Motion
 from coordinator.queue.parse_validation import CheckedTask
 from mesh.errors import TooManyError
 from mesh.tracing import trace_id_of
@@ -14,7 +15,7 @@ from mesh.tracing import trace_id_of
 
 @dataclass(frozen=True, slots=True)
 class QueuedMission:
-    """`task` is none for the way to the dock."""
+    """A search (`task`), plain motions (`motion`), or neither: the way to the dock."""
 
     id: str
     command: str
@@ -22,16 +23,36 @@ class QueuedMission:
     order: Order
     traceparent: str = ""
     """Of the command it came from."""
+    motion: Motion | None = None
+
+    @property
+    def kind(self) -> MissionKind:
+        if self.task is not None:
+            return MissionKind.FIND
+        return MissionKind.DOCK if self.motion is None else MissionKind.MOVE
+
+    @property
+    def action(self) -> WantedAction:
+        if self.task is not None:
+            return self.task.action
+        return WantedAction.DOCK if self.motion is None else self.motion.action
+
+    @property
+    def what(self) -> str:
+        """For a person."""
+        if self.task is not None:
+            return self.task.target.description
+        return "the dock" if self.motion is None else self.motion.what
 
     def record(self, position: int) -> wire.Mission:
         asked_s = max(0.0, self.order.asked_s or 0.0)
         return wire.Mission(
             id=self.id,
-            kind=MissionKind.FIND if self.task is not None else MissionKind.DOCK,
+            kind=self.kind,
             command=self.command,
             target=self.task.target if self.task is not None else None,
             parser=self.task.parser if self.task is not None else "",
-            action=self.task.action if self.task is not None else WantedAction.DOCK,
+            action=self.action,
             rooms=self.task.rooms if self.task is not None else (),
             state=MissionState.IDLE,
             queue_position=position,
@@ -43,6 +64,16 @@ class QueuedMission:
             started_s=asked_s,
             trace_id=trace_id_of(self.traceparent),
         )
+
+
+Work = CheckedTask | Motion | None
+"""A search, plain motions, or the way to the dock."""
+
+
+def queued(work: Work, mission_id: str, command: str, order: Order, traceparent: str) -> QueuedMission:
+    motion = work if isinstance(work, Motion) else None
+    task = work if isinstance(work, CheckedTask) else None
+    return QueuedMission(mission_id, command, task, order, traceparent, motion)
 
 
 class MissionQueue:
@@ -75,3 +106,7 @@ class MissionQueue:
 
     def records(self) -> tuple[wire.Mission, ...]:
         return tuple(one.record(k) for k, one in enumerate(self._waiting))
+
+    def waiting(self) -> tuple[QueuedMission, ...]:
+        """The next one first."""
+        return tuple(self._waiting)

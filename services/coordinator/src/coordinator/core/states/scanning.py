@@ -51,17 +51,7 @@ class Scanning(State):
                 pass
 
     def on_timeout(self, context: StepContext) -> None:
-        """Looks again. Several looks in a row without a picture end the mission: a blind robot finds nothing."""
-        context.update_search(blind_looks=context.search.blind_looks + 1)
-        if context.search.blind_looks >= context.rules.blind_looks_max:
-            abort(
-                context,
-                EndCause.NO_PICTURES,
-                f"no picture came in {context.search.blind_looks} looks: inference or the camera is down",
-            )
-            return
-        context.log_event(EventKind.FAILURE, "no camera picture while looking")
-        context.look(context.rules.look_timeout_s)
+        no_picture(context)
 
     def _looked(self, context: StepContext, seen: Detections) -> None:
         sighting = inspected(context, seen)
@@ -92,6 +82,20 @@ class Scanning(State):
     def next_heading(self, context: StepContext) -> None:
         context.update_search(headings=context.search.headings[1:])
         self.begin(context)
+
+
+def no_picture(context: StepContext) -> None:
+    """Looks again. Several looks in a row without a picture end the mission: a blind robot finds nothing."""
+    context.update_search(blind_looks=context.search.blind_looks + 1)
+    if context.search.blind_looks >= context.rules.blind_looks_max:
+        abort(
+            context,
+            EndCause.NO_PICTURES,
+            f"no picture came in {context.search.blind_looks} looks: inference or the camera is down",
+        )
+        return
+    context.log_event(EventKind.FAILURE, "no camera picture while looking")
+    context.look(context.rules.look_timeout_s)
 
 
 def inspected(context: StepContext, seen: Detections) -> Sighting | None:

@@ -15,23 +15,24 @@ from coordinator.core.states.depth_check import DepthCheck
 from coordinator.core.states.direct import DirectApproach, DirectCentering
 from coordinator.core.states.docking import GoingToDock
 from coordinator.core.states.driving_1m import Driving1m
+from coordinator.core.states.moving import Moving
 from coordinator.core.states.resting import Resting
 from coordinator.core.states.scanning import Scanning
 from coordinator.core.states.state import State
 from coordinator.core.states.travelling import MemoryNav, MovingToScan
 from coordinator.core.states.weighing import WeighingDepthCheck
 
-RESTING, DOCKING, MOVING_TO_SCAN = Resting(), GoingToDock(), MovingToScan()
+RESTING, DOCKING, MOVING_TO_SCAN, MOVING = Resting(), GoingToDock(), MovingToScan(), Moving()
 TRAVELLING = {CoverageRule.LAWNMOWER: PlannedOnce(), CoverageRule.BELIEF: ByBelief()}
 
 
 def state_of(mission: Mission) -> State:
     if mission.kind is MissionKind.DOCK and mission.state is MissionState.MEMORY_NAV:
         return DOCKING
-    rules = mission.rules
-    table = states(
-        rules.approach_rule, rules.centering_rule, rules.coverage_rule, rules.scan_rule, rules.validation_rule
-    )
+    rules, coverage = mission.rules, mission.rules.coverage_rule
+    if mission.target is None and coverage is CoverageRule.BELIEF:
+        coverage = CoverageRule.VIEWPOINTS  # there is no belief of where nothing is
+    table = states(rules.approach_rule, rules.centering_rule, coverage, rules.scan_rule, rules.validation_rule)
     return table[mission.state]
 
 
@@ -55,6 +56,7 @@ def states(
         MissionState.DEPTH_CHECK: PlainDepthCheck() if straight else judging,
         MissionState.APPROACHING: StraightApproach() if straight else DirectApproach() if direct else Approaching(),
         MissionState.DRIVING_1M: StraightStep() if straight else Driving1m(),
+        MissionState.MOVING: MOVING,
         MissionState.DONE: RESTING,
         MissionState.EMERGENCY_STOP: RESTING,
     }
