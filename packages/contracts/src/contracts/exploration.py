@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, TypeAdapter, model_validator
 
-from contracts.base import NO_CONTROL_CHARACTERS, Label, Message
+from contracts.base import NO_CONTROL_CHARACTERS, Label, Message, StampS
 
 BEARING_MAX_RAD: Final = math.pi
 STEP_M_MAX: Final = 2.0
@@ -188,3 +188,63 @@ class ExplorationEnd(StrEnum):
     """The emergency stop. Nothing goes on by itself afterwards."""
     HOME_NOT_REACHED = "home_not_reached"
     """No way home was found as often as it was tried."""
+
+
+class DoneAction(Message):
+    """One action of an exploration and what became of it."""
+
+    tool: str = Field(max_length=30)
+    verdict: DecisionVerdict
+    end: str = Field(default="", max_length=60, description="how the motion ended; '' = it moved nothing, or not yet")
+    by: ExplorationMode
+
+
+class Discovery(Message):
+    """Something worth knowing, where the robot stood when it was reported."""
+
+    label: Label
+    note: str = Field(default="", max_length=200, pattern=NO_CONTROL_CHARACTERS)
+    x_m: CoordinateM
+    y_m: CoordinateM
+    stamp_s: StampS
+
+
+class ExploredRoom(Message):
+    name: str = Field(max_length=40, pattern=NO_CONTROL_CHARACTERS)
+    area_m2: float = Field(ge=0.0)
+    x_m: CoordinateM
+    y_m: CoordinateM
+
+
+class MapPoint(Message):
+    x_m: CoordinateM
+    y_m: CoordinateM
+
+
+class KnownFrontier(Message):
+    number: int = Field(ge=1)
+    x_m: CoordinateM
+    y_m: CoordinateM
+    border_m: float = Field(ge=0.0)
+
+
+ACTIONS_KEPT: Final = 8
+DISCOVERIES_KEPT: Final = 50
+PLACES_KEPT: Final = 200
+
+
+class ExplorationMemory(Message):
+    """What an exploration knows of the home so far (requirement C10); kept over restarts, the newest last."""
+
+    rooms: tuple[ExploredRoom, ...] = Field(default=(), max_length=50)
+    frontiers: tuple[KnownFrontier, ...] = Field(default=(), max_length=50)
+    dead_ends: tuple[MapPoint, ...] = Field(default=(), max_length=50)
+    given_up: tuple[MapPoint, ...] = Field(
+        default=(), max_length=PLACES_KEPT, description="frontiers that could not be reached, or showed nothing new"
+    )
+    actions: tuple[DoneAction, ...] = Field(default=(), max_length=ACTIONS_KEPT)
+    actions_done: int = Field(default=0, ge=0)
+    discoveries: tuple[Discovery, ...] = Field(default=(), max_length=DISCOVERIES_KEPT)
+    trail: tuple[MapPoint, ...] = Field(
+        default=(), max_length=PLACES_KEPT, description="where it has been, 0.5 m apart"
+    )

@@ -1,4 +1,4 @@
-"""The newest laser scan as one who explores reads it: how far a way is clear, which ways are open, what place this is."""
+"""The newest scan as one who explores reads it: how far a way is clear, which ways are open, what place this is."""
 
 import math
 from dataclasses import dataclass, field
