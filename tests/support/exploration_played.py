@@ -51,6 +51,7 @@ class Played:
         self.stopped = False
         self.obeys = obeys
         self.commands: list[tuple[float, do.Command]] = []
+        self._obeyed = 0
         self.view = 0
         self.sees = True
         """A new view wherever the robot goes."""
@@ -82,16 +83,16 @@ class Played:
         """In ticks; motions are obeyed a tick after they were asked for."""
         end_s = self.now_s + seconds
         while self.now_s < end_s - 1e-9 and not until():
-            done = len(self.commands)
             self.now_s = min(end_s, self.now_s + TICK_S)
             self.look()
             self.tell(ev.Tick())
             if self.obeys:
-                self.obey(done)
+                self.obey()
         return self
 
-    def obey(self, after: int = 0) -> None:
-        for _, command in self.commands[after:]:
+    def obey(self) -> None:
+        waiting, self._obeyed = self.commands[self._obeyed :], len(self.commands)
+        for _, command in waiting:
             match command:
                 case do.TurnRobot(call=call, angle_rad=angle_rad) if self.pose is not None:
                     yaw = math.remainder(self.pose.yaw + angle_rad, 2 * math.pi)
