@@ -47,7 +47,7 @@ def _sensible(situation: str) -> dict[str, Any]:
         return {"tool": "navigate_to_goal", "frontier": int(number)}
     ways = {name: float(clear) for name, clear in _CLEAR.findall(situation)}
     best = max(ways, key=lambda name: ways[name], default="ahead")
-    if ways.get(best, 0.0) < 0.8:  # noqa: PLR2004 - m; nothing to drive to
+    if ways.get(best, 0.0) < 0.8:
         return {"tool": "rotate", "angle_rad": 1.0}
     return {"tool": "move_toward", "bearing_rad": _BEARINGS[best], "distance_m": min(1.5, ways[best] - 0.3)}
 
