@@ -46,6 +46,10 @@ class Eye(Protocol):
 
 
 class Journal(Protocol):
-    """Where an exploration's memory is kept. Writing never waits."""
+    """Where what is known of each home is kept; `home` is robot_bridge's name of its map. Writing never waits."""
 
-    def write(self, memory: ExplorationMemory) -> None: ...
+    async def read(self, home: str) -> ExplorationMemory:
+        """Raises `UnavailableError`."""
+        ...
+
+    def write(self, home: str, memory: ExplorationMemory) -> None: ...

@@ -4,6 +4,7 @@ import asyncio
 import math
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, assert_never
 
 import numpy as np
@@ -26,7 +27,7 @@ from coordinator.exploration.surroundings import Surroundings
 from coordinator.exploration_ports import ExploringRobot, Eye, Journal, Pilot
 from geometry.grids import MapError, decode
 from mesh.clock import Clock
-from mesh.errors import MeshError
+from mesh.errors import MeshError, UnavailableError
 from mesh.tasks import Tasks
 
 log = structlog.get_logger()
@@ -38,6 +39,8 @@ VIEW_S = 1.0
 TURN_RAD_S = 1.0
 TURN_TIMEOUT_S = 15.0
 GOAL_POLL_S = 1.0
+UNNAMED = "unnamed"
+"""Of a map that robot_bridge has not named yet."""
 
 
 class ExplorationRunner:
@@ -53,9 +56,8 @@ class ExplorationRunner:
         tasks: Tasks,
         journal: Journal,
         eye: Eye | None = None,
-        memory: ExplorationMemory | None = None,
     ) -> None:
-        self.exploration = Exploration(rules=rules, memory=memory or ExplorationMemory())
+        self.exploration = Exploration(rules=rules)
         self.ended = asyncio.Event()
         self._robot = robot
         self._pilot = pilot
@@ -64,6 +66,8 @@ class ExplorationRunner:
         self._journal = journal
         self._eye = eye
         self._epoch = 0
+        self._home = UNNAMED
+        """The map that the robot is in, and what is remembered belongs to."""
         self._motion = MotionClient(
             robot, clock, self._spawn, goal_poll_s=GOAL_POLL_S, on_lease=_no_lease
         )  # fmt: skip
@@ -85,7 +89,15 @@ class ExplorationRunner:
             self.feed(ev.Tick())
             await self._clock.sleep(LOOK_S)
 
-    def begin(self, home: Pose2D) -> None:
+    async def begin(self, home: Pose2D) -> None:
+        """With what is remembered of this map; without it where the journal is away."""
+        if not self.exploration.running:
+            try:
+                memory = await self._journal.read(self._home)
+            except UnavailableError as error:
+                log.warning("an exploration begins without what was remembered", error=error.detail)
+                memory = ExplorationMemory()
+            self.exploration = replace(self.exploration, memory=memory)
         self.ended.clear()
         self.feed(ev.Begun(home))
 
@@ -117,6 +129,7 @@ class ExplorationRunner:
             self.feed(ev.RobotSeen(None, None, stopped=self.exploration.stopped))
             return
         self._epoch = state.emergency_stop.epoch
+        self._home = state.map_id or self._home
         scan = None
         with suppress(MeshError):
             scan = surroundings_of(await self._robot.scan(), await self._robot.obstacles())
@@ -149,7 +162,7 @@ class ExplorationRunner:
             case do.StopMotion():
                 self._motion.stop(self._epoch)
             case do.Remember(memory=memory):
-                self._journal.write(memory)
+                self._journal.write(self._home, memory)
             case do.TellMode(mode=mode, why=why):
                 log.info("exploration", mode=mode.value, why=why)
             case do.Finish(end=end):
