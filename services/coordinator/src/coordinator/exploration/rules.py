@@ -15,8 +15,8 @@ class AskingRules:
     due_s: float = 10.0
     place_m: float = 0.5
     """A doorway, junction or dead end counts once the robot is this far from where it last asked."""
-    view_bits: int = 12
-    """Two views that differ in no more of the 64 bits of their hash are the same (docs/exploration.md)."""
+    view_bits: int = 8
+    """Two views that differ in no more of the 64 bits of their hash are the same: measured, docs/exploration.md."""
     unseen_m: float = 0.3
     unseen_rad: float = math.radians(20.0)
     """Without a picture: the view is another one from so far on."""

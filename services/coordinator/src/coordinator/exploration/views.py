@@ -17,8 +17,9 @@ COLOUR_AXES: Final = 3
 
 def view_hash(pixels: NDArray[np.uint8]) -> int:
     """64 bits of a picture (height, width) or (height, width, 3), at least `SIDE` pixels each side."""
-    grey = pixels.mean(axis=2) if pixels.ndim == COLOUR_AXES else pixels.astype(np.float64)
-    rows, columns = (np.linspace(0, size, SIDE + 1).astype(int)[:-1] for size in grey.shape)
+    grey: NDArray[np.float64] = pixels.mean(axis=2) if pixels.ndim == COLOUR_AXES else pixels.astype(np.float64)
+    height, width = pixels.shape[0], pixels.shape[1]
+    rows, columns = (np.arange(SIDE) * size // SIDE for size in (height, width))
     means = np.add.reduceat(np.add.reduceat(grey, rows, axis=0), columns, axis=1)
     spectrum: NDArray[np.float64] = np.asarray(cast(Any, fft).dctn(means, norm="ortho"))
     low = spectrum[:BITS_SIDE, :BITS_SIDE].ravel()
