@@ -38,6 +38,7 @@ from coordinator.exploration.prompt import TOKENS_MAX, described, plain, tokens_
 from coordinator.exploration.rules import ExplorationRules
 from coordinator.exploration.surroundings import Surroundings
 from coordinator.exploration.views import bits_apart, view_hash
+from geometry.poses import compose, inverse
 from support.exploration_played import FREE, HOME, WALL_AHEAD, Played, ahead, open_chart
 
 M = ExplorationMode
@@ -179,6 +180,25 @@ def test_a_goal_it_is_on_its_way_to_already_is_not_begun_again() -> None:
     played.answer(goal)
     assert len(played.told(do.NavigateRobot)) == 1
     assert played.told(do.StopMotion) == []
+
+
+def test_a_frontier_that_something_stands_on_is_told_twice_and_no_more() -> None:
+    played = Played()
+    (frontier,) = open_chart().frontiers
+    played.begin(open_chart())
+    for _ in range(2):
+        played.pass_time(3.0, until=lambda: played.exploration.question is not None)
+        played.sees = True
+        pose = played.pose
+        assert pose is not None
+        there = compose(inverse(pose), frontier.pose)
+        played.points_m = np.array([(there.x, there.y)])
+        played.look()
+        played.answer(NavigateToGoal(frontier=1))
+        played.points_m = FREE
+    assert dict(played.exploration.verdicts) == {DecisionVerdict.GOAL_NOT_FREE: 2}
+    played.pass_time(3.0, until=lambda: played.exploration.question is not None)
+    assert "frontiers" not in played.last_asked.situation
 
 
 def test_another_goal_ends_the_one_before_first() -> None:

@@ -10,6 +10,7 @@ from contracts.exploration import (
     ExplorationDecision,
     ExplorationMode,
     MoveToward,
+    NavigateToGoal,
     ObserveScene,
     ReportDiscovery,
     StopRobot,
@@ -17,7 +18,7 @@ from contracts.exploration import (
 from contracts.geometry import Pose2D
 from coordinator.exploration import commands as do
 from coordinator.exploration import events as ev
-from coordinator.exploration import remembering
+from coordinator.exploration import local, remembering
 from coordinator.exploration.context import Context
 from coordinator.exploration.decision_check import Advance, Checked, GoTo, Turn, check
 from coordinator.exploration.exploration import Asked, Exploration, Fallback, Going, Question, Resting, Spent
@@ -152,10 +153,19 @@ def answered(context: Context, event: ev.ModelAnswered) -> None:
     checked = check(decision, context.knowledge, one.rules.limits)
     context.update(tries=checked.tries)
     if not checked.verdict.moves and not isinstance(decision, CheckPathClear):
+        if isinstance(decision, NavigateToGoal) and checked.verdict is DecisionVerdict.GOAL_NOT_FREE:
+            _count_frontier(context, decision.frontier)
         refused(context, decision.tool, checked.verdict)
         return
     context.count(checked.verdict)
     _carry_out(context, decision, checked, question.turns)
+
+
+def _count_frontier(context: Context, number: int | None) -> None:
+    """A frontier that there is no room at counts as driven to: it is not told for ever."""
+    for one in context.exploration.told:
+        if one.number == number:
+            local.went_to(context, one.pose)
 
 
 def as_of_now(decision: ExplorationDecision, asked_at: Pose2D | None, pose: Pose2D | None) -> ExplorationDecision:

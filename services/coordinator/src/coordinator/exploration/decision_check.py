@@ -191,7 +191,9 @@ def _go_to(decision: NavigateToGoal, known: Knowledge, limits: CheckLimits) -> C
     if not known.chart.has_room_at(goal.x, goal.y):
         return Checked(DecisionVerdict.GOAL_NOT_FREE)
     in_base = compose(inverse(known.pose), goal)
-    if scan.nearest_m(in_base.x, in_base.y) < limits.half_width_m:  # something stands there that the map does not hold
+    if (
+        scan.nearest_m(in_base.x, in_base.y) < limits.footprint_radius_m
+    ):  # something stands there that the map does not hold
         return Checked(DecisionVerdict.GOAL_NOT_FREE)
     return Checked(DecisionVerdict.ACCEPTED, GoTo(goal))
 
