@@ -85,7 +85,7 @@ class Played:
         while self.now_s < end_s - 1e-9 and not until():
             self.now_s = min(end_s, self.now_s + TICK_S)
             self.look()
-            self.tell(ev.Tick())
+            self.tell(ev.TimePassed())
             if self.obeys:
                 self.obey()
         return self
@@ -97,15 +97,15 @@ class Played:
                 case do.TurnRobot(call=call, angle_rad=angle_rad) if self.pose is not None:
                     yaw = math.remainder(self.pose.yaw + angle_rad, 2 * math.pi)
                     self.pose = Pose2D(x=self.pose.x, y=self.pose.y, yaw=yaw)
-                    self.tell(ev.MotionEnded(call, MotionEnd.COMPLETED))
+                    self.tell(ev.MotionOver(call, MotionEnd.COMPLETED))
                 case do.DriveRobot(call=call, distance_m=distance_m) if self.pose is not None:
                     x = self.pose.x + distance_m * math.cos(self.pose.yaw)
                     y = self.pose.y + distance_m * math.sin(self.pose.yaw)
                     self.pose = Pose2D(x=x, y=y, yaw=self.pose.yaw)
-                    self.tell(ev.MotionEnded(call, MotionEnd.COMPLETED))
+                    self.tell(ev.MotionOver(call, MotionEnd.COMPLETED))
                 case do.NavigateRobot(call=call, pose=pose):
                     self.pose = pose
-                    self.tell(ev.GoalEnded(call, reached=True))
+                    self.tell(ev.GoalOver(call, reached=True))
                 case _:
                     pass
 

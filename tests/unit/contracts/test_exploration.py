@@ -19,7 +19,7 @@ from contracts.exploration import (
     NavigateToGoal,
     ObserveScene,
     ReportDiscovery,
-    Rotate,
+    RotateBy,
     StopRobot,
     function_tools,
 )
@@ -28,7 +28,7 @@ GOOD = [
     ({"tool": "move_toward", "bearing_rad": -0.5, "distance_m": 1.5}, MoveToward(bearing_rad=-0.5, distance_m=1.5)),
     ({"tool": "navigate_to_goal", "x_m": 1.0, "y_m": -2.0}, NavigateToGoal(x_m=1.0, y_m=-2.0)),
     ({"tool": "navigate_to_goal", "frontier": 3}, NavigateToGoal(frontier=3)),
-    ({"tool": "rotate", "angle_rad": math.pi}, Rotate(angle_rad=math.pi)),
+    ({"tool": "rotate", "angle_rad": math.pi}, RotateBy(angle_rad=math.pi)),
     ({"tool": "stop_robot"}, StopRobot()),
     ({"tool": "observe_scene"}, ObserveScene()),
     ({"tool": "check_path_clear", "bearing_rad": 0, "distance_m": 1}, CheckPathClear(bearing_rad=0.0, distance_m=1.0)),

@@ -46,7 +46,7 @@ class NavigateToGoal(Message):
         return self
 
 
-class Rotate(Message):
+class RotateBy(Message):
     """Turn on the spot."""
 
     tool: Literal["rotate"] = "rotate"
@@ -82,13 +82,13 @@ class ReportDiscovery(Message):
 
 
 ExplorationDecision = Annotated[
-    MoveToward | NavigateToGoal | Rotate | StopRobot | ObserveScene | CheckPathClear | ReportDiscovery,
+    MoveToward | NavigateToGoal | RotateBy | StopRobot | ObserveScene | CheckPathClear | ReportDiscovery,
     Field(discriminator="tool"),
 ]
 DECISIONS: Final[TypeAdapter[ExplorationDecision]] = TypeAdapter(ExplorationDecision)
 """Reads one decision. Raises pydantic's `ValidationError` for everything that is none."""
 
-TOOLS: Final = (MoveToward, NavigateToGoal, Rotate, StopRobot, ObserveScene, CheckPathClear, ReportDiscovery)
+TOOLS: Final = (MoveToward, NavigateToGoal, RotateBy, StopRobot, ObserveScene, CheckPathClear, ReportDiscovery)
 
 
 def function_tools() -> list[dict[str, Any]]:

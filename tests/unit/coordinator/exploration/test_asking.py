@@ -25,14 +25,14 @@ from contracts.exploration import (
     NavigateToGoal,
     ObserveScene,
     ReportDiscovery,
-    Rotate,
+    RotateBy,
     StopRobot,
 )
 from contracts.geometry import Pose2D
 from contracts.motion import MotionEnd
 from coordinator.exploration import commands as do
 from coordinator.exploration import events as ev
-from coordinator.exploration.exploration import Exploration, Resting, Turning
+from coordinator.exploration.exploration import Exploration, Standing, Turning
 from coordinator.exploration.frontiers import Frontier
 from coordinator.exploration.prompt import TOKENS_MAX, described, plain, tokens_about
 from coordinator.exploration.rules import ExplorationRules
@@ -79,7 +79,7 @@ def test_it_is_asked_at_once_when_it_begins() -> None:
 def test_it_is_asked_under_way_where_there_is_reason_to(x: float, points_m: Any, reason: AskingReason) -> None:
     played = moved(under_way(), x, points_m=points_m)
     assert [one.reason for one in played.told(do.AskModel)] == [AskingReason.BEGUN, reason]
-    assert not isinstance(played.exploration.activity, Resting), "it goes on meanwhile"
+    assert not isinstance(played.exploration.activity, Standing), "it goes on meanwhile"
 
 
 @pytest.mark.parametrize(("x", "points_m"), [(1.3, FREE), (0.4, DOORWAY)])
@@ -148,7 +148,7 @@ def test_the_same_answer_twice_is_done_once() -> None:
     played = Played(obeys=False).begin(open_chart())
     call = played.last_asked.call
     for _ in range(5):
-        played.tell(ev.ModelAnswered(call, Rotate(angle_rad=1.0)))
+        played.tell(ev.ModelAnswered(call, RotateBy(angle_rad=1.0)))
     assert len(played.told(do.TurnRobot)) == 1
 
 
@@ -179,7 +179,7 @@ def test_a_goal_it_is_on_its_way_to_already_is_not_begun_again() -> None:
     moved(played, 1.6)
     played.answer(goal)
     assert len(played.told(do.NavigateRobot)) == 1
-    assert played.told(do.StopMotion) == []
+    assert played.told(do.HaltMotion) == []
 
 
 def test_a_frontier_that_something_stands_on_is_told_twice_and_no_more() -> None:
@@ -206,7 +206,7 @@ def test_another_goal_ends_the_one_before_first() -> None:
     played.answer(NavigateToGoal(x_m=2.0, y_m=0.0))
     moved(played, 1.6)
     commands = played.answer(NavigateToGoal(x_m=0.0, y_m=2.0))
-    assert [type(one) for one in commands[:2]] == [do.StopMotion, do.NavigateRobot]
+    assert [type(one) for one in commands[:2]] == [do.HaltMotion, do.NavigateRobot]
 
 
 def test_tools_that_move_nothing_are_answered_within_the_question_and_not_for_ever() -> None:
@@ -347,7 +347,7 @@ DECISIONS = st.one_of(
     st.builds(MoveToward, bearing_rad=BEARINGS, distance_m=DISTANCES),
     st.builds(NavigateToGoal, x_m=XY, y_m=XY),
     st.builds(NavigateToGoal, frontier=st.integers(1, 5)),
-    st.builds(Rotate, angle_rad=BEARINGS),
+    st.builds(RotateBy, angle_rad=BEARINGS),
     st.sampled_from([StopRobot(), ObserveScene(), ReportDiscovery(label="cup")]),
     st.builds(CheckPathClear, bearing_rad=BEARINGS, distance_m=DISTANCES),
 )
@@ -364,13 +364,13 @@ STEPS = st.lists(
         st.one_of(
             st.builds(ev.ModelAnswered, call=CALLS, decision=DECISIONS),
             st.builds(ev.ModelFailed, call=CALLS),
-            st.builds(ev.MotionEnded, call=CALLS, end=st.sampled_from([None, *MotionEnd])),
-            st.builds(ev.GoalEnded, call=CALLS, reached=st.booleans()),
+            st.builds(ev.MotionOver, call=CALLS, end=st.sampled_from([None, *MotionEnd])),
+            st.builds(ev.GoalOver, call=CALLS, reached=st.booleans()),
             st.builds(ev.LinkChanged, up=st.booleans()),
             st.builds(ev.ListenStarted, for_s=st.sampled_from([1.0, 20.0])),
             st.builds(ev.ViewSeen, view=st.integers(0, 3)),
             st.just(ev.ChartSeen(CHART)),
-            st.sampled_from([ev.ListenEnded(), ev.CancelRequested(), ev.Begun(HOME), ev.Tick()]),
+            st.sampled_from([ev.ListenEnded(), ev.ExplorationCanceled(), ev.Begun(HOME), ev.TimePassed()]),
             st.tuples(SCANS, st.booleans(), st.none() | st.builds(Pose2D, x=XY, y=XY, yaw=BEARINGS)),
         ),
     ),

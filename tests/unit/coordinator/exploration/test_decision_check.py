@@ -16,11 +16,11 @@ from contracts.exploration import (
     NavigateToGoal,
     ObserveScene,
     ReportDiscovery,
-    Rotate,
+    RotateBy,
     StopRobot,
 )
 from contracts.geometry import Pose2D
-from coordinator.exploration.decision_check import Advance, Checked, CheckLimits, GoTo, Knowledge, Turn, check, end_of
+from coordinator.exploration.decision_check import Advance, Checked, CheckLimits, GoTo, Knowledge, TurnBy, check, end_of
 from coordinator.exploration.frontiers import Chart, Frontier, chart_of
 from coordinator.exploration.surroundings import PlaceKind, Surroundings
 from geometry.grids import OccupancyGrid
@@ -89,7 +89,7 @@ def test_what_stands_beside_the_path_of_the_footprint_is_not_in_the_way() -> Non
 
 
 @pytest.mark.parametrize("age_s", [LIMITS.scan_age_s_max + 0.01, 60.0, -0.1])
-@pytest.mark.parametrize("decision", [AHEAD, Rotate(angle_rad=1.0), NavigateToGoal(x_m=0.5, y_m=0.5)], ids=str)
+@pytest.mark.parametrize("decision", [AHEAD, RotateBy(angle_rad=1.0), NavigateToGoal(x_m=0.5, y_m=0.5)], ids=str)
 def test_nothing_moves_on_an_old_scan_or_on_one_from_the_future(decision: ExplorationDecision, age_s: float) -> None:
     assert judged(decision, seen((3.0, 0.0), age_s=age_s)) == Checked(DecisionVerdict.NO_SCAN)
     assert judged(decision, None) == Checked(DecisionVerdict.NO_SCAN)
@@ -106,7 +106,7 @@ def test_without_a_pose_nothing_drives_but_it_may_turn() -> None:
     lost = Knowledge(seen((3.0, 0.0)), None, CHART, now_s=NOW_S)
     assert check(AHEAD, lost, LIMITS).verdict is DecisionVerdict.NO_POSE
     assert check(NavigateToGoal(x_m=0.0, y_m=0.0), lost, LIMITS).verdict is DecisionVerdict.NO_POSE
-    assert check(Rotate(angle_rad=0.5), lost, LIMITS).motion == Turn(0.5)
+    assert check(RotateBy(angle_rad=0.5), lost, LIMITS).motion == TurnBy(0.5)
 
 
 # tries
@@ -216,7 +216,7 @@ def test_no_accepted_drive_comes_nearer_than_the_side_margin_and_none_ends_neare
 DECISION = st.one_of(
     st.builds(MoveToward, bearing_rad=BEARINGS, distance_m=DISTANCES),
     st.builds(CheckPathClear, bearing_rad=BEARINGS, distance_m=DISTANCES),
-    st.builds(Rotate, angle_rad=BEARINGS),
+    st.builds(RotateBy, angle_rad=BEARINGS),
     st.builds(NavigateToGoal, x_m=FLOATS, y_m=FLOATS),
     st.builds(NavigateToGoal, frontier=st.integers(1, 4)),
 )

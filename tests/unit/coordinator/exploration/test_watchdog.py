@@ -8,7 +8,7 @@ from contracts.exploration import ExplorationEnd, ExplorationMode, MoveToward, N
 from contracts.motion import MotionEnd
 from coordinator.exploration import commands as do
 from coordinator.exploration import events as ev
-from coordinator.exploration.exploration import Advancing, Fallback, Resting
+from coordinator.exploration.exploration import Advancing, Fallback, Standing
 from coordinator.exploration.rules import AskingRules, ExplorationRules, SpendingLimits, WatchdogRules
 from coordinator.exploration.transitions import ALLOWED, SENTENCES, TRANSITIONS
 from coordinator.exploration.watchdog import SilenceTier, tier_of
@@ -45,13 +45,13 @@ def test_the_tiers_are_those_of_the_requirement(silent_s: float, tier: SilenceTi
 
 def test_for_3_s_what_is_under_way_goes_on() -> None:
     played = driving().pass_time(2.8)
-    assert played.told(do.StopMotion) == []
+    assert played.told(do.HaltMotion) == []
     assert isinstance(played.exploration.activity, Advancing)
 
 
 def test_from_3_to_10_s_the_robot_stands_and_waits() -> None:
     played = driving().pass_time(3.4)
-    assert len(played.told(do.StopMotion)) == 1
+    assert len(played.told(do.HaltMotion)) == 1
     moved = len(played.told(do.MOTION))
     played.pass_time(6.2)
     assert played.mode is M.MODEL
@@ -107,7 +107,7 @@ def test_home_that_cannot_be_reached_is_said_after_three_tries() -> None:
     played.pass_time(31.0)
     for _ in range(20):
         for goal in played.told(do.NavigateRobot)[-1:]:
-            played.tell(ev.GoalEnded(goal.call, reached=False))
+            played.tell(ev.GoalOver(goal.call, reached=False))
         played.pass_time(0.2)
     assert played.exploration.end is ExplorationEnd.HOME_NOT_REACHED
     assert played.mode is M.IDLE
@@ -144,7 +144,7 @@ def test_a_network_that_is_gone_counts_as_silence_from_that_moment_though_nothin
     played.tell(ev.LinkChanged(up=False))
     asked = len(played.told(do.AskModel))
     played.pass_time(3.4)
-    assert isinstance(played.exploration.activity, Resting)
+    assert isinstance(played.exploration.activity, Standing)
     played.pass_time(7.0)
     assert played.mode is M.FRONTIERS
     assert len(played.told(do.AskModel)) == asked, "nobody is asked over a network that is not there"
@@ -249,7 +249,7 @@ def test_listening_stands_and_then_goes_on_in_the_mode_before(pilot: Exploration
     played.pass_time(0.4)
     played.tell(ev.ListenStarted(for_s=5.0))
     assert played.mode is M.LISTENING
-    assert isinstance(played.exploration.activity, Resting)
+    assert isinstance(played.exploration.activity, Standing)
     motions = len(played.told(do.MOTION))
     played.pass_time(4.6)
     assert (played.mode, len(played.told(do.MOTION))) == (M.LISTENING, motions)
@@ -309,9 +309,9 @@ def test_the_emergency_stop_ends_it_and_nothing_goes_on_by_itself(pilot: Explora
 
 def test_a_cancel_ends_it_where_it_stands() -> None:
     played = driving()
-    played.tell(ev.CancelRequested())
+    played.tell(ev.ExplorationCanceled())
     assert played.exploration.end is ExplorationEnd.CANCELED
-    assert isinstance(played.told(do.StopMotion)[-1], do.StopMotion)
+    assert isinstance(played.told(do.HaltMotion)[-1], do.HaltMotion)
 
 
 # motion
@@ -323,7 +323,7 @@ def test_after_a_turn_the_way_is_checked_by_a_scan_taken_after_it() -> None:
     (turn,) = played.told(do.TurnRobot)
     played.scan_age_s = 0.4
     played.pass_time(0.2)
-    played.tell(ev.MotionEnded(turn.call, MotionEnd.COMPLETED))
+    played.tell(ev.MotionOver(turn.call, MotionEnd.COMPLETED))
     played.pass_time(0.2)
     assert played.told(do.DriveRobot) == [], "the scan is from before the turn was over"
     played.pass_time(0.4)
@@ -335,7 +335,7 @@ def test_a_motion_whose_answer_never_comes_is_ended() -> None:
     played.pass_time(0.2)
     first = played.told(do.NavigateRobot)[0]
     played.pass_time(121.0)
-    assert played.told(do.StopMotion) != []
+    assert played.told(do.HaltMotion) != []
     assert played.told(do.NavigateRobot)[1].call > first.call
 
 

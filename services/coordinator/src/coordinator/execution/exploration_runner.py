@@ -86,7 +86,7 @@ class ExplorationRunner:
                 view = await self._eye.view()
                 if view is not None:
                     self.feed(ev.ViewSeen(view))
-            self.feed(ev.Tick())
+            self.feed(ev.TimePassed())
             await self._clock.sleep(LOOK_S)
 
     async def begin(self, home: Pose2D) -> None:
@@ -108,7 +108,7 @@ class ExplorationRunner:
         self.feed(ev.ListenEnded())
 
     def cancel(self) -> None:
-        self.feed(ev.CancelRequested())
+        self.feed(ev.ExplorationCanceled())
 
     def link(self, *, up: bool) -> None:
         """Whoever watches the network to the model says so."""
@@ -159,7 +159,7 @@ class ExplorationRunner:
                 self._start(call, lambda: self._drive(distance_m, speed_m_s))
             case do.NavigateRobot(call=call, pose=pose):
                 self._motion.start(lambda: self._navigate(call, pose), self._epoch)
-            case do.StopMotion():
+            case do.HaltMotion():
                 self._motion.stop(self._epoch)
             case do.Remember(memory=memory):
                 self._journal.write(self._home, memory)
@@ -192,7 +192,7 @@ class ExplorationRunner:
             except MeshError as error:
                 log.warning("a motion of the exploration failed", error=error.detail)
                 self._motion.mark_uncertain(self._epoch)
-            self.feed(ev.MotionEnded(call, end))
+            self.feed(ev.MotionOver(call, end))
 
         self._motion.start(work, self._epoch)
 
@@ -218,7 +218,7 @@ class ExplorationRunner:
             reached = (await self._motion.navigate(request)).status is GoalStatus.SUCCEEDED
         except MeshError as error:
             log.warning("a goal of the exploration failed", error=error.detail)
-        self.feed(ev.GoalEnded(call, reached))
+        self.feed(ev.GoalOver(call, reached))
 
     def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
         return self._tasks.start("exploration", work, forever=False)

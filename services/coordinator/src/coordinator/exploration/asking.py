@@ -20,8 +20,8 @@ from coordinator.exploration import commands as do
 from coordinator.exploration import events as ev
 from coordinator.exploration import local, remembering
 from coordinator.exploration.context import Context
-from coordinator.exploration.decision_check import Advance, Checked, GoTo, Turn, check
-from coordinator.exploration.exploration import Asked, Exploration, Fallback, Going, Question, Resting, Spent
+from coordinator.exploration.decision_check import Advance, Checked, GoTo, TurnBy, check
+from coordinator.exploration.exploration import Asked, Exploration, Fallback, Going, OpenQuestion, Spent, Standing
 from coordinator.exploration.prompt import TOLD_FRONTIERS, described
 from coordinator.exploration.surroundings import PlaceKind
 from coordinator.exploration.views import bits_apart
@@ -51,7 +51,7 @@ def lead(context: Context) -> None:
         return
     if owes_one or view_changed(one):
         ask(context, reason)
-    elif isinstance(one.activity, Resting):
+    elif isinstance(one.activity, Standing):
         look_elsewhere(context)
 
 
@@ -68,7 +68,7 @@ def reason_to_ask(one: Exploration, now_s: float) -> AskingReason | None:
         return AskingReason.MOVED
     if now_s - asked.at_s >= rules.due_s:
         return AskingReason.DUE
-    return AskingReason.DONE if isinstance(one.activity, Resting) else None
+    return AskingReason.DONE if isinstance(one.activity, Standing) else None
 
 
 def view_changed(one: Exploration) -> bool:
@@ -97,7 +97,7 @@ def ask(context: Context, reason: AskingReason, *, answer: str = "", turns: int 
     place = one.surroundings.place_kind(half_width_m) if one.surroundings is not None else PlaceKind.ROOM
     since_s = one.silent_since_s
     context.update(
-        question=Question(call, now_s, turns),
+        question=OpenQuestion(call, now_s, turns),
         asked=Asked(now_s, one.pose, one.view, place, reason),
         silent_since_s=now_s if since_s is None else since_s,
         told=told,
@@ -218,7 +218,7 @@ def _move(context: Context, decision: ExplorationDecision, checked: Checked) -> 
         return  # it is on its way there
     context.halt()
     match motion:
-        case Turn(angle_rad=angle_rad):
+        case TurnBy(angle_rad=angle_rad):
             context.turn(angle_rad, decision.tool)
         case Advance():
             context.advance(motion, decision.tool)
@@ -242,6 +242,6 @@ def _asked_once_more(spent: Spent, reason: AskingReason) -> Spent:
     return replace(spent, calls=spent.calls + 1, by_reason=tuple(counts.items()))
 
 
-def _waited(one: Exploration, question: Question, now_s: float, tokens: int) -> Spent:
+def _waited(one: Exploration, question: OpenQuestion, now_s: float, tokens: int) -> Spent:
     seconds = one.spent.seconds + max(0.0, now_s - question.asked_s)
     return replace(one.spent, tokens=one.spent.tokens + max(0, tokens), seconds=seconds)

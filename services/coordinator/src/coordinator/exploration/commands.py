@@ -38,7 +38,7 @@ class NavigateRobot:
 
 
 @dataclass(frozen=True, slots=True)
-class StopMotion:
+class HaltMotion:
     """End what moves."""
 
 
@@ -62,5 +62,5 @@ class Finish:
     end: ExplorationEnd
 
 
-Command = AskModel | TurnRobot | DriveRobot | NavigateRobot | StopMotion | Remember | TellMode | Finish
+Command = AskModel | TurnRobot | DriveRobot | NavigateRobot | HaltMotion | Remember | TellMode | Finish
 MOTION = TurnRobot | DriveRobot | NavigateRobot

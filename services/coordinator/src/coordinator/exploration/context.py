@@ -9,7 +9,7 @@ from contracts.geometry import Pose2D
 from coordinator.exploration import commands as do
 from coordinator.exploration import remembering
 from coordinator.exploration.decision_check import Advance, Knowledge
-from coordinator.exploration.exploration import Advancing, Exploration, Going, Resting, Settling, Turning
+from coordinator.exploration.exploration import Advancing, Exploration, Going, Settling, Standing, Turning
 from coordinator.exploration.transitions import ALLOWED, ForbiddenModeError
 from geometry.poses import wrap
 
@@ -58,8 +58,8 @@ class Context:
     def halt(self) -> None:
         """Whatever moves ends now; its answer will be too late."""
         if self.exploration.moving:
-            self.tell(do.StopMotion())
-        self.update(activity=Resting())
+            self.tell(do.HaltMotion())
+        self.update(activity=Standing())
 
     def turn(self, angle_rad: float, tool: str, then: Advance | None = None) -> None:
         call = self.take_call()

@@ -17,7 +17,7 @@ from contracts.exploration import (
     NavigateToGoal,
     ObserveScene,
     ReportDiscovery,
-    Rotate,
+    RotateBy,
     StopRobot,
 )
 from contracts.geometry import Pose2D
@@ -80,7 +80,7 @@ class Knowledge:
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class TurnBy:
     angle_rad: float
 
 
@@ -100,7 +100,7 @@ class GoTo:
     pose: Pose2D
 
 
-Motion = Turn | Advance | GoTo
+Motion = TurnBy | Advance | GoTo
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,11 +128,11 @@ def _checked(decision: ExplorationDecision, known: Knowledge, limits: CheckLimit
             return _look(bearing_rad, distance_m, known, limits)
         case MoveToward(bearing_rad=bearing_rad, distance_m=distance_m):
             return _advance(bearing_rad, distance_m, known, limits)
-        case Rotate(angle_rad=angle_rad):
+        case RotateBy(angle_rad=angle_rad):
             scan = _fresh(known, limits)
             if isinstance(scan, DecisionVerdict):
                 return Checked(scan)
-            return Checked(DecisionVerdict.ACCEPTED, Turn(angle_rad))
+            return Checked(DecisionVerdict.ACCEPTED, TurnBy(angle_rad))
         case NavigateToGoal():
             return _go_to(decision, known, limits)
         case _:

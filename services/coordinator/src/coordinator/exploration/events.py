@@ -64,7 +64,7 @@ class LinkChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class MotionEnded:
+class MotionOver:
     """A turn or a drive is over. Of a call that failed the end is none."""
 
     call: int
@@ -72,7 +72,7 @@ class MotionEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class GoalEnded:
+class GoalOver:
     call: int
     reached: bool
 
@@ -90,12 +90,12 @@ class ListenEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class CancelRequested:
+class ExplorationCanceled:
     pass
 
 
 @dataclass(frozen=True, slots=True)
-class Tick:
+class TimePassed:
     """Time passes; told a few times a second."""
 
 
@@ -107,10 +107,10 @@ Event = (
     | ModelAnswered
     | ModelFailed
     | LinkChanged
-    | MotionEnded
-    | GoalEnded
+    | MotionOver
+    | GoalOver
     | ListenStarted
     | ListenEnded
-    | CancelRequested
-    | Tick
+    | ExplorationCanceled
+    | TimePassed
 )

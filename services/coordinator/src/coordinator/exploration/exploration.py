@@ -21,7 +21,7 @@ NEVER_S = -math.inf
 
 
 @dataclass(frozen=True, slots=True)
-class Resting:
+class Standing:
     """Nothing is under way."""
 
 
@@ -63,11 +63,11 @@ class Going:
     pose: Pose2D
 
 
-Activity = Resting | Turning | Settling | Advancing | Going
+Activity = Standing | Turning | Settling | Advancing | Going
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class OpenQuestion:
     """One that is not answered yet. `turns`: tools that moved nothing, in this question so far."""
 
     call: int
@@ -116,14 +116,14 @@ class Exploration:
     """The mode that goes on when nobody says more."""
     listen_since_s: float = NEVER_S
     listen_until_s: float = NEVER_S
-    activity: Activity = field(default_factory=Resting)
+    activity: Activity = field(default_factory=Standing)
     home: Pose2D | None = None
     home_tries: int = 0
     started_s: float = 0.0
     end: ExplorationEnd | None = None
     """Why it goes home, or has ended."""
     # the model
-    question: Question | None = None
+    question: OpenQuestion | None = None
     asked: Asked | None = None
     silent_since_s: float | None = None
     link_up: bool = True
@@ -153,4 +153,4 @@ class Exploration:
 
     @property
     def moving(self) -> bool:
-        return not isinstance(self.activity, Resting | Settling)
+        return not isinstance(self.activity, Standing | Settling)

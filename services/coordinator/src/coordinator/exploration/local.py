@@ -7,7 +7,7 @@ from contracts.geometry import Pose2D
 from coordinator.exploration import remembering
 from coordinator.exploration.context import Context
 from coordinator.exploration.decision_check import check
-from coordinator.exploration.exploration import Exploration, Fallback, Resting
+from coordinator.exploration.exploration import Exploration, Fallback, Standing
 from coordinator.exploration.frontiers import Chart, Frontier
 from coordinator.exploration.wandering import step_from
 from geometry.poses import apart_m
@@ -22,7 +22,7 @@ EXPLORED_M2_MIN = 1.0
 def explore_frontiers(context: Context) -> None:
     """To the most worthwhile border that is not given up."""
     one = context.exploration
-    if not isinstance(one.activity, Resting):
+    if not isinstance(one.activity, Standing):
         return
     if one.chart is None or not one.chart.reachable.any():
         context.become(ExplorationMode.REACTIVE, "the map shows no way from here")
@@ -42,7 +42,7 @@ def wander(context: Context) -> None:
     """The laser alone; where a frontier can be reached again, those lead."""
     one = context.exploration
     scan, pose, limits = one.surroundings, one.pose, one.rules.limits
-    if not isinstance(one.activity, Resting):
+    if not isinstance(one.activity, Standing):
         return
     if one.rules.pilot is not ExplorationMode.REACTIVE and one.chart is not None and frontiers_left(one):
         context.become(ExplorationMode.FRONTIERS, "there is a frontier that can be reached")
@@ -59,7 +59,7 @@ def wander(context: Context) -> None:
 
 def go_home(context: Context) -> None:
     one = context.exploration
-    if not isinstance(one.activity, Resting):
+    if not isinstance(one.activity, Standing):
         return
     end = one.end or ExplorationEnd.EXPLORED
     if one.home is None or (one.pose is not None and apart_m(one.pose, one.home) <= HOME_M):

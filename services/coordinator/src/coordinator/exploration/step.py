@@ -16,8 +16,8 @@ from coordinator.exploration.exploration import (
     Exploration,
     Fallback,
     Going,
-    Resting,
     Settling,
+    Standing,
     Turning,
 )
 from coordinator.exploration.surroundings import PlaceKind
@@ -43,7 +43,7 @@ def step(exploration: Exploration, event: ev.Event, now_s: float) -> tuple[Explo
 
 def _apply(context: Context, event: ev.Event) -> None:
     match event:
-        case ev.Begun() | ev.ListenStarted() | ev.ListenEnded() | ev.CancelRequested():
+        case ev.Begun() | ev.ListenStarted() | ev.ListenEnded() | ev.ExplorationCanceled():
             _asked_by_a_person(context, event)
         case ev.RobotSeen():
             _robot_seen(context, event)
@@ -55,9 +55,9 @@ def _apply(context: Context, event: ev.Event) -> None:
             context.update(view=view)
         case ev.ModelAnswered() | ev.ModelFailed() | ev.LinkChanged():
             _of_the_model(context, event)
-        case ev.MotionEnded() | ev.GoalEnded():
+        case ev.MotionOver() | ev.GoalOver():
             _motion_ended(context, event)
-        case ev.Tick():
+        case ev.TimePassed():
             pass
         case _:
             assert_never(event)
@@ -77,7 +77,7 @@ def _of_the_model(context: Context, event: ev.ModelAnswered | ev.ModelFailed | e
 
 
 def _asked_by_a_person(
-    context: Context, event: ev.Begun | ev.ListenStarted | ev.ListenEnded | ev.CancelRequested
+    context: Context, event: ev.Begun | ev.ListenStarted | ev.ListenEnded | ev.ExplorationCanceled
 ) -> None:
     match event:
         case ev.Begun():
@@ -87,7 +87,7 @@ def _asked_by_a_person(
         case ev.ListenEnded():
             if context.exploration.mode is _M.LISTENING:
                 context.update(listen_until_s=context.now_s)
-        case ev.CancelRequested():
+        case ev.ExplorationCanceled():
             if context.exploration.running:
                 context.finish(ExplorationEnd.CANCELED, "cancelled")
 
@@ -126,9 +126,9 @@ def _robot_seen(context: Context, event: ev.RobotSeen) -> None:
 # motion
 
 
-def _motion_ended(context: Context, event: ev.MotionEnded | ev.GoalEnded) -> None:
+def _motion_ended(context: Context, event: ev.MotionOver | ev.GoalOver) -> None:
     activity = context.exploration.activity
-    if isinstance(event, ev.GoalEnded):
+    if isinstance(event, ev.GoalOver):
         if isinstance(activity, Going) and activity.call == event.call:
             _goal_over(context, activity, "reached" if event.reached else "not_reached")
         return
@@ -151,7 +151,7 @@ def _goal_over(context: Context, going: Going, word: str) -> None:
 
 
 def _over(context: Context, tool: str, word: str) -> None:
-    context.update(activity=Resting())
+    context.update(activity=Standing())
     context.remember_action(tool, DecisionVerdict.ACCEPTED, word)
     local.stretch_over(context)
 
@@ -162,13 +162,13 @@ def _settled(context: Context, activity: Settling) -> None:
     scan = one.surroundings
     if scan is None or scan.stamp_s < activity.since_s:
         if context.now_s >= activity.until_s:
-            context.update(activity=Resting())
+            context.update(activity=Standing())
             context.remember_action(activity.tool, DecisionVerdict.NO_SCAN)
             local.stretch_over(context)
         return
     ahead = MoveToward(bearing_rad=0.0, distance_m=activity.then.distance_m)
     checked = check(ahead, context.knowledge, one.rules.limits)
-    context.update(tries=checked.tries, activity=Resting())
+    context.update(tries=checked.tries, activity=Standing())
     if isinstance(checked.motion, Advance):
         speed_m_s = min(checked.motion.speed_m_s, activity.then.speed_m_s)
         context.drive(replace(checked.motion, speed_m_s=speed_m_s), activity.tool)
@@ -253,7 +253,7 @@ def _watch(context: Context) -> None:
         case SilenceTier.GO_ON:
             pass
         case SilenceTier.STAND:
-            if one.mode is _M.MODEL and not isinstance(one.activity, Resting):
+            if one.mode is _M.MODEL and not isinstance(one.activity, Standing):
                 context.halt()
         case SilenceTier.LOCAL:
             if one.mode is _M.MODEL:
