@@ -10,8 +10,8 @@ from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage  # pyright: ignore[reportMissingTypeStubs]
-from skimage.graph import MCP_Geometric  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
+from scipy import ndimage, sparse  # pyright: ignore[reportMissingTypeStubs]
+from scipy.sparse import csgraph  # pyright: ignore[reportMissingTypeStubs]
 
 from contracts.geometry import Pose2D
 from geometry import regions
@@ -100,9 +100,30 @@ def _costs_m(grid: OccupancyGrid, room: Mask, pose: Pose2D) -> NDArray[np.float6
         if away_m[nearest] > START_M:
             return nowhere
         cell = int(rows[nearest]), int(columns[nearest])
-    search: Any = cast(Any, MCP_Geometric)(np.where(room, 1.0, -1.0), fully_connected=True)
-    totals, _ = search.find_costs([cell])
-    return np.asarray(totals, np.float64) * grid.resolution_m
+    return _walks(room, cell) * grid.resolution_m
+
+
+def _walks(room: Mask, start: tuple[int, int]) -> NDArray[np.float64]:
+    """(height, width): the shortest way through `room` from one of its cells, in cells, over sides and corners."""
+    numbers = np.full(room.shape, -1, np.intp)
+    numbers[room] = np.arange(np.count_nonzero(room))
+    height, width = room.shape
+    heads: list[NDArray[np.intp]] = []
+    tails: list[NDArray[np.intp]] = []
+    lengths: list[NDArray[np.float64]] = []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        one = numbers[: height - down, max(0, -right) : width - max(0, right)]
+        other = numbers[down:, max(0, right) : width - max(0, -right)]
+        both = (one >= 0) & (other >= 0)
+        heads.append(one[both])
+        tails.append(other[both])
+        lengths.append(np.full(np.count_nonzero(both), math.hypot(down, right)))
+    count = int(np.count_nonzero(room))
+    edges = np.concatenate(lengths), (np.concatenate(heads), np.concatenate(tails))
+    graph = cast(Any, sparse).csr_matrix(edges, shape=(count, count))
+    out = np.full(room.shape, np.inf)
+    out[room] = np.asarray(cast(Any, csgraph).dijkstra(graph, directed=False, indices=int(numbers[start])), np.float64)
+    return out
 
 
 def _frontiers(grid: OccupancyGrid, reachable: Mask, costs_m: NDArray[np.float64]) -> list[Frontier]:
