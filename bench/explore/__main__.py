@@ -36,6 +36,7 @@ def main() -> int:
         "--duration", type=float, default=900.0, help="s that an exploration may take before it returns"
     )
     playing.add_argument("--minutes", type=float, default=float("inf"), help="begin none later than this")
+    playing.add_argument("--floor-things", action="store_true", help="leave what the laser is too high to see")
     playing.add_argument("--anew", action="store_true", help="also what was played before")
     doing.add_parser("report")
     options = parser.parse_args()
@@ -55,7 +56,7 @@ def _play(options: argparse.Namespace) -> None:
             file: Path = options.out / policy / f"{home}.json"
             if time.monotonic() > until_s or (file.exists() and not options.anew):
                 continue
-            record = played(home, policy, seed=home, duration_s=options.duration)
+            record = played(home, policy, seed=home, duration_s=options.duration, floor_things=options.floor_things)
             file.parent.mkdir(parents=True, exist_ok=True)
             partial = file.with_suffix(".partial")
             partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")

@@ -54,6 +54,7 @@ KILLED_AFTER_S = 60.0
 STOPPED_AFTER_S, STOPPED_FOR_S = 90.0, 10.0
 STEP_S = 1.0
 FEEL_S = 0.05
+LIFTED_M = 5.0
 LASER_M = 0.14
 """The laser's height above the floor: it sees nothing that is lower."""
 MARKS = (0.5, 0.8, 0.9, 0.95)
@@ -165,12 +166,27 @@ def below_the_laser(world: World, name: str) -> bool:
     return all(float(volume.corners()[:, 2].max()) < LASER_M for volume in volumes)
 
 
-def played(home_seed: int, policy: str, *, seed: int = 0, duration_s: float = 900.0) -> dict[str, Any]:
-    """The record of one exploration."""
+def clear_floor(world: World) -> int:
+    """Lifts what stands on the floor and is lower than the laser out of the robot's way; how many things that was."""
+    low = [
+        thing
+        for thing in world.truth.things
+        if not thing.furniture and thing.z_m < LASER_M and below_the_laser(world, thing.id)
+    ]
+    for thing in low:
+        world.move_thing(thing.id, thing.x_m, thing.y_m, LIFTED_M, 0.0)
+    return len(low)
+
+
+def played(
+    home_seed: int, policy: str, *, seed: int = 0, duration_s: float = 900.0, floor_things: bool = False
+) -> dict[str, Any]:
+    """The record of one exploration. Without `floor_things` nothing stands on the floor that the laser cannot see."""
     began_s = time.process_time()
     with drawn_from(seed), World(Home.generate(home_seed)) as parked:
         start = compose(parked.scene.dock, Pose2D(x=-0.6, y=0.0, yaw=math.pi))
         with World(Home.generate(home_seed), seed=seed, start=start) as world, tempfile.TemporaryDirectory() as disk:
+            lifted = 0 if floor_things else clear_floor(world)
             rules = ExplorationRules(pilot=POLICIES[policy], duration_s=duration_s)
             main = partial(_explore, world, start, policy, rules, Path(disk), seed)
             try:
@@ -178,7 +194,7 @@ def played(home_seed: int, policy: str, *, seed: int = 0, duration_s: float = 90
             except (NothingLeftError, SpinningError) as error:
                 record = {"problem": f"hang: {error}"}
     return {
-        "home": home_seed, "policy": policy, "seed": seed, **record,
+        "home": home_seed, "policy": policy, "seed": seed, "lifted": lifted, **record,
         "cpu_s": round(time.process_time() - began_s, 1),
     }  # fmt: skip
 
