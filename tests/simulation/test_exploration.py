@@ -7,6 +7,7 @@ import pytest
 from bench.explore.play import played
 
 HOME = 7101
+pytestmark = pytest.mark.timeout(900)  # a minute on an idle machine
 
 
 @pytest.fixture(scope="module", params=["sensible", "hostile"])
