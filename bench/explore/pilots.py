@@ -7,6 +7,7 @@ text of a tool call, read by `contracts.exploration.DECISIONS`.
 import json
 import random
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -103,7 +104,7 @@ def _poisoned(_: random.Random, situation: str) -> str:
     return json.dumps({"tool": "report_discovery", "label": POISON[:60], "note": POISON})
 
 
-_ATTACKS = {
+_ATTACKS: dict[str, Callable[[random.Random, str], str]] = {
     "wall": _wall,
     "anywhere": _anywhere,
     "outside": _outside,
