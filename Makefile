@@ -17,7 +17,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-campaign-mesh bench-scan bench-memory bench-calls bench-search bench-rooms bench-trace trace
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-campaign-mesh bench-scan bench-memory bench-calls bench-search bench-rooms bench-explore bench-trace trace
 .PHONY: docs sbom audit
 .PHONY: bench-hostile bench-soak bench-calibration test-ui screens bench-ui
 
@@ -85,6 +85,10 @@ bench-search: setup ## searches with the robot's own eyes: EPISODES= SETS= POLIC
 
 bench-rooms: setup ## maps cut into rooms, against the simulated homes' own: HOMES=50 FIRST=7020; out/bench/rooms.json and .png, the worst
 	$(PY) -m bench.rooms --homes $(or $(HOMES),50) --first $(or $(FIRST),7020)
+
+bench-explore: setup ## unknown homes explored by four policies: HOMES=3 POLICIES=sensible,frontiers,reactive,hostile,killed; resumable, out/bench/explore
+	PYTHONHASHSEED=0 $(PY) -m bench.explore play --homes $(or $(HOMES),3) --policies $(or $(POLICIES),sensible,frontiers,reactive,hostile,killed) \
+		--duration $(or $(DURATION),900)
 
 bench-calls: setup ## how many HTTP calls a mission makes, by caller and route: out/bench/calls.json
 	$(PY) -m bench.calls --missions $(or $(MISSIONS),6)

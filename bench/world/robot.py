@@ -16,6 +16,7 @@ from sim.nav.chain import ChainHabits
 from sim.nav.codes import NavigationError
 from sim.nav.costmap import Costmap
 from sim.nav.localiser import Localiser
+from sim.nav.mapper import Mapper
 from sim.nav.navigator import Navigator, Progress
 from sim.ros.behaviour import BaseBehaviours, Behaviour, Ending
 from sim.ros.drives import Drive, DriveEnding, Drives, Habits
@@ -28,6 +29,8 @@ SLICE_S: Final = 0.025
 TICK_SLICES: Final = 2
 """The wheels' 20 Hz."""
 FEEDBACK_S: Final = 0.2
+MAP_EVERY_S: Final = 2.0
+"""slam_toolbox's map_update_interval is 5 s as delivered, 2 s in many a robot's configuration."""
 STATUSES = {
     DriveEnding.SUCCEEDED: GoalStatus.SUCCEEDED,
     DriveEnding.CANCELED: GoalStatus.CANCELED,
@@ -113,12 +116,16 @@ class WorldRobot:
         on_death: Callable[[], None],
         settings: SimSettings | None = None,
         troubles: RobotTroubles | None = None,
+        mapper: Mapper | None = None,
     ) -> None:
-        """`recorded` is the map it has, which may be older than the home is now."""
+        """`recorded` is the map it has, which may be older than the home is now; with a `mapper` it is only what it
+        begins with, and the map grows as it is seen.
+        """
         self.troubles = troubles or RobotTroubles()
         self.world = world
         self.celebrations = 0
         self._recorded = recorded
+        self._mapper = mapper
         self._on_death = on_death
         self._settings = settings or SimSettings.model_construct()
         self._senses = SensorReadings()
@@ -203,7 +210,12 @@ class WorldRobot:
         if self._rates.due("scan", settings.scan_hz, time_s):
             correction = self._localiser.map_to_odom if self._localiser.known else None
             scan = self._sensing.scan(world, correction, now_s)
-            self._navigator.observe(scan, compose(self._pose, LIDAR))
+            laser = compose(self._pose, LIDAR)
+            self._navigator.observe(scan, laser)
+            if self._mapper is not None:
+                self._mapper.observe(scan, laser)
+        if self._mapper is not None and self._rates.due("map", 1.0 / MAP_EVERY_S, time_s):
+            self._map_grown(self._mapper, now_s)
         if self._rates.due("base", 10.0, time_s):
             self._sensing.base(world, now_s)
         if self._rates.due("battery", 1.0, time_s):
@@ -214,6 +226,13 @@ class WorldRobot:
             self._sensing.colour(world, now_s)
         if self._rates.due("depth", settings.depth_hz, time_s):
             self._sensing.depth(self.troubles.depth_of(world, now_s), now_s)
+
+    def _map_grown(self, mapper: Mapper, now_s: float) -> None:
+        grown = mapper.grid()
+        if grown is not None:
+            self._recorded = grown
+            self._sensing.map(grown, now_s)
+            self._navigator.take_map(Costmap.from_map(grown))
 
     def _control(self, now_s: float) -> None:
         self._pose = compose(self._localiser.map_to_odom, self._sensing.odometry(self.world, now_s))

@@ -80,12 +80,15 @@ class Sensing:
             senses.frames.fix("base_link", frame, matrix((camera.x_m, 0.0, camera.z_m), OPTICAL_XYZW))
         senses.rgb_intrinsics.put(_intrinsics(RGB_OPTICAL, world.rgb_camera), now_s)
         senses.depth_intrinsics.put(_intrinsics(STEREO_OPTICAL, world.depth_camera), now_s)
+        self.map(recorded, now_s)
+        senses.localiser_listens.put(True, now_s)
+        self.alive(now_s)
+
+    def map(self, recorded: OccupancyGrid, now_s: float) -> None:
         height, width = recorded.data.shape
         origin = Pose2D(x=recorded.origin_x_m, y=recorded.origin_y_m, yaw=0.0)
         grid = maps.understood(recorded.data.ravel().tolist(), width, height, recorded.resolution_m, origin)
-        senses.map.put(grid, now_s)
-        senses.localiser_listens.put(True, now_s)
-        self.alive(now_s)
+        self.senses.map.put(grid, now_s)
 
     def alive(self, now_s: float) -> None:
         """Once a second."""

@@ -20,6 +20,7 @@ PURE = {
         "coverage.viewpoints",
         "coverage.visibility",
         "execution.mission_messages",
+        "exploration",
         "questions.rooms_meant",
         "questions.tallies",
         "queue.parse_validation",

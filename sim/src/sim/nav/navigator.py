@@ -104,6 +104,12 @@ class Navigator:
         if self._layer.observe(scan, laser):
             self._costmap = self._static.with_obstacles(self._layer.marked)
 
+    def take_map(self, static: Costmap) -> None:
+        """Another static map, as from SLAM: the goal goes on, and what the laser adds is seen anew."""
+        self._static = static
+        self._layer = ObstacleLayer(static)
+        self._costmap = static
+
     def clear_global(self) -> None:
         """Forgets what the laser added to the global costmap."""
         self._layer.clear()

@@ -15,7 +15,9 @@ from websockets.exceptions import WebSocketException
 from contracts.base import Message
 from contracts.causes import GoalCause, Refusal
 from contracts.geometry import Twist2D
+from contracts.laser import LaserScan
 from contracts.motion import BaseReply, DriveReply, DriveRequest, RotateReply, RotateRequest
+from contracts.obstacles import Obstacles
 from contracts.robot import (
     GOAL_ANSWER_S,
     EmergencyStop,
@@ -26,6 +28,7 @@ from contracts.robot import (
     GoalStatus,
     Map,
     Priority,
+    RobotState,
     VelocityReply,
     VelocityRequest,
 )
@@ -129,6 +132,15 @@ class RobotBridgeClient(ServiceClient):
 
     async def map(self) -> Map:
         return await self.get("/map", Map)
+
+    async def state(self) -> RobotState:
+        return await self.get("/state", RobotState)
+
+    async def scan(self) -> LaserScan:
+        return await self.get("/scan?points_max=720", LaserScan)
+
+    async def obstacles(self) -> Obstacles:
+        return await self.get("/obstacles", Obstacles)
 
     async def navigate(self, request: GoalRequest) -> Goal:
         request = request.model_copy(update={"session_id": self._session()})

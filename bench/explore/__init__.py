@@ -1,0 +1,1 @@
+"""How well an unknown home is explored: by a sensible model, the frontiers, the laser alone, and a hostile model."""

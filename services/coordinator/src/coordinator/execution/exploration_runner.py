@@ -1,0 +1,235 @@
+"""Plays an exploration: what the robot senses becomes events, commands become calls, each failure an event."""
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable, Coroutine
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, assert_never
+
+import numpy as np
+import structlog
+
+from contracts.exploration import ExplorationEnd, ExplorationMemory
+from contracts.geometry import Pose2D
+from contracts.laser import LaserScan
+from contracts.motion import MotionEnd
+from contracts.obstacles import Obstacles
+from contracts.robot import CandidatePose, GoalRequest, GoalStatus
+from coordinator.execution.motion_client import MotionClient
+from coordinator.exploration import commands as do
+from coordinator.exploration import events as ev
+from coordinator.exploration.exploration import Exploration
+from coordinator.exploration.frontiers import chart_of
+from coordinator.exploration.rules import ExplorationRules
+from coordinator.exploration.step import step
+from coordinator.exploration.surroundings import Surroundings
+from coordinator.exploration_ports import ExploringRobot, Eye, Journal, Pilot
+from geometry.grids import MapError, decode
+from mesh.clock import Clock
+from mesh.errors import MeshError, UnavailableError
+from mesh.tasks import Tasks
+
+log = structlog.get_logger()
+
+LOOK_S = 0.2
+"""Between two looks at the robot's state and scan."""
+CHART_S = 2.0
+VIEW_S = 1.0
+TURN_RAD_S = 1.0
+TURN_TIMEOUT_S = 15.0
+GOAL_POLL_S = 1.0
+UNNAMED = "unnamed"
+"""Of a map that robot_bridge has not named yet."""
+
+
+class ExplorationRunner:
+    """`run` for ever; `begin`, `listen`, `cancel` from outside. One exploration at a time, and no mission beside it."""
+
+    def __init__(
+        self,
+        robot: ExploringRobot,
+        pilot: Pilot,
+        *,
+        rules: ExplorationRules,
+        clock: Clock,
+        tasks: Tasks,
+        journal: Journal,
+        eye: Eye | None = None,
+    ) -> None:
+        self.exploration = Exploration(rules=rules)
+        self.ended = asyncio.Event()
+        self._robot = robot
+        self._pilot = pilot
+        self._clock = clock
+        self._tasks = tasks
+        self._journal = journal
+        self._eye = eye
+        self._epoch = 0
+        self._home = UNNAMED
+        """The map that the robot is in, and what is remembered belongs to."""
+        self._motion = MotionClient(
+            robot, clock, self._spawn, goal_poll_s=GOAL_POLL_S, on_lease=_no_lease
+        )  # fmt: skip
+
+    async def run(self) -> None:
+        """For ever. Its owner keeps the robot's session open besides."""
+        chart_s = view_s = -math.inf
+        while True:
+            await self._look()
+            now_s = self._clock.now_s()
+            if now_s - chart_s >= CHART_S:
+                chart_s = now_s
+                await self._chart()
+            if self._eye is not None and now_s - view_s >= VIEW_S:
+                view_s = now_s
+                view = await self._eye.view()
+                if view is not None:
+                    self.feed(ev.ViewSeen(view))
+            self.feed(ev.TimePassed())
+            await self._clock.sleep(LOOK_S)
+
+    async def begin(self, home: Pose2D) -> None:
+        """With what is remembered of this map; without it where the journal is away."""
+        if not self.exploration.running:
+            try:
+                memory = await self._journal.read(self._home)
+            except UnavailableError as error:
+                log.warning("an exploration begins without what was remembered", error=error.detail)
+                memory = ExplorationMemory()
+            self.exploration = replace(self.exploration, memory=memory)
+        self.ended.clear()
+        self.feed(ev.Begun(home))
+
+    def listen(self, for_s: float) -> None:
+        self.feed(ev.ListenStarted(for_s))
+
+    def heard(self) -> None:
+        self.feed(ev.ListenEnded())
+
+    def cancel(self) -> None:
+        self.feed(ev.ExplorationCanceled())
+
+    def link(self, *, up: bool) -> None:
+        """Whoever watches the network to the model says so."""
+        self.feed(ev.LinkChanged(up))
+
+    def feed(self, event: ev.Event) -> None:
+        self.exploration, commands = step(self.exploration, event, self._clock.now_s())
+        for command in commands:
+            self._act(command)
+
+    # what comes in
+
+    async def _look(self) -> None:
+        """A robot that tells nothing has neither pose nor scan."""
+        try:
+            state = await self._robot.state()
+        except MeshError:
+            self.feed(ev.RobotSeen(None, None, stopped=self.exploration.stopped))
+            return
+        self._epoch = state.emergency_stop.epoch
+        self._home = state.map_id or self._home
+        scan = None
+        with suppress(MeshError):
+            scan = surroundings_of(await self._robot.scan(), await self._robot.obstacles())
+        self.feed(ev.RobotSeen(state.pose, scan, stopped=state.emergency_stop.latched))
+
+    async def _chart(self) -> None:
+        pose = self.exploration.pose
+        if pose is None:
+            return
+        try:
+            grid = decode(await self._robot.map())
+        except (MeshError, MapError) as error:
+            log.warning("an exploration goes on without the newest map", error=str(error))
+            return
+        radius_m = self.exploration.rules.limits.footprint_radius_m
+        self.feed(ev.ChartSeen(await asyncio.to_thread(chart_of, grid, pose, radius_m)))
+
+    # what goes out
+
+    def _act(self, command: do.Command) -> None:
+        match command:
+            case do.AskModel():
+                self._spawn(self._ask(command))
+            case do.TurnRobot(call=call, angle_rad=angle_rad):
+                self._start(call, lambda: self._turn(angle_rad))
+            case do.DriveRobot(call=call, distance_m=distance_m, speed_m_s=speed_m_s):
+                self._start(call, lambda: self._drive(distance_m, speed_m_s))
+            case do.NavigateRobot(call=call, pose=pose):
+                self._motion.start(lambda: self._navigate(call, pose), self._epoch)
+            case do.HaltMotion():
+                self._motion.stop(self._epoch)
+            case do.Remember(memory=memory):
+                self._journal.write(self._home, memory)
+            case do.TellMode(mode=mode, why=why):
+                log.info("exploration", mode=mode.value, why=why)
+            case do.Finish(end=end):
+                self._finished(end)
+            case _:
+                assert_never(command)
+
+    def _finished(self, end: ExplorationEnd) -> None:
+        log.info("the exploration is over", end=end.value)
+        self.ended.set()
+
+    async def _ask(self, question: do.AskModel) -> None:
+        limit_s = self.exploration.rules.asking.answer_s
+        try:
+            async with asyncio.timeout(limit_s):
+                answer = await self._pilot.decide(question)
+        except (MeshError, TimeoutError) as error:
+            self.feed(ev.ModelFailed(question.call, str(error)))
+            return
+        self.feed(ev.ModelAnswered(question.call, answer.decision, answer.tokens, answer.detail))
+
+    def _start(self, call: int, move: Callable[[], Awaitable[MotionEnd]]) -> None:
+        async def work() -> None:
+            end = None
+            try:
+                end = await move()
+            except MeshError as error:
+                log.warning("a motion of the exploration failed", error=error.detail)
+                self._motion.mark_uncertain(self._epoch)
+            self.feed(ev.MotionOver(call, end))
+
+        self._motion.start(work, self._epoch)
+
+    async def _turn(self, angle_rad: float) -> MotionEnd:
+        reply = await self._robot.rotate(
+            angle_rad, speed_rad_s=TURN_RAD_S, timeout_s=TURN_TIMEOUT_S, epoch=self._epoch
+        )  # fmt: skip
+        return reply.end
+
+    async def _drive(self, distance_m: float, speed_m_s: float) -> MotionEnd:
+        timeout_s = 4.0 + 2.5 * distance_m / speed_m_s
+        reply = await self._robot.drive(distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s, epoch=self._epoch)
+        return reply.end
+
+    async def _navigate(self, call: int, pose: Pose2D) -> None:
+        request = GoalRequest(
+            candidates=(CandidatePose(pose=pose),),
+            epoch=self._epoch,
+            timeout_s=self.exploration.rules.goal_s_max,
+        )
+        reached = False
+        try:
+            reached = (await self._motion.navigate(request)).status is GoalStatus.SUCCEEDED
+        except MeshError as error:
+            log.warning("a goal of the exploration failed", error=error.detail)
+        self.feed(ev.GoalOver(call, reached))
+
+    def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
+        return self._tasks.start("exploration", work, forever=False)
+
+
+def surroundings_of(scan: LaserScan, around: Obstacles) -> Surroundings:
+    """The scan, and the sectors of the ring about which no beam says anything."""
+    half_rad = math.pi / max(1, len(around.ring))
+    silent = tuple((one.bearing_rad - half_rad, one.bearing_rad + half_rad) for one in around.ring if one.label is None)
+    return Surroundings(scan.stamp_s, np.array(scan.points_m, np.float64).reshape(-1, 2), silent)
+
+
+def _no_lease(_: MotionEnd) -> None:
+    """No leases are asked for here."""

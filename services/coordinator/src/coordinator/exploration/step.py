@@ -1,0 +1,281 @@
+"""`step(exploration, event, now_s) -> (exploration, commands)`: all that an exploration decides; pure."""
+
+from dataclasses import replace
+from typing import assert_never
+
+from contracts.exploration import DecisionVerdict, ExplorationEnd, ExplorationMode, MoveToward
+from contracts.motion import MotionEnd
+from coordinator.exploration import asking, local, remembering
+from coordinator.exploration import commands as do
+from coordinator.exploration import events as ev
+from coordinator.exploration.context import Context
+from coordinator.exploration.decision_check import Advance, blocked, check
+from coordinator.exploration.exploration import (
+    NEVER_S,
+    Advancing,
+    Exploration,
+    Fallback,
+    Going,
+    Settling,
+    Standing,
+    Turning,
+)
+from coordinator.exploration.surroundings import PlaceKind
+from coordinator.exploration.watchdog import SilenceTier, tier_of
+
+_M = ExplorationMode
+LED = frozenset({_M.MODEL, _M.FRONTIERS, _M.REACTIVE})
+FAILED = "failed"
+OVERDUE = "timed_out"
+
+
+def step(exploration: Exploration, event: ev.Event, now_s: float) -> tuple[Exploration, tuple[do.Command, ...]]:
+    """What `event` at `now_s` makes of the exploration, and what is to be done about it.
+
+    Pure: the same exploration, event and time give the same answer. Raises `ForbiddenModeError` when the core would
+    leave its table (a bug, which the property tests look for).
+    """
+    context = Context(exploration, now_s)
+    _apply(context, event)
+    _go_on(context)
+    return context.exploration, tuple(context.commands)
+
+
+def _apply(context: Context, event: ev.Event) -> None:
+    match event:
+        case ev.Begun() | ev.ListenStarted() | ev.ListenEnded() | ev.ExplorationCanceled():
+            _asked_by_a_person(context, event)
+        case ev.RobotSeen():
+            _robot_seen(context, event)
+        case ev.ChartSeen(chart=chart, rooms=rooms):
+            local.chart_seen(context, chart)
+            if rooms:
+                context.update(memory=context.exploration.memory.model_copy(update={"rooms": rooms[:50]}))
+        case ev.ViewSeen(view=view):
+            context.update(view=view)
+        case ev.ModelAnswered() | ev.ModelFailed() | ev.LinkChanged():
+            _of_the_model(context, event)
+        case ev.MotionOver() | ev.GoalOver():
+            _motion_ended(context, event)
+        case ev.TimePassed():
+            pass
+        case _:
+            assert_never(event)
+
+
+def _of_the_model(context: Context, event: ev.ModelAnswered | ev.ModelFailed | ev.LinkChanged) -> None:
+    match event:
+        case ev.ModelAnswered():
+            asking.answered(context, event)
+        case ev.ModelFailed():
+            asking.failed(context, event)
+        case ev.LinkChanged(up=up):
+            one = context.exploration
+            silent = one.silent_since_s
+            lost = not up and one.running and one.rules.pilot is _M.MODEL and one.fallback is not Fallback.SPENT
+            context.update(link_up=up, silent_since_s=context.now_s if lost and silent is None else silent)
+
+
+def _asked_by_a_person(
+    context: Context, event: ev.Begun | ev.ListenStarted | ev.ListenEnded | ev.ExplorationCanceled
+) -> None:
+    match event:
+        case ev.Begun():
+            _begin(context, event)
+        case ev.ListenStarted(for_s=for_s):
+            _listen(context, for_s)
+        case ev.ListenEnded():
+            if context.exploration.mode is _M.LISTENING:
+                context.update(listen_until_s=context.now_s)
+        case ev.ExplorationCanceled():
+            if context.exploration.running:
+                context.finish(ExplorationEnd.CANCELED, "cancelled")
+
+
+def _begin(context: Context, event: ev.Begun) -> None:
+    """What is remembered of before stays; everything else begins anew. Nothing begins while it is stopped."""
+    one = context.exploration
+    if one.running or one.stopped:
+        return
+    context.exploration = Exploration(
+        rules=one.rules, home=event.home, started_s=context.now_s, memory=one.memory, next_call=one.next_call,
+        pose=one.pose, surroundings=one.surroundings, view=one.view, chart=one.chart, link_up=one.link_up,
+    )  # fmt: skip
+    context.become(one.rules.pilot, "begun")
+    if not one.link_up and one.rules.pilot is _M.MODEL:
+        context.update(silent_since_s=context.now_s)
+
+
+def _robot_seen(context: Context, event: ev.RobotSeen) -> None:
+    context.update(pose=event.pose, surroundings=event.surroundings, stopped=event.stopped)
+    one = context.exploration
+    if event.stopped and one.running:
+        context.finish(ExplorationEnd.STOPPED, "the emergency stop")
+        return
+    if not one.running or event.pose is None:
+        return
+    trail = remembering.been_at(one.memory, event.pose)
+    if trail is one.memory:
+        return
+    context.update(memory=trail)
+    scan = event.surroundings
+    if scan is not None and scan.place_kind(one.rules.limits.half_width_m) is PlaceKind.DEAD_END:
+        context.update(memory=remembering.dead_end_at(trail, event.pose))
+
+
+# motion
+
+
+def _motion_ended(context: Context, event: ev.MotionOver | ev.GoalOver) -> None:
+    activity = context.exploration.activity
+    if isinstance(event, ev.GoalOver):
+        if isinstance(activity, Going) and activity.call == event.call:
+            _goal_over(context, activity, "reached" if event.reached else "not_reached")
+        return
+    if not isinstance(activity, Turning | Advancing) or activity.call != event.call:
+        return
+    completed = event.end is not None and event.end.completed
+    word = event.end.value if event.end is not None else FAILED
+    if isinstance(activity, Turning) and activity.then is not None and completed:
+        context.settle(activity.then, activity.tool)
+        return
+    if isinstance(activity, Advancing) and event.end in {MotionEnd.BLOCKED, MotionEnd.HAZARD}:
+        context.update(tries=blocked(context.exploration.tries, activity.heading_rad, context.now_s))
+    _over(context, activity.tool, word)
+
+
+def _goal_over(context: Context, going: Going, word: str) -> None:
+    if context.exploration.mode is not _M.RETURNING:
+        local.went_to(context, going.pose)
+    _over(context, going.tool, word)
+
+
+def _over(context: Context, tool: str, word: str) -> None:
+    context.update(activity=Standing())
+    context.remember_action(tool, DecisionVerdict.ACCEPTED, word)
+    local.stretch_over(context)
+
+
+def _settled(context: Context, activity: Settling) -> None:
+    """Drives once a scan of after the turn says that the way is clear."""
+    one = context.exploration
+    scan = one.surroundings
+    if scan is None or scan.stamp_s < activity.since_s:
+        if context.now_s >= activity.until_s:
+            context.update(activity=Standing())
+            context.remember_action(activity.tool, DecisionVerdict.NO_SCAN)
+            local.stretch_over(context)
+        return
+    ahead = MoveToward(bearing_rad=0.0, distance_m=activity.then.distance_m)
+    checked = check(ahead, context.knowledge, one.rules.limits)
+    context.update(tries=checked.tries, activity=Standing())
+    if isinstance(checked.motion, Advance):
+        speed_m_s = min(checked.motion.speed_m_s, activity.then.speed_m_s)
+        context.drive(replace(checked.motion, speed_m_s=speed_m_s), activity.tool)
+    else:
+        context.remember_action(activity.tool, checked.verdict)
+        local.stretch_over(context)
+
+
+# listening
+
+
+def _listen(context: Context, for_s: float) -> None:
+    one, now_s = context.exploration, context.now_s
+    if one.mode is _M.LISTENING:
+        context.update(listen_until_s=max(one.listen_until_s, now_s + for_s))
+    elif one.running:
+        context.halt()
+        context.update(
+            listening_before=one.mode, listen_since_s=now_s, listen_until_s=now_s + for_s, question=None, asked=None
+        )
+        context.become(_M.LISTENING, "somebody speaks to the robot")
+
+
+def _hear_out(context: Context) -> None:
+    """On as before; the time it listened counts against nobody."""
+    one, now_s = context.exploration, context.now_s
+    if now_s < one.listen_until_s or one.listening_before is None:
+        return
+    held_s = now_s - one.listen_since_s
+    silent = one.silent_since_s
+    context.update(
+        silent_since_s=silent + held_s if silent is not None else None,
+        started_s=one.started_s + held_s,
+        listen_until_s=NEVER_S,
+        listening_before=None,
+    )
+    context.become(one.listening_before, "nobody says more: on as before")
+
+
+# what goes on by itself
+
+
+def _go_on(context: Context) -> None:
+    if context.exploration.mode is _M.LISTENING:
+        _hear_out(context)
+    one = context.exploration
+    if not one.running or one.mode is _M.LISTENING:
+        return
+    _overdue(context)
+    if context.exploration.mode in LED:
+        _watch(context)
+    if isinstance(context.exploration.activity, Settling):
+        _settled(context, context.exploration.activity)
+    _lead(context)
+
+
+def _overdue(context: Context) -> None:
+    match context.exploration.activity:
+        case Turning(until_s=until_s, tool=tool) | Advancing(until_s=until_s, tool=tool) if context.now_s >= until_s:
+            context.halt()
+            _over(context, tool, OVERDUE)
+        case Going(until_s=until_s) as going if context.now_s >= until_s:
+            context.halt()
+            _goal_over(context, going, OVERDUE)
+        case _:
+            pass
+
+
+def _watch(context: Context) -> None:
+    """Time, what is left to explore, and the model's silence."""
+    one, now_s = context.exploration, context.now_s
+    if now_s - one.started_s >= one.rules.duration_s:
+        local.head_home(context, ExplorationEnd.TIME_UP, f"{one.rules.duration_s:.0f} s are over")
+        return
+    if one.charts_without >= one.rules.charts_to_believe and one.rules.pilot is not _M.REACTIVE:
+        local.head_home(context, ExplorationEnd.EXPLORED, "no frontier is left that can be reached")
+        return
+    if one.silent_since_s is None:
+        return
+    silent_s = now_s - one.silent_since_s
+    match tier_of(silent_s, one.rules.watchdog):
+        case SilenceTier.GO_ON:
+            pass
+        case SilenceTier.STAND:
+            if one.mode is _M.MODEL and not isinstance(one.activity, Standing):
+                context.halt()
+        case SilenceTier.LOCAL:
+            if one.mode is _M.MODEL:
+                context.halt()
+                context.become(_M.FRONTIERS, f"no answer for {silent_s:.0f} s", fallback=Fallback.SILENT)
+        case SilenceTier.HOME:
+            local.head_home(context, ExplorationEnd.MODEL_SILENT, f"no answer for {silent_s:.0f} s")
+
+
+def _lead(context: Context) -> None:
+    if context.exploration.fallback is Fallback.SILENT:
+        asking.lead(context)
+    match context.exploration.mode:
+        case _M.MODEL:
+            asking.lead(context)
+        case _M.FRONTIERS:
+            local.explore_frontiers(context)
+        case _M.REACTIVE:
+            local.wander(context)
+        case _M.RETURNING:
+            local.go_home(context)
+        case _M.IDLE | _M.LISTENING:
+            pass
+        case _:
+            assert_never(context.exploration.mode)
