@@ -325,7 +325,8 @@ def tool_schema(name: ActionName) -> ToolSchema:
     """The one source of every schema of a tool. The action's own name is no argument."""
     spec = SPECS[name]
     schema: dict[str, Any] = spec.model.model_json_schema()
-    properties = {key: _plain(value) for key, value in schema["properties"].items() if key != "action"}
+    arguments: dict[str, dict[str, Any]] = schema["properties"]
+    properties: dict[str, JsonValue] = {key: _plain(value) for key, value in arguments.items() if key != "action"}
     parameters: dict[str, JsonValue] = {
         "type": "object",
         "properties": properties,
