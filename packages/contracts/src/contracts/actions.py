@@ -229,14 +229,11 @@ class Need(StrEnum):
 
     ROBOT = "robot"
     """robot_bridge tells the robot's state, and no emergency stop is latched."""
-    MAP = "map"
-    """A map, and the robot's place in it."""
-    CAMERA = "camera"
-    """Pictures in which inference sees things."""
+    MAP = "map"  # and the robot's place in it
+    CAMERA = "camera"  # and inference, which sees things in its pictures
     MEMORY = "memory"
     DOCK = "dock"
-    BATTERY = "battery"
-    """It is not too low to set out."""
+    BATTERY = "battery"  # not too low to set out
 
 
 @dataclass(frozen=True, slots=True)
