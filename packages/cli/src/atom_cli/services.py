@@ -134,7 +134,8 @@ class Services:
 
     def do(self, action: Action, *, timeout_s: float = STARTING_S) -> ActionReply:
         """One declared action; what moves is a mission that has begun, or waits. To stop needs no key."""
-        path, key = ("/actions/stop", {}) if isinstance(action, Stop) else ("/actions", None)
+        stops = isinstance(action, Stop)
+        path, key = "/actions/stop" if stops else "/actions", {} if stops else self._key
         headers = {"content-type": "application/json"}
         body = action.model_dump_json(exclude_none=True)
         answer = self._call("coordinator", "POST", path, key=key, content=body, headers=headers, timeout=timeout_s)

@@ -229,14 +229,11 @@ class Need(StrEnum):
 
     ROBOT = "robot"
     """robot_bridge tells the robot's state, and no emergency stop is latched."""
-    MAP = "map"
-    """A map, and the robot's place in it."""
-    CAMERA = "camera"
-    """Pictures in which inference sees things."""
+    MAP = "map"  # and the robot's place in it
+    CAMERA = "camera"  # and inference, which sees things in its pictures
     MEMORY = "memory"
     DOCK = "dock"
-    BATTERY = "battery"
-    """It is not too low to set out."""
+    BATTERY = "battery"  # not too low to set out
 
 
 @dataclass(frozen=True, slots=True)
@@ -325,7 +322,8 @@ def tool_schema(name: ActionName) -> ToolSchema:
     """The one source of every schema of a tool. The action's own name is no argument."""
     spec = SPECS[name]
     schema: dict[str, Any] = spec.model.model_json_schema()
-    properties = {key: _plain(value) for key, value in schema["properties"].items() if key != "action"}
+    arguments: dict[str, dict[str, Any]] = schema["properties"]
+    properties: dict[str, JsonValue] = {key: _plain(value) for key, value in arguments.items() if key != "action"}
     parameters: dict[str, JsonValue] = {
         "type": "object",
         "properties": properties,

@@ -14,22 +14,14 @@ from contracts.vision import Target, Vote
 
 
 class MissionState(StrEnum):
-    IDLE = "IDLE"
-    """Nothing to do."""
-    MEMORY_NAV = "MEMORY_NAV"
-    """Driving to a place where such a thing was seen."""
-    SCANNING = "SCANNING"
-    """Turning on the spot and looking."""
-    MOVING_TO_SCAN = "MOVING_TO_SCAN"
-    """Driving to the next place of the search."""
-    CENTERING = "CENTERING"
-    """Turning until the target is in the middle of the picture."""
-    DEPTH_CHECK = "DEPTH_CHECK"
-    """Standing still: measuring the distance and validating."""
-    APPROACHING = "APPROACHING"
-    """Driving up to a validated target."""
-    MOVING = "MOVING"
-    """Doing the plain motions that were asked for: drives, turns, looks."""
+    IDLE = "IDLE"  # nothing to do
+    MEMORY_NAV = "MEMORY_NAV"  # driving to a place where such a thing was seen
+    SCANNING = "SCANNING"  # turning on the spot and looking
+    MOVING_TO_SCAN = "MOVING_TO_SCAN"  # driving to the next place of the search
+    CENTERING = "CENTERING"  # turning until the target is in the middle of the picture
+    DEPTH_CHECK = "DEPTH_CHECK"  # standing still: measuring the distance and validating
+    APPROACHING = "APPROACHING"  # driving up to a validated target
+    MOVING = "MOVING"  # doing the plain motions that were asked for: drives, turns, looks
     DRIVING_1M = "DRIVING_1M"
     """Taking one step of a metre towards a far target."""
     DONE = "DONE"
@@ -71,8 +63,7 @@ class Outcome(StrEnum):
     """Something may have been it; the report names each candidate and why it was not taken."""
     DOCKED = "docked"
     """A docking that ended on the dock."""
-    DONE = "done"
-    """Plain motions that ended as they were asked for."""
+    DONE = "done"  # plain motions that ended as they were asked for
     CANCELED = "canceled"
     """By a person."""
     ABORTED = "aborted"

@@ -1,6 +1,6 @@
 """HTTP: the catalogue of actions, and doing one of them."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends
 from starlette.requests import HTTPConnection, Request
@@ -20,7 +20,9 @@ async def get_actions(connection: HTTPConnection) -> ActionService:
 
 
 ActionsDep = Annotated[ActionService, Depends(get_actions)]
-BEGUN = {200: {"model": ActionReply, "description": "what moves nothing: it is done, and answered"}}
+BEGUN: dict[int | str, dict[str, Any]] = {
+    200: {"model": ActionReply, "description": "what moves nothing: it is done, and answered"}
+}
 
 
 @router.get("/actions")

@@ -70,10 +70,10 @@ class Resources:
 
 def png_of(grid: OccupancyGrid) -> bytes:
     """One pixel a cell, 8 bit grey, the map's y axis up."""
-    levels = np.full(grid.cells.shape, UNKNOWN, np.uint8)
+    height, width = grid.cells.shape
+    levels = np.full((height, width), UNKNOWN, np.uint8)
     levels[grid.free] = FREE
     levels[grid.occupied] = OCCUPIED
-    height, width = levels.shape
     rows = np.hstack([np.zeros((height, 1), np.uint8), levels[::-1]])  # each row begins with its filter: none
     header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
     parts = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 6)), (b"IEND", b""))

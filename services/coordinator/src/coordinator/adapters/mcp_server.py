@@ -89,12 +89,13 @@ class McpServer:
         if isinstance(action, types.CallToolResult):
             return action
         history = self._actions.missions.log
-        after = history.next_event_id - 1
+        after, reply = history.next_event_id - 1, None
         try:
             with anyio.CancelScope(shield=True):  # what was begun is known, and can be cancelled
                 reply = await self._actions.do(action, _principal(context))
         except MeshError as error:
             return _failed(error.detail, error.code)
+        assert reply is not None, "a shielded scope is left by its end or an error"
         if reply.mission is None or not SPECS[action.action].moves:
             return _told(reply)
         mission = await self._followed(context, reply.mission.id, after)
