@@ -4,7 +4,8 @@ import asyncio
 import contextlib
 import json
 import ssl
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable
+from functools import partial
 from http import HTTPStatus
 from importlib.metadata import version
 from typing import Final, TypeVar
@@ -52,6 +53,9 @@ class RobotInHome:
                     await self._serve(client)
             except* aiomqtt.MqttError as errors:
                 log.warning("no broker", reason=str(errors.exceptions[0]), again_s=self._settings.reconnect_s)
+            task = asyncio.current_task()
+            if task is not None and task.cancelling():  # and the broker went away while it ended
+                raise asyncio.CancelledError
             await self._clock.sleep(self._settings.reconnect_s)
 
     def _client(self) -> aiomqtt.Client:
@@ -103,9 +107,9 @@ class RobotInHome:
 
     async def _tell_once(self, client: aiomqtt.Client) -> None:
         status, robot, newest = await asyncio.gather(
-            _if_there(self._coordinator.status()),
-            _if_there(self._robot.state()),
-            _if_there(self._coordinator.newest(NEWEST)),
+            _if_there(self._coordinator.status),
+            _if_there(self._robot.state),
+            _if_there(partial(self._coordinator.newest, NEWEST)),
         )
         found, topics = states.last_found(newest or ()), self._topics
         await self._publish(client, topics.state(Entity.STATE), states.state_of(status, robot))
@@ -123,7 +127,7 @@ class RobotInHome:
     async def _show(self, client: aiomqtt.Client) -> None:
         """Pictures are not retained: the broker keeps none of the home."""
         while True:
-            picture = await _if_there(self._robot.picture())
+            picture = await _if_there(self._robot.picture)
             if picture is not None:
                 await client.publish(self._topics.state(Entity.CAMERA), picture)
             await self._clock.sleep(self._settings.camera_period_s)
@@ -191,10 +195,10 @@ class RobotInHome:
         await client.publish(self._topics.state(Entity.ANSWER), text[:FIND_MAX], qos=1, retain=True)
 
 
-async def _if_there(asking: Awaitable[T]) -> T | None:
+async def _if_there(ask: Callable[[], Awaitable[T]]) -> T | None:
     """None where the service is away or refuses."""
     try:
-        return await asking
+        return await ask()
     except MeshError as error:
         log.info("could not be asked", error=str(error))
         return None
