@@ -7,7 +7,6 @@ import ssl
 from collections.abc import Awaitable, Callable
 from functools import partial
 from http import HTTPStatus
-from importlib.metadata import version
 from typing import Final, TypeVar
 
 import aiomqtt
@@ -40,7 +39,7 @@ class RobotInHome:
         self._coordinator = coordinator
         self._robot = robot
         self._clock = clock
-        self._topics = Topics.of(settings)
+        self._topics = Topics.of(settings.identity)
         self._told: dict[str, str] = {}
         self._asking = 0
         self._stopping = False
@@ -92,7 +91,7 @@ class RobotInHome:
 
     async def _announce(self, client: aiomqtt.Client) -> None:
         """Everything anew: that it is here, what there is of it, and with the next look how it does."""
-        for entity, config in configs(self._settings, version=version("atom-home-assistant")).items():
+        for entity, config in configs(self._settings.identity).items():
             payload = "" if config is None else json.dumps(config)  # an empty one takes an old entity away
             await client.publish(self._topics.config(entity), payload, qos=1, retain=True)
         self._told.clear()
