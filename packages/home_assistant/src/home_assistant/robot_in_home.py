@@ -143,7 +143,7 @@ class RobotInHome:
         if message.retain:
             log.warning("a command that the broker kept is not obeyed", topic=topic)
             return
-        text = payload.decode("utf-8", "replace") if isinstance(payload, bytes) else str(payload)
+        text = payload.decode("utf-8", "replace")
         if topic == self._topics.command(Entity.STOP):
             if text == PRESS and not self._stopping:
                 self._stopping = True
