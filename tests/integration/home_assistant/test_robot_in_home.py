@@ -43,7 +43,7 @@ class Home:
 
     @property
     def topics(self) -> Topics:
-        return Topics.of(self.settings)
+        return Topics.of(self.settings.identity)
 
     def says(self, entity: Entity) -> str:
         return self.known.get(self.topics.state(entity), b"").decode()
@@ -131,7 +131,7 @@ async def test_the_stop_button_arrives_as_an_emergency_stop(tmp_path: Path, brok
 
 async def test_what_the_broker_kept_moves_nothing_and_neither_does_another_word(tmp_path: Path, broker: Broker) -> None:
     async with aiomqtt.Client("127.0.0.1", broker.port) as before:
-        topics = Topics.of(Settings())
+        topics = Topics.of(Settings().identity)
         await before.publish(topics.command(Entity.STOP), "PRESS", qos=1, retain=True)
         await before.publish(topics.command(Entity.FIND), "red bottle", qos=1, retain=True)
     async with at_home(tmp_path, broker) as home:
@@ -186,7 +186,7 @@ async def test_a_program_that_is_killed_is_said_to_be_away_by_its_will(tmp_path:
             told.append(bytes(message.payload))  # type: ignore[arg-type]
 
     async with aiomqtt.Client("127.0.0.1", broker.port) as client:
-        await client.subscribe(Topics.of(Settings()).availability)
+        await client.subscribe(Topics.of(Settings().identity).availability)
         listening = asyncio.create_task(hear_of_it(client))
         try:
             await until(lambda: told[-1:] == [b"online"])

@@ -12,7 +12,7 @@ from coordinator.belief.clues import Clue
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core import recording
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.core.rules import CoverageRule
 from coordinator.coverage.areas import area_of, mask_of
 from coordinator.coverage.coverage_tracker import CoverageTracker
@@ -22,15 +22,15 @@ from geometry.rooms import IN_FURNITURE_M, Rooms, rooms_of
 from support.mission_script import TARGET, Script, box, rules_of
 
 KITCHEN = SearchedRoom(id=3, name="kitchen")
-BEYOND = Area((KITCHEN,), Pose2D(x=2.0, y=-2.0, yaw=0.0), 0.5, tuple((row, 0, 8) for row in range(8)))
+BEYOND = SearchArea((KITCHEN,), Pose2D(x=2.0, y=-2.0, yaw=0.0), 0.5, tuple((row, 0, 8) for row in range(8)))
 """4 m by 4 m, 2 m ahead of where a script begins."""
-HERE = Area((KITCHEN,), Pose2D(x=-2.0, y=-2.0, yaw=0.0), 0.5, tuple((row, 0, 16) for row in range(8)))
+HERE = SearchArea((KITCHEN,), Pose2D(x=-2.0, y=-2.0, yaw=0.0), 0.5, tuple((row, 0, 16) for row in range(8)))
 IN_THE_BEDROOM = SeenElsewhere(
     label="bottle", colour="red", room="bedroom", place=Pose2D(x=9.0, y=0.0, yaw=0.0), stamp_s=40.0
 )
 
 
-def searching(area: Area, *, elsewhere: tuple[SeenElsewhere, ...] = (), **rules: object) -> Script:
+def searching(area: SearchArea, *, elsewhere: tuple[SeenElsewhere, ...] = (), **rules: object) -> Script:
     return Script(**rules).feed(
         ev.MissionStarted("m1", "find the red bottle", TARGET, "rules", (), area=area, elsewhere=elsewhere)
     )
@@ -51,7 +51,7 @@ def test_an_area_holds_its_cells_and_what_is_near_enough(x: float, y: float, wit
 
 
 def test_a_turned_area_holds_what_lies_along_its_own_axes() -> None:
-    turned = Area((KITCHEN,), Pose2D(x=0.0, y=0.0, yaw=np.pi / 2), 1.0, ((0, 0, 3),))
+    turned = SearchArea((KITCHEN,), Pose2D(x=0.0, y=0.0, yaw=np.pi / 2), 1.0, ((0, 0, 3),))
     assert turned.holds(-0.5, 2.5)
     assert not turned.holds(2.5, 0.5)
 

@@ -38,7 +38,7 @@ DISCOVERY_TOPIC: Final = re.compile(r"homeassistant/(sensor|button|text|camera)/
 """`<discovery_prefix>/<component>/[<node_id>/]<object_id>/config`."""
 
 SETTINGS: Final = Settings(camera=True, page_url="http://robot.local:8080")
-TOLD: Final = configs(SETTINGS, version="0.1.0")
+TOLD: Final = configs(SETTINGS.identity)
 
 
 @pytest.mark.parametrize("entity", list(Entity))
@@ -51,7 +51,7 @@ def test_each_message_has_the_published_fields_and_no_other(entity: Entity) -> N
     assert set(config["device"]) <= DEVICE
     assert config["device"]["identifiers"]
     assert {"name"} <= set(config["origin"]) <= ORIGIN
-    assert DISCOVERY_TOPIC.fullmatch(Topics.of(SETTINGS).config(entity))
+    assert DISCOVERY_TOPIC.fullmatch(Topics.of(SETTINGS.identity).config(entity))
     assert json.loads(json.dumps(config)) == config
 
 
@@ -74,7 +74,7 @@ def test_a_text_is_no_longer_than_home_assistant_takes_and_an_enum_names_every_s
 
 
 def test_without_a_camera_the_one_that_was_there_is_taken_away() -> None:
-    assert configs(Settings(), version="0.1.0")[Entity.CAMERA] is None
+    assert configs(Settings().identity)[Entity.CAMERA] is None
 
 
 @pytest.mark.parametrize("wrong", [{"robot_id": "a b"}, {"topic_prefix": "a/#"}, {"discovery_prefix": "+"}])

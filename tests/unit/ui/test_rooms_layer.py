@@ -15,19 +15,20 @@ from geometry.grids import decode
 from geometry.rooms import Rooms, rooms_of
 from support.ui_world import home_map
 from ui import map_view, rooms_layer
-from ui.rooms_layer import DOORWAY_ALPHA, TINT_ALPHA, KnownRooms
+from ui.latest_facts import ShownRooms
+from ui.rooms_layer import DOORWAY_ALPHA, TINT_ALPHA
 
 FRAME = map_view.picture(home_map()).frame
 CUT = rooms_of(decode(home_map()))
 
 
-def known(cut: Rooms = CUT, by: NamedBy = NamedBy.CONTENTS) -> KnownRooms:
+def known(cut: Rooms = CUT, by: NamedBy = NamedBy.CONTENTS) -> ShownRooms:
     ids = {one.number: 10 * one.number for one in cut.rooms}
     named = tuple(
         NamedRoom(id=10 * r.number, name=f"room {r.number}", named_by=by, x=r.x_m, y=r.y_m, area_m2=r.area_m2)
         for r in cut.rooms
     )
-    return KnownRooms("home", named, room_grids.encode(cut, ids, map_id="home"))
+    return ShownRooms("home", named, room_grids.encode(cut, ids, map_id="home"))
 
 
 def pixels(layer: Any) -> np.ndarray:
@@ -68,16 +69,16 @@ def test_a_cell_of_the_picture_lies_where_it_lies_in_the_map() -> None:
 
 @pytest.mark.parametrize(
     ("told", "map_id"),
-    [(KnownRooms(), "home"), (known(), "another"), (KnownRooms("home", known().rooms, None), "home")],
+    [(ShownRooms(), "home"), (known(), "another"), (ShownRooms("home", known().rooms, None), "home")],
 )
-def test_rooms_of_another_home_or_of_none_are_not_drawn(told: KnownRooms, map_id: str) -> None:
+def test_rooms_of_another_home_or_of_none_are_not_drawn(told: ShownRooms, map_id: str) -> None:
     assert rooms_layer.rooms(FRAME, told, map_id=map_id) == {"png": "", "fit": [], "names": []}
 
 
 def test_cells_that_make_no_sense_are_not_drawn() -> None:
     grid = known().grid
     assert grid is not None
-    broken = KnownRooms("home", known().rooms, grid.model_copy(update={"cells_base64": "AAAA"}))
+    broken = ShownRooms("home", known().rooms, grid.model_copy(update={"cells_base64": "AAAA"}))
     assert rooms_layer.rooms(FRAME, broken, map_id="home")["names"] == []
 
 

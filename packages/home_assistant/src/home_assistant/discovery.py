@@ -10,7 +10,6 @@ from enum import StrEnum
 from typing import Any
 
 from contracts.mission import MissionState
-from home_assistant.settings import Settings
 
 ONLINE, OFFLINE = "online", "offline"
 PRESS = "PRESS"
@@ -47,6 +46,19 @@ COMPONENTS: Mapping[Entity, str] = {
 
 
 @dataclass(frozen=True, slots=True)
+class RobotIdentity:
+    """Which robot it is to Home Assistant, and what of it is shown there."""
+
+    robot_id: str
+    name: str
+    discovery_prefix: str
+    topic_prefix: str
+    page_url: str | None = None
+    camera: bool = False
+    version: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Topics:
     """Of one robot."""
 
@@ -55,8 +67,8 @@ class Topics:
     robot_id: str
 
     @classmethod
-    def of(cls, settings: Settings) -> "Topics":
-        return cls(settings.discovery_prefix, f"{settings.topic_prefix}/{settings.robot_id}", settings.robot_id)
+    def of(cls, one: RobotIdentity) -> "Topics":
+        return cls(one.discovery_prefix, f"{one.topic_prefix}/{one.robot_id}", one.robot_id)
 
     @property
     def availability(self) -> str:
@@ -80,10 +92,10 @@ class Topics:
         return f"{self.base}/{entity.value}/set"
 
 
-def configs(settings: Settings, *, version: str) -> dict[Entity, Config | None]:
+def configs(one: RobotIdentity) -> dict[Entity, Config | None]:
     """The message for each entity; none: there is no such entity, and one that was there is taken away."""
-    topics = Topics.of(settings)
-    shared = _shared(settings, topics, version)
+    topics = Topics.of(one)
+    shared = _shared(one, topics)
     own: dict[Entity, Config | None] = {
         Entity.STATE: {
             "name": "State",
@@ -130,28 +142,28 @@ def configs(settings: Settings, *, version: str) -> dict[Entity, Config | None]:
             "max": FIND_MAX,
             "icon": "mdi:magnify",
         },
-        Entity.CAMERA: {"name": "Camera", "topic": topics.state(Entity.CAMERA)} if settings.camera else None,
+        Entity.CAMERA: {"name": "Camera", "topic": topics.state(Entity.CAMERA)} if one.camera else None,
     }
     return {
-        entity: None if config is None else {**config, **shared, "unique_id": f"{settings.robot_id}_{entity.value}"}
+        entity: None if config is None else {**config, **shared, "unique_id": f"{one.robot_id}_{entity.value}"}
         for entity, config in own.items()
     }
 
 
-def _shared(settings: Settings, topics: Topics, version: str) -> Config:
+def _shared(one: RobotIdentity, topics: Topics) -> Config:
     device: dict[str, Any] = {
-        "identifiers": [f"atom_{settings.robot_id}"],
-        "name": settings.robot_name,
+        "identifiers": [f"atom_{one.robot_id}"],
+        "name": one.name,
         "manufacturer": "ATOM",
         "model": "Home robot",
-        "sw_version": version,
+        "sw_version": one.version,
     }
-    if settings.page_url is not None:
-        device["configuration_url"] = settings.page_url
+    if one.page_url is not None:
+        device["configuration_url"] = one.page_url
     return {
         "availability_topic": topics.availability,
         "payload_available": ONLINE,
         "payload_not_available": OFFLINE,
         "device": device,
-        "origin": {"name": "ATOM", "sw_version": version},
+        "origin": {"name": "ATOM", "sw_version": one.version},
     }

@@ -4,9 +4,9 @@ import asyncio
 import contextlib
 import json
 import ssl
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable
+from functools import partial
 from http import HTTPStatus
-from importlib.metadata import version
 from typing import Final, TypeVar
 
 import aiomqtt
@@ -39,7 +39,7 @@ class RobotInHome:
         self._coordinator = coordinator
         self._robot = robot
         self._clock = clock
-        self._topics = Topics.of(settings)
+        self._topics = Topics.of(settings.identity)
         self._told: dict[str, str] = {}
         self._asking = 0
         self._stopping = False
@@ -52,6 +52,9 @@ class RobotInHome:
                     await self._serve(client)
             except* aiomqtt.MqttError as errors:
                 log.warning("no broker", reason=str(errors.exceptions[0]), again_s=self._settings.reconnect_s)
+            task = asyncio.current_task()
+            if task is not None and task.cancelling():  # and the broker went away while it ended
+                raise asyncio.CancelledError
             await self._clock.sleep(self._settings.reconnect_s)
 
     def _client(self) -> aiomqtt.Client:
@@ -88,7 +91,7 @@ class RobotInHome:
 
     async def _announce(self, client: aiomqtt.Client) -> None:
         """Everything anew: that it is here, what there is of it, and with the next look how it does."""
-        for entity, config in configs(self._settings, version=version("atom-home-assistant")).items():
+        for entity, config in configs(self._settings.identity).items():
             payload = "" if config is None else json.dumps(config)  # an empty one takes an old entity away
             await client.publish(self._topics.config(entity), payload, qos=1, retain=True)
         self._told.clear()
@@ -103,9 +106,9 @@ class RobotInHome:
 
     async def _tell_once(self, client: aiomqtt.Client) -> None:
         status, robot, newest = await asyncio.gather(
-            _if_there(self._coordinator.status()),
-            _if_there(self._robot.state()),
-            _if_there(self._coordinator.newest(NEWEST)),
+            _if_there(self._coordinator.status),
+            _if_there(self._robot.state),
+            _if_there(partial(self._coordinator.newest, NEWEST)),
         )
         found, topics = states.last_found(newest or ()), self._topics
         await self._publish(client, topics.state(Entity.STATE), states.state_of(status, robot))
@@ -123,7 +126,7 @@ class RobotInHome:
     async def _show(self, client: aiomqtt.Client) -> None:
         """Pictures are not retained: the broker keeps none of the home."""
         while True:
-            picture = await _if_there(self._robot.picture())
+            picture = await _if_there(self._robot.picture)
             if picture is not None:
                 await client.publish(self._topics.state(Entity.CAMERA), picture)
             await self._clock.sleep(self._settings.camera_period_s)
@@ -140,7 +143,7 @@ class RobotInHome:
         if message.retain:
             log.warning("a command that the broker kept is not obeyed", topic=topic)
             return
-        text = payload.decode("utf-8", "replace") if isinstance(payload, bytes) else str(payload)
+        text = payload.decode("utf-8", "replace")
         if topic == self._topics.command(Entity.STOP):
             if text == PRESS and not self._stopping:
                 self._stopping = True
@@ -191,10 +194,10 @@ class RobotInHome:
         await client.publish(self._topics.state(Entity.ANSWER), text[:FIND_MAX], qos=1, retain=True)
 
 
-async def _if_there(asking: Awaitable[T]) -> T | None:
+async def _if_there(ask: Callable[[], Awaitable[T]]) -> T | None:
     """None where the service is away or refuses."""
     try:
-        return await asking
+        return await ask()
     except MeshError as error:
         log.info("could not be asked", error=str(error))
         return None

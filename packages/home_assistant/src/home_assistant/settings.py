@@ -1,10 +1,12 @@
 """Settings of the way to Home Assistant, from the environment (prefix HOME_ASSISTANT_)."""
 
+from importlib.metadata import version
 from pathlib import Path
 
 from pydantic import Field, SecretStr
 from pydantic_settings import SettingsConfigDict
 
+from home_assistant.discovery import RobotIdentity
 from mesh.settings import ClientSettings
 
 ID = r"^[a-zA-Z0-9_-]+$"
@@ -45,6 +47,18 @@ class Settings(ClientSettings):
     call_timeout_s: float = Field(default=5.0, gt=0.0, description="of an ordinary call")
     command_timeout_s: float = Field(default=30.0, gt=0.0, description="reading a command may ask a language model")
     stop_timeout_s: float = Field(default=1.5, gt=0.0, description="of one try")
+
+    @property
+    def identity(self) -> RobotIdentity:
+        return RobotIdentity(
+            robot_id=self.robot_id,
+            name=self.robot_name,
+            discovery_prefix=self.discovery_prefix,
+            topic_prefix=self.topic_prefix,
+            page_url=self.page_url,
+            camera=self.camera,
+            version=version("atom-home-assistant"),
+        )
 
     @property
     def broker_password(self) -> str | None:

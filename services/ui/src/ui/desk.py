@@ -34,11 +34,10 @@ from ui import map_view, overlay
 from ui.event_pictures import EventPictures
 from ui.frames import Frames
 from ui.i18n import _
-from ui.latest_facts import LatestFacts, Remembered
+from ui.latest_facts import LatestFacts, Remembered, ShownRooms
 from ui.map_layers import MapLayers
 from ui.notifications import Notifications
 from ui.ports import Memory, Missions, Robot, Speech
-from ui.rooms_layer import KnownRooms
 from ui.settings import Settings
 from ui.stop_probe import StopProbe
 from ui.thumbnails import Thumbnails
@@ -263,7 +262,7 @@ class Desk:
         if grid is None and told.rooms:
             grid = await self.memory.room_grid()
         if (told.map_id, told.rooms, grid) != (known.map_id, known.rooms, known.grid):
-            self.facts.rooms = KnownRooms(told.map_id, told.rooms, grid)
+            self.facts.rooms = ShownRooms(told.map_id, told.rooms, grid)
 
     def refresh_scan(self) -> None:
         """Asks for the laser, for as long as a map is open; nobody waits for it."""
@@ -325,7 +324,7 @@ class Desk:
         return self.picture
 
 
-def _lie_alike(known: KnownRooms, told: RoomsReply) -> bool:
+def _lie_alike(known: ShownRooms, told: RoomsReply) -> bool:
     """The same rooms of the same map, whatever they are called."""
     before, now = ([(one.id, one.x, one.y, one.area_m2) for one in some] for some in (known.rooms, told.rooms))
     return known.map_id == told.map_id and before == now

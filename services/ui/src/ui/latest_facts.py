@@ -12,8 +12,8 @@ from contracts.memory import LabelCount, RememberedObject, View
 from contracts.mission import MissionEvent, MissionStatus
 from contracts.problem import Dependency
 from contracts.robot import EmergencyStop, EmergencyStopReply, Goal, GoalStatus, RobotState
+from contracts.rooms import NamedRoom, RoomGrid
 from contracts.vision import Detections, Target
-from ui.rooms_layer import KnownRooms
 
 OLDER_EPOCH_HELD_S = 1.0
 AT_REST_M_S = 0.01
@@ -28,6 +28,19 @@ class Remembered:
     labels: tuple[LabelCount, ...] = ()
     objects: tuple[RememberedObject, ...] = ()
     views: tuple[View, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ShownRooms:
+    """What memory said of the rooms when it was last asked: their names, and where they lie."""
+
+    map_id: str = ""
+    rooms: tuple[NamedRoom, ...] = ()
+    grid: RoomGrid | None = None
+
+    @property
+    def names(self) -> dict[int, str]:
+        return {one.id: one.name for one in self.rooms}
 
 
 @dataclass(slots=True)
@@ -61,7 +74,7 @@ class LatestFacts:
     belief: SearchBelief | NoBelief | None = None
     """Of the mission that runs, or why it has none; none where nobody could say."""
     remembered: Remembered = Remembered()
-    rooms: KnownRooms = field(default_factory=KnownRooms)
+    rooms: ShownRooms = field(default_factory=ShownRooms)
     services: tuple[Dependency, ...] = ()
     bus_connected: bool = False
 

@@ -2,17 +2,17 @@
 
 import base64
 import io
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from contracts.rooms import NamedBy, NamedRoom, RoomGrid
+from contracts.rooms import NamedBy, NamedRoom
 from geometry.probability_grids import corners
 from geometry.room_grids import RoomCells, RoomGridError, decode
 from ui.i18n import N_, _
+from ui.latest_facts import ShownRooms
 from ui.map_view import MapFrame, fit
 
 Drawn = dict[str, Any]
@@ -27,20 +27,7 @@ NAMED_BY = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class KnownRooms:
-    """What memory said of the rooms when it was last asked: their names, and where they lie."""
-
-    map_id: str = ""
-    rooms: tuple[NamedRoom, ...] = ()
-    grid: RoomGrid | None = None
-
-    @property
-    def names(self) -> dict[int, str]:
-        return {one.id: one.name for one in self.rooms}
-
-
-def rooms(frame: MapFrame, known: KnownRooms, *, map_id: str | None) -> Drawn:
+def rooms(frame: MapFrame, known: ShownRooms, *, map_id: str | None) -> Drawn:
     """Of the home that is shown; of another one, and of cells that make no sense, nothing."""
     nothing: Drawn = {"png": "", "fit": [], "names": []}
     if known.grid is None or (map_id is not None and known.map_id != map_id):

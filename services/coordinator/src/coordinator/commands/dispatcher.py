@@ -12,9 +12,9 @@ from contracts.backup import BackupRefusal
 from contracts.memory import RecalledView, RecallRequest, RememberedObject
 from contracts.mission import EndCause, EventFacts, EventKind, LastSeen, MissionState, Outcome, Report
 from coordinator.belief.clues import clues
-from coordinator.commands.kept_to_rooms import KeptTo, NoSuchRoomsError, clues_inside, kept_to, shows_inside
+from coordinator.commands.kept_to_rooms import KeptRooms, NoSuchRoomsError, clues_inside, kept_to, shows_inside
 from coordinator.core import events as ev
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.core.mission import Order, SearchPose
 from coordinator.core.rules import CoverageRule
 from coordinator.execution.battery_policy import DockingTimer, PowerRules, reason_to_dock, why_too_low
@@ -206,7 +206,7 @@ class Dispatcher:
         begins, self._beginning = self._beginning is waiting, None
         return begins
 
-    async def _kept_to(self, task: CheckedTask) -> tuple[KeptTo | None, tuple[EndCause, str] | None]:
+    async def _kept_to(self, task: CheckedTask) -> tuple[KeptRooms | None, tuple[EndCause, str] | None]:
         """Where the rooms lie that it keeps to; or why nobody can tell: then it looks nowhere."""
         if not task.rooms:
             return None, None
@@ -220,7 +220,7 @@ class Dispatcher:
             log.warning("nobody tells where the rooms lie", error=str(error))
             return None, (EndCause.SERVICE, f"memory does not tell where {where} lies")
 
-    async def _recall(self, task: CheckedTask, area: Area | None) -> tuple[Sequence[RecalledView], str]:
+    async def _recall(self, task: CheckedTask, area: SearchArea | None) -> tuple[Sequence[RecalledView], str]:
         if self._settings.memory_views_max == 0:
             return (), ""
         request = RecallRequest(

@@ -9,7 +9,7 @@ from contracts.memory import RecalledView, RememberedObject
 from contracts.mission import SearchedRoom, SeenElsewhere
 from contracts.vision import Target
 from coordinator.belief.clues import Clue
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.coverage.areas import area_of
 from coordinator.ports import Memory
 from coordinator.questions.rooms_meant import KnownRooms
@@ -22,8 +22,8 @@ ELSEWHERE_MAX = 20
 
 
 @dataclass(frozen=True, slots=True)
-class KeptTo:
-    area: Area
+class KeptRooms:
+    area: SearchArea
     elsewhere: tuple[SeenElsewhere, ...]
 
 
@@ -31,7 +31,7 @@ class NoSuchRoomsError(Exception):
     """The map the robot is in shows none of the rooms any more."""
 
 
-async def kept_to(rooms: Sequence[SearchedRoom], target: Target, memory: Memory) -> KeptTo:
+async def kept_to(rooms: Sequence[SearchedRoom], target: Target, memory: Memory) -> KeptRooms:
     """Raises `NoSuchRoomsError`, `RoomGridError`, `UnavailableError` and `UpstreamError`."""
     try:
         area = area_of(decode(await memory.room_grid()), rooms)
@@ -43,11 +43,11 @@ async def kept_to(rooms: Sequence[SearchedRoom], target: Target, memory: Memory)
         raise NoSuchRoomsError
     known = KnownRooms((await memory.rooms()).rooms)
     things = await memory.objects(target.label, THINGS_MAX)
-    return KeptTo(area, elsewhere(target, things, area, known))
+    return KeptRooms(area, elsewhere(target, things, area, known))
 
 
 def elsewhere(
-    target: Target, things: Sequence[RememberedObject], area: Area, known: KnownRooms
+    target: Target, things: Sequence[RememberedObject], area: SearchArea, known: KnownRooms
 ) -> tuple[SeenElsewhere, ...]:
     """What may be the target and is remembered to stand outside the area, newest first."""
     names = {one.id: one.name for one in known.rooms}
@@ -70,13 +70,13 @@ def elsewhere(
     )
 
 
-def shows_inside(recalled: RecalledView, area: Area) -> bool:
+def shows_inside(recalled: RecalledView, area: SearchArea) -> bool:
     """Whether what is to be seen from there is in the area: the thing itself, where its place is known."""
     if recalled.thing is not None:
         return area.holds(recalled.thing.position.x, recalled.thing.position.y)
     return area.is_near(recalled.pose or recalled.view.pose)
 
 
-def clues_inside(clues: Sequence[Clue], area: Area) -> tuple[Clue, ...]:
+def clues_inside(clues: Sequence[Clue], area: SearchArea) -> tuple[Clue, ...]:
     """Where the thing itself may be, in the area alone; what stands near counts from wherever it is."""
     return tuple(one for one in clues if not one.itself or area.holds(one.x, one.y))

@@ -12,7 +12,7 @@ BESIDE_M = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Area:
+class SearchArea:
     """Row 0 at the origin, as in a map. What stands in the rooms, and not on their floor, is in it too."""
 
     rooms: tuple[SearchedRoom, ...]

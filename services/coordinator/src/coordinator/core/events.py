@@ -10,7 +10,7 @@ from contracts.motion import BaseEnd, MotionEnd
 from contracts.robot import GoalStatus
 from contracts.vision import Detections, Target, Validation
 from coordinator.belief.clues import Clue
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.core.mission import FIRST, Order, SearchPose
 from coordinator.core.motions import Motion
 
@@ -28,7 +28,7 @@ class MissionStarted:
     clues: tuple[Clue, ...] = ()
     """Where it may be; told where the search goes by belief."""
     action: WantedAction = WantedAction.FIND
-    area: Area | None = None
+    area: SearchArea | None = None
     """The rooms it keeps to; none: the whole home."""
     elsewhere: tuple[SeenElsewhere, ...] = ()
 

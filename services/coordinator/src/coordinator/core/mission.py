@@ -21,7 +21,7 @@ from contracts.motion import MotionEnd
 from contracts.robot import BoxQuery
 from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Idle, Paused, Stage
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.core.evidence import Judgement
 from coordinator.core.motions import Motion
 from coordinator.core.rules import Rules
@@ -264,7 +264,7 @@ class Mission:
     map_id: str | None = None
     """Which home its places are in."""
     search: Search = Search()
-    area: Area | None = None
+    area: SearchArea | None = None
     """It looks in these rooms alone; none: in the whole home."""
     elsewhere: tuple[SeenElsewhere, ...] = ()
     """What memory knows of the target outside them, newest first."""

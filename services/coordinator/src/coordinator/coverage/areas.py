@@ -7,7 +7,7 @@ import numpy as np
 
 from contracts.geometry import Pose2D
 from contracts.mission import SearchedRoom
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.coverage.untyped import nearest_of
 from geometry.grids import Mask, OccupancyGrid
 from geometry.poses import compose
@@ -19,7 +19,7 @@ RUNS_MAX = 5000
 """Of a room on a hectare; of more the cells are taken larger."""
 
 
-def area_of(cells: RoomCells, rooms: Sequence[SearchedRoom]) -> Area | None:
+def area_of(cells: RoomCells, rooms: Sequence[SearchedRoom]) -> SearchArea | None:
     """The rooms, and what lies off their floor and nearer to it than to any other room's: a thing on a shelf is in the
     room that memory says (`IN_FURNITURE_M`). None where no cell is of them.
     """
@@ -39,10 +39,10 @@ def area_of(cells: RoomCells, rooms: Sequence[SearchedRoom]) -> Area | None:
     at, firsts, behinds = (each.tolist() for each in runs(held))
     corner = Pose2D(x=left * cells.resolution_m, y=low * cells.resolution_m, yaw=0.0)
     origin = compose(cells.origin, corner)
-    return Area(tuple(rooms), origin, resolution_m, tuple(zip(at, firsts, behinds, strict=True)))
+    return SearchArea(tuple(rooms), origin, resolution_m, tuple(zip(at, firsts, behinds, strict=True)))
 
 
-def mask_of(area: Area, grid: OccupancyGrid) -> Mask:
+def mask_of(area: SearchArea, grid: OccupancyGrid) -> Mask:
     """(height, width) of the grid: the cells whose middle lies in the area."""
     if not area.runs:
         return np.zeros(grid.cells.shape, dtype=bool)

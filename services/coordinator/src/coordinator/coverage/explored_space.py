@@ -5,7 +5,7 @@ import asyncio
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
 from contracts.robot import Map
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.core.rules import CoverageRule, Rules
 from coordinator.coverage.areas import mask_of
 from coordinator.coverage.baselines import in_random_order, nearest_frontiers
@@ -23,7 +23,9 @@ PLANNING_TASK = "plan-coverage"
 class ExploredSpace:
     """One per mission. Planning runs in a thread: a large map takes seconds."""
 
-    def __init__(self, robot: Robot, rules: Rules, body: RobotDescription | None, area: Area | None = None) -> None:
+    def __init__(
+        self, robot: Robot, rules: Rules, body: RobotDescription | None, area: SearchArea | None = None
+    ) -> None:
         self._robot = robot
         self._rules = rules
         self._body = body

@@ -11,7 +11,7 @@ from coordinator.belief.belief_map import BeliefMap, Glance, box_bearings
 from coordinator.belief.clues import Clue
 from coordinator.belief.next_view import Choice, MotionTimes, next_view
 from coordinator.core.actions import PlanCoverage
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.core.events import MissionStarted
 from coordinator.core.rules import CoverageRule, Rules
 from coordinator.coverage.areas import mask_of
@@ -37,7 +37,7 @@ class BelievedSpace:
         body: RobotDescription,
         target: Target,
         clues: tuple[Clue, ...],
-        area: Area | None = None,
+        area: SearchArea | None = None,
     ) -> None:
         self._rules = rules
         self._body = body

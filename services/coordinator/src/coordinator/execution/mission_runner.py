@@ -24,7 +24,7 @@ from contracts.vision import Detections, ValidateRequest
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core import recording
-from coordinator.core.area import Area
+from coordinator.core.area import SearchArea
 from coordinator.core.mission import Mission
 from coordinator.core.rules import Rules
 from coordinator.core.step import step
@@ -116,7 +116,7 @@ class MissionRunner:
         self._log.record(self._recorded, recording.header_line(header))
         self.feed(event)
 
-    def unexplored(self, area: Area | None = None) -> ExploredSpace:
+    def unexplored(self, area: SearchArea | None = None) -> ExploredSpace:
         """What nobody has looked at yet, of the home or of some rooms. What needs the body says so when it is asked."""
         return ExploredSpace(self._robot, self.mission.rules, self.description, area)
 
