@@ -14,7 +14,7 @@ from contracts.vision import ParsedTask, ParseTaskRequest, Target
 from coordinator.commands.abilities import what_it_cannot
 from coordinator.commands.plain_motions import one_room, way_to
 from coordinator.commands.readings import GRAVEST, NOT_UNDERSTOOD, HeardIntent, understood, uses_all_colours
-from coordinator.core.motions import Motion
+from coordinator.core.motions import PlainMotion
 from coordinator.ports import Inference, Memory
 from coordinator.questions.parsed_question import parse_question
 from coordinator.questions.rooms_meant import KnownRooms
@@ -53,7 +53,7 @@ class CommandReader:
         self._inference = inference
         self._memory = memory
 
-    async def tasks(self, reading: Reading) -> Sequence[CheckedTask | Motion]:
+    async def tasks(self, reading: Reading) -> Sequence[CheckedTask | PlainMotion]:
         """One for each thing the command asks for, or the way to the room it names.
 
         Raises `UnprocessableError` where no known thing and no known room is asked for, or something that the robot
