@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from contracts.access import Role
-from contracts.actions import ACTION, SPECS, ActionName, Drive, GoTo, described, tool_schema
+from contracts.actions import ACTION, SPECS, ActionName, DriveAction, GoToAction, described, tool_schema
 from contracts.geometry import Twist2D
 
 GOOD: dict[ActionName, dict[str, Any]] = {
@@ -70,9 +70,9 @@ def test_what_is_out_of_bounds_is_refused(bad: dict[str, Any]) -> None:
 @pytest.mark.parametrize("number", [float("nan"), float("inf"), float("-inf")])
 def test_no_action_takes_what_is_no_number(number: float) -> None:
     with pytest.raises(ValidationError):
-        Drive(distance_m=number)
+        DriveAction(distance_m=number)
     with pytest.raises(ValidationError):
-        GoTo(x_m=number, y_m=0.0)
+        GoToAction(x_m=number, y_m=0.0)
     with pytest.raises(ValidationError):
         ACTION.validate_json('{"action": "rotate", "angle_rad": NaN}')
 

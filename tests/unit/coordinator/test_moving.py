@@ -13,7 +13,7 @@ from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.activities import Driving, Paused, Waiting
-from coordinator.core.motions import GoToPlace, Leg, LookRound, Motion, Straight, Turn
+from coordinator.core.motions import Leg, PlaceLeg, PlainMotion, RoundLeg, StraightLeg, TurnLeg
 from coordinator.core.rules import CoverageRule, ScanRule
 from support.mission_script import ORIGIN, Script, box
 
@@ -23,11 +23,13 @@ def moving(
 ) -> Script:
     script = Script(**rules)
     script.robot(docked=docked)
-    return script.feed(ev.MotionStarted("m1", "as asked", Motion("as asked", legs, limit_s=limit_s, explores=explores)))
+    return script.feed(
+        ev.MotionStarted("m1", "as asked", PlainMotion("as asked", legs, limit_s=limit_s, explores=explores))
+    )
 
 
-def kitchen(*, may_miss: bool = False) -> GoToPlace:
-    return GoToPlace(3.0, 4.0, None, "the kitchen", may_miss)
+def kitchen(*, may_miss: bool = False) -> PlaceLeg:
+    return PlaceLeg(3.0, 4.0, None, "the kitchen", may_miss)
 
 
 def ended(script: Script) -> tuple[Outcome | None, EndCause | None]:
@@ -37,7 +39,7 @@ def ended(script: Script) -> tuple[Outcome | None, EndCause | None]:
 
 
 def test_a_turn_is_done_in_steps_of_one_direction_and_ends_as_done() -> None:
-    script = moving(Turn(-4.0))
+    script = moving(TurnLeg(-4.0))
     assert script.mission.kind is MissionKind.MOVE
     while script.mission.running:
         script.turned()
@@ -49,7 +51,7 @@ def test_a_turn_is_done_in_steps_of_one_direction_and_ends_as_done() -> None:
 
 
 def test_a_paused_turn_goes_on_to_the_heading_it_was_to_end_at() -> None:
-    script = moving(Turn(1.0))
+    script = moving(TurnLeg(1.0))
     script.robot(Pose2D(x=0.0, y=0.0, yaw=0.4)).feed(ev.PauseRequested())
     assert isinstance(script.mission.activity, Paused)
     assert script.asked(do.StopMotion)
@@ -58,7 +60,7 @@ def test_a_paused_turn_goes_on_to_the_heading_it_was_to_end_at() -> None:
 
 
 def test_the_next_step_of_a_turn_waits_for_no_news_of_the_heading() -> None:
-    script = moving(Turn(4.0))
+    script = moving(TurnLeg(4.0))
     script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.COMPLETED, turned_rad=2.0))
     assert script.last(do.Rotate).angle_rad == pytest.approx(2.0)
     script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.COMPLETED, turned_rad=2.0))
@@ -66,7 +68,7 @@ def test_the_next_step_of_a_turn_waits_for_no_news_of_the_heading() -> None:
 
 
 def test_a_drive_counts_what_was_driven_before_a_pause() -> None:
-    script = moving(Straight(1.0))
+    script = moving(StraightLeg(1.0))
     assert script.last(do.Drive).distance_m == pytest.approx(1.0)
     script.robot(Pose2D(x=0.7, y=0.0, yaw=0.0)).feed(ev.PauseRequested()).feed(ev.ResumeRequested())
     assert script.last(do.Drive).distance_m == pytest.approx(0.3)
@@ -76,19 +78,19 @@ def test_a_drive_counts_what_was_driven_before_a_pause() -> None:
 
 @pytest.mark.parametrize("end", [MotionEnd.BLOCKED, MotionEnd.HAZARD, MotionEnd.BLIND, MotionEnd.TIMED_OUT])
 def test_what_stands_in_the_way_ends_a_drive_and_is_told(end: MotionEnd) -> None:
-    script = moving(Straight(1.0)).drove(end, moved=0.4)
+    script = moving(StraightLeg(1.0)).drove(end, moved=0.4)
     assert ended(script) == (Outcome.ABORTED, EndCause.CANNOT_MOVE)
     assert "driven 0.40 m of 1.00 m" in script.mission.reason
     assert len(script.asked(do.Drive)) == 1
 
 
 def test_a_lifted_robot_pauses() -> None:
-    script = moving(Straight(1.0)).drove(MotionEnd.LIFTED, moved=0.2)
+    script = moving(StraightLeg(1.0)).drove(MotionEnd.LIFTED, moved=0.2)
     assert script.mission.paused
 
 
 def test_a_motion_begins_off_the_dock() -> None:
-    script = moving(Straight(0.5), docked=True)
+    script = moving(StraightLeg(0.5), docked=True)
     assert script.asked(do.Undock)
     assert not script.asked(do.Drive)
     script.robot().feed(ev.Undocked(script.last(do.Undock).call)).see()
@@ -103,7 +105,7 @@ def test_undocking_alone_is_done_off_the_dock() -> None:
 
 
 def test_a_look_round_is_one_turn_with_a_look_at_each_stop() -> None:
-    script = moving(LookRound())
+    script = moving(RoundLeg())
     while script.mission.running:
         script.see(box(label="chair")) if script.asked(do.Rotate) == [] else script.turned().see(box(label="chair"))
     looks = script.asked(do.RecordLook)
@@ -116,7 +118,7 @@ def test_a_look_round_is_one_turn_with_a_look_at_each_stop() -> None:
 
 
 def test_without_pictures_a_look_round_ends_with_the_cause() -> None:
-    script = moving(LookRound(), blind_looks_max=2).wait(12.0)
+    script = moving(RoundLeg(), blind_looks_max=2).wait(12.0)
     assert ended(script) == (Outcome.ABORTED, EndCause.NO_PICTURES)
 
 
@@ -153,8 +155,8 @@ def test_a_navigation_that_refuses_again_and_again_ends_it() -> None:
 
 
 def test_a_tour_goes_on_without_a_room_it_cannot_reach() -> None:
-    hall = GoToPlace(1.0, 0.0, None, "the hall", may_miss=True)
-    script = moving(kitchen(may_miss=True), LookRound(), hall, Turn(1.0)).unreachable()
+    hall = PlaceLeg(1.0, 0.0, None, "the hall", may_miss=True)
+    script = moving(kitchen(may_miss=True), RoundLeg(), hall, TurnLeg(1.0)).unreachable()
     assert script.last(do.Navigate).candidates[0].pose.x == 1.0
     script.arrived().turned()
     assert ended(script) == (Outcome.DONE, None)
@@ -165,18 +167,18 @@ def test_a_tour_goes_on_without_a_room_it_cannot_reach() -> None:
 
 
 def test_a_tour_of_which_no_room_is_reached_is_not_done() -> None:
-    script = moving(kitchen(may_miss=True), LookRound()).unreachable()
+    script = moving(kitchen(may_miss=True), RoundLeg()).unreachable()
     assert ended(script) == (Outcome.ABORTED, EndCause.NAVIGATION)
 
 
 def test_its_own_limit_ends_it() -> None:
-    script = moving(Straight(1.0), limit_s=4.0).wait(5.0)
+    script = moving(StraightLeg(1.0), limit_s=4.0).wait(5.0)
     assert ended(script) == (Outcome.ABORTED, EndCause.TIME_UP)
     assert "4 s" in script.mission.reason
 
 
 def test_a_stop_ends_it_and_nothing_goes_on_after_the_reset() -> None:
-    script = moving(Straight(1.0)).feed(ev.StopLatched(1, "pressed"))
+    script = moving(StraightLeg(1.0)).feed(ev.StopLatched(1, "pressed"))
     assert ended(script) == (Outcome.ABORTED, EndCause.STOPPED)
     asked = len(script.asked(do.Drive))
     script.feed(ev.StopReset(1)).wait(2.0)
@@ -185,13 +187,13 @@ def test_a_stop_ends_it_and_nothing_goes_on_after_the_reset() -> None:
 
 def test_nothing_begins_while_stopped() -> None:
     script = Script().feed(ev.StopLatched(1, "pressed"))
-    script.feed(ev.MotionStarted("m1", "drive", Motion("drive", (Straight(1.0),))))
+    script.feed(ev.MotionStarted("m1", "drive", PlainMotion("drive", (StraightLeg(1.0),))))
     assert script.mission.state is MissionState.EMERGENCY_STOP
     assert not script.asked(do.Drive)
 
 
 def test_cancelling_stops_it() -> None:
-    script = moving(Straight(1.0)).feed(ev.CancelRequested())
+    script = moving(StraightLeg(1.0)).feed(ev.CancelRequested())
     assert ended(script) == (Outcome.CANCELED, EndCause.PERSON)
     assert isinstance(script.actions[-2], do.StopMotion) or script.asked(do.StopMotion)
     assert not isinstance(script.mission.activity, Driving)
@@ -222,8 +224,8 @@ def test_a_recorded_motion_decides_the_same_again() -> None:
     script = Script()
     header = recording.header_of(script.mission, "m1", script.now_s)
     lines = [recording.header_line(header)]
-    legs = (Turn(2.0), Straight(0.5), kitchen(may_miss=True), LookRound())
-    started = ev.MotionStarted("m1", "as asked", Motion("as asked", legs))
+    legs = (TurnLeg(2.0), StraightLeg(0.5), kitchen(may_miss=True), RoundLeg())
+    started = ev.MotionStarted("m1", "as asked", PlainMotion("as asked", legs))
     for event in (started, ev.MotionEnded(1, MotionEnd.COMPLETED)):
         before = len(script.actions)
         script.feed(event)

@@ -35,7 +35,7 @@ from coordinator.core.activities import (
     Waking,
 )
 from coordinator.core.mission import Mission, SearchPose
-from coordinator.core.motions import GoToPlace, LookRound, Motion, Straight, Turn
+from coordinator.core.motions import PlaceLeg, PlainMotion, RoundLeg, StraightLeg, TurnLeg
 from coordinator.core.rules import ApproachRule, CenteringRule, CoverageRule, Rules, ScanRule, ValidationRule
 from coordinator.core.step import step
 from coordinator.core.transitions import ALLOWED
@@ -95,12 +95,12 @@ noise = st.one_of(
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
 )
-places = st.builds(GoToPlace, metres, metres, st.none() | st.floats(-3.0, 3.0), st.just("there"), st.booleans())
+places = st.builds(PlaceLeg, metres, metres, st.none() | st.floats(-3.0, 3.0), st.just("there"), st.booleans())
 legs = st.one_of(
-    places, st.builds(Turn, st.floats(-6.0, 6.0)), st.builds(Straight, st.floats(0.05, 2.0)), st.builds(LookRound)
+    places, st.builds(TurnLeg, st.floats(-6.0, 6.0)), st.builds(StraightLeg, st.floats(0.05, 2.0)), st.builds(RoundLeg)
 )
 motions = st.builds(
-    Motion,
+    PlainMotion,
     st.just("as asked"),
     st.lists(legs, max_size=3).map(tuple),
     limit_s=st.none() | st.just(30.0),
@@ -166,7 +166,7 @@ class Player:
     def on_dock(self) -> ev.Event:
         return ev.DockingStarted("d", "a low battery")
 
-    def on_move(self, motion: Motion) -> ev.Event:
+    def on_move(self, motion: PlainMotion) -> ev.Event:
         return ev.MotionStarted("a", motion.what, motion)
 
     def on_lie(self, seconds: float) -> ev.Event:
@@ -285,7 +285,7 @@ def test_the_core_never_leaves_its_table_and_never_moves_when_it_may_not(
     coverage: CoverageRule,
     scan: ScanRule,
     validation: ValidationRule,
-    motion: Motion | None,
+    motion: PlainMotion | None,
 ) -> None:
     looking = {"coverage_rule": coverage, "scan_rule": scan, "validation_rule": validation}
     player = Player(rules_of(approach_rule=approach, centering_rule=centering, **looking))
@@ -338,7 +338,7 @@ def check_ending(mission: Mission) -> None:
     st.none() | motions,
 )
 def test_written_down_and_read_back_it_decides_the_same_again(
-    stream: list[tuple[Any, ...]], approach: ApproachRule, motion: Motion | None
+    stream: list[tuple[Any, ...]], approach: ApproachRule, motion: PlainMotion | None
 ) -> None:
     player = Player(rules_of(approach_rule=approach))
     player.play(player.event(LOCALISED))
@@ -356,7 +356,7 @@ def test_written_down_and_read_back_it_decides_the_same_again(
 @settings(max_examples=100)
 @given(prefixes, st.lists(steps, max_size=10), st.sampled_from(ApproachRule), st.none() | motions)
 def test_left_alone_every_mission_ends_within_its_deadlines(
-    prefix: list[tuple[Any, ...]], rest: list[tuple[Any, ...]], approach: ApproachRule, motion: Motion | None
+    prefix: list[tuple[Any, ...]], rest: list[tuple[Any, ...]], approach: ApproachRule, motion: PlainMotion | None
 ) -> None:
     player = Player(rules_of(approach_rule=approach))
     for what in [LOCALISED, ("move", motion) if motion is not None else ("start", ()), *prefix, *rest]:

@@ -16,7 +16,17 @@ from rich.table import Table
 from atom_cli.options import Host, PortBase
 from atom_cli.services import OBEYED_S, ServiceError, Services
 from atom_cli.wording import ago
-from contracts.actions import ACTION, SPECS, Action, ActionName, ActionReply, ActionSpec, Cancel, Pause, tool_schema
+from contracts.actions import (
+    ACTION,
+    SPECS,
+    Action,
+    ActionName,
+    ActionReply,
+    ActionSpec,
+    CancelAction,
+    PauseAction,
+    tool_schema,
+)
 from contracts.mission import Mission
 
 T = TypeVar("T")
@@ -46,8 +56,10 @@ def add_to(app: typer.Typer, terminal: Terminal) -> None:
     for name, spec in SPECS.items():
         doing.command(name=name.value.replace("_", "-"), help=_help(spec))(_command(terminal, name))
     app.add_typer(doing, name="do")
-    app.command(help=SPECS[ActionName.PAUSE].sentence + " `atom do resume` lets it go on.")(_ordering(terminal, Pause))
-    app.command(help=SPECS[ActionName.CANCEL].sentence)(_ordering(terminal, Cancel))
+    app.command(help=SPECS[ActionName.PAUSE].sentence + " `atom do resume` lets it go on.")(
+        _ordering(terminal, PauseAction)
+    )
+    app.command(help=SPECS[ActionName.CANCEL].sentence)(_ordering(terminal, CancelAction))
     app.command(help="The newest missions, how each ended and why.")(_history(terminal))
 
 
@@ -128,7 +140,7 @@ def _told(terminal: Terminal, services: Services, reply: ActionReply, *, follow:
     terminal.follow(services, reply.mission)
 
 
-def _ordering(terminal: Terminal, order: type[Pause] | type[Cancel]) -> Callable[..., None]:
+def _ordering(terminal: Terminal, order: type[PauseAction] | type[CancelAction]) -> Callable[..., None]:
     def run(mission_id: str | None = None, host: str = "127.0.0.1", port_base: int = 8000) -> None:
         action = _checked(order.model_fields["action"].default, {"mission_id": mission_id} if mission_id else {})
         with terminal.services(host, port_base) as services:

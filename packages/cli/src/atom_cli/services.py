@@ -16,7 +16,7 @@ from typing import Any, BinaryIO, Final, NoReturn, Self, TypeVar
 import httpx
 from pydantic import TypeAdapter, ValidationError
 
-from contracts.actions import Action, ActionReply, Stop
+from contracts.actions import Action, ActionReply, StopAction
 from contracts.asking import Answer, Question
 from contracts.backup import SCHEMA_HEADER, BackupService, RestoreHold, RestoreReply
 from contracts.intent import Understand, Understood
@@ -134,7 +134,7 @@ class Services:
 
     def do(self, action: Action, *, timeout_s: float = STARTING_S) -> ActionReply:
         """One declared action; what moves is a mission that has begun, or waits. To stop needs no key."""
-        stops = isinstance(action, Stop)
+        stops = isinstance(action, StopAction)
         path, key = "/actions/stop" if stops else "/actions", {} if stops else self._key
         headers = {"content-type": "application/json"}
         body = action.model_dump_json(exclude_none=True)

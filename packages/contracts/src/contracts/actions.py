@@ -64,41 +64,41 @@ TURN_RAD_MIN: Final = 0.02
 """A smaller turn is within what a turn is off by."""
 
 
-class Stop(Message):
+class StopAction(Message):
     """Stops the robot at once and ends every mission; where nobody confirms it, the emergency stop is set."""
 
     action: Literal[ActionName.STOP] = ActionName.STOP
 
 
-class Pause(Message):
+class PauseAction(Message):
     """Holds the mission where it is until it is resumed."""
 
     action: Literal[ActionName.PAUSE] = ActionName.PAUSE
     mission_id: MissionId = None
 
 
-class Resume(Message):
+class ResumeAction(Message):
     """Lets a paused mission go on. It does not reset an emergency stop: only a person does."""
 
     action: Literal[ActionName.RESUME] = ActionName.RESUME
     mission_id: MissionId = None
 
 
-class Cancel(Message):
+class CancelAction(Message):
     """Ends a mission that runs or waits; the robot stands still."""
 
     action: Literal[ActionName.CANCEL] = ActionName.CANCEL
     mission_id: MissionId = None
 
 
-class Find(Message):
+class FindAction(Message):
     """Looks for a thing in the whole home, drives up to it and says where it is."""
 
     action: Literal[ActionName.FIND] = ActionName.FIND
     thing: Thing
 
 
-class GoTo(Message):
+class GoToAction(Message):
     """Drives to a place on the map, a room or a thing: exactly one of the three is named."""
 
     action: Literal[ActionName.GO_TO] = ActionName.GO_TO
@@ -127,13 +127,13 @@ class GoTo(Message):
         return self
 
 
-class LookAround(Message):
+class LookAroundAction(Message):
     """Turns once round on the spot and looks at each stop; what it saw is remembered and reported."""
 
     action: Literal[ActionName.LOOK_AROUND] = ActionName.LOOK_AROUND
 
 
-class Rotate(Message):
+class RotateAction(Message):
     """Turns on the spot by an angle."""
 
     action: Literal[ActionName.ROTATE] = ActionName.ROTATE
@@ -151,80 +151,81 @@ class Rotate(Message):
         return self
 
 
-class Drive(Message):
+class DriveAction(Message):
     """Drives straight ahead by a distance; it ends before what stands in the way. It does not drive backwards."""
 
     action: Literal[ActionName.DRIVE] = ActionName.DRIVE
     distance_m: float = Field(strict=True, ge=0.05, le=2.0, description="m, straight ahead")
 
 
-class Explore(Message):
+class ExploreAction(Message):
     """Drives through all of the map that can be reached and looks at it; nothing is looked for, all is remembered."""
 
     action: Literal[ActionName.EXPLORE] = ActionName.EXPLORE
 
 
-class Patrol(Message):
+class PatrolAction(Message):
     """Drives to rooms in turn and looks round in each; the report says which were reached and what was seen."""
 
     action: Literal[ActionName.PATROL] = ActionName.PATROL
     rooms: Annotated[tuple[Room, ...], Field(min_length=1, max_length=12, description="in the order of the visits")]
 
 
-class Dock(Message):
+class DockAction(Message):
     """Drives to the dock and onto it."""
 
     action: Literal[ActionName.DOCK] = ActionName.DOCK
 
 
-class Undock(Message):
+class UndockAction(Message):
     """Drives off the dock and waits for the camera; done at once where it is not on it."""
 
     action: Literal[ActionName.UNDOCK] = ActionName.UNDOCK
 
 
-class Celebrate(Message):
+class CelebrateAction(Message):
     """Plays six notes and a light; the wheels stand still."""
 
     action: Literal[ActionName.CELEBRATE] = ActionName.CELEBRATE
 
 
-class Ask(Message):
+class AskAction(Message):
     """Answers a question from what is remembered, the missions and the robot's state."""
 
     action: Literal[ActionName.ASK] = ActionName.ASK
     question: Annotated[str, _said(500), Field(description="e.g. 'what is in the kitchen?'")]
 
 
-class WhereIs(Message):
+class WhereIsAction(Message):
     """Says where a thing was last seen, from memory."""
 
     action: Literal[ActionName.WHERE_IS] = ActionName.WHERE_IS
     thing: Thing
 
 
-class Count(Message):
+class CountAction(Message):
     """Says how many of a kind of thing are remembered."""
 
     action: Literal[ActionName.COUNT] = ActionName.COUNT
     thing: Thing
 
 
-class DescribeView(Message):
+class DescribeViewAction(Message):
     """Says what the camera sees now: things with their side and distance."""
 
     action: Literal[ActionName.DESCRIBE_VIEW] = ActionName.DESCRIBE_VIEW
 
 
 Action = Annotated[
-    Stop | Pause | Resume | Cancel | Find | GoTo | LookAround | Rotate | Drive | Explore | Patrol | Dock | Undock
-    | Celebrate | Ask | WhereIs | Count | DescribeView,
+    StopAction | PauseAction | ResumeAction | CancelAction | FindAction | GoToAction | LookAroundAction | RotateAction
+    | DriveAction | ExploreAction | PatrolAction | DockAction | UndockAction | CelebrateAction | AskAction
+    | WhereIsAction | CountAction | DescribeViewAction,
     Field(discriminator="action"),
 ]  # fmt: skip
 ACTION: Final[TypeAdapter[Action]] = TypeAdapter(Action)
 
 
-class Need(StrEnum):
+class ActionNeed(StrEnum):
     """What an action cannot be begun without."""
 
     ROBOT = "robot"
@@ -245,7 +246,7 @@ class ActionSpec:
     """Who may ask for it; none = anybody."""
     limit_s: float
     """It ends by itself after so long, the way off the dock included."""
-    needs: tuple[Need, ...] = ()
+    needs: tuple[ActionNeed, ...] = ()
     ends: tuple[Outcome, ...] = ()
     """Of an action that moves, which is a mission; none = it answers at once."""
 
@@ -259,32 +260,33 @@ class ActionSpec:
         return " ".join((self.model.__doc__ or "").split())
 
 
+_N: Final = ActionNeed
 _CUT_OFF: Final = (Outcome.CANCELED, Outcome.ABORTED, Outcome.INTERRUPTED)
 _SEARCH: Final = (Outcome.FOUND, Outcome.NOT_FOUND, Outcome.UNSURE, *_CUT_OFF)
 _MOTION: Final = (Outcome.DONE, *_CUT_OFF)
-_DRIVING: Final = (Need.ROBOT, Need.BATTERY, Need.MAP)
-_TURNING: Final = (Need.ROBOT, Need.BATTERY)
+_DRIVING: Final = (_N.ROBOT, _N.BATTERY, _N.MAP)
+_TURNING: Final = (_N.ROBOT, _N.BATTERY)
 _OPERATOR, _VIEWER = Role.OPERATOR, Role.VIEWER
 
 SPECS: Final[Mapping[ActionName, ActionSpec]] = {
-    ActionName.STOP: ActionSpec(Stop, None, 3.0),
-    ActionName.PAUSE: ActionSpec(Pause, _OPERATOR, 5.0),
-    ActionName.RESUME: ActionSpec(Resume, _OPERATOR, 5.0),
-    ActionName.CANCEL: ActionSpec(Cancel, _OPERATOR, 5.0),
-    ActionName.FIND: ActionSpec(Find, _OPERATOR, 900.0, (*_DRIVING, Need.CAMERA), _SEARCH),
-    ActionName.GO_TO: ActionSpec(GoTo, _OPERATOR, 900.0, _DRIVING, (Outcome.DONE, *_SEARCH)),
-    ActionName.LOOK_AROUND: ActionSpec(LookAround, _OPERATOR, 300.0, (*_TURNING, Need.CAMERA), _MOTION),
-    ActionName.ROTATE: ActionSpec(Rotate, _OPERATOR, 240.0, _TURNING, _MOTION),
-    ActionName.DRIVE: ActionSpec(Drive, _OPERATOR, 240.0, _TURNING, _MOTION),
-    ActionName.EXPLORE: ActionSpec(Explore, _OPERATOR, 900.0, (*_DRIVING, Need.CAMERA), _MOTION),
-    ActionName.PATROL: ActionSpec(Patrol, _OPERATOR, 900.0, (*_DRIVING, Need.CAMERA, Need.MEMORY), _MOTION),
-    ActionName.DOCK: ActionSpec(Dock, _OPERATOR, 900.0, (*_DRIVING, Need.DOCK), (Outcome.DOCKED, *_CUT_OFF)),
-    ActionName.UNDOCK: ActionSpec(Undock, _OPERATOR, 240.0, _TURNING, _MOTION),
-    ActionName.CELEBRATE: ActionSpec(Celebrate, _OPERATOR, 5.0, (Need.ROBOT,)),
-    ActionName.ASK: ActionSpec(Ask, _VIEWER, 30.0, (Need.MEMORY,)),
-    ActionName.WHERE_IS: ActionSpec(WhereIs, _VIEWER, 30.0, (Need.MEMORY,)),
-    ActionName.COUNT: ActionSpec(Count, _VIEWER, 30.0, (Need.MEMORY,)),
-    ActionName.DESCRIBE_VIEW: ActionSpec(DescribeView, _VIEWER, 5.0, (Need.CAMERA,)),
+    ActionName.STOP: ActionSpec(StopAction, None, 3.0),
+    ActionName.PAUSE: ActionSpec(PauseAction, _OPERATOR, 5.0),
+    ActionName.RESUME: ActionSpec(ResumeAction, _OPERATOR, 5.0),
+    ActionName.CANCEL: ActionSpec(CancelAction, _OPERATOR, 5.0),
+    ActionName.FIND: ActionSpec(FindAction, _OPERATOR, 900.0, (*_DRIVING, _N.CAMERA), _SEARCH),
+    ActionName.GO_TO: ActionSpec(GoToAction, _OPERATOR, 900.0, _DRIVING, (Outcome.DONE, *_SEARCH)),
+    ActionName.LOOK_AROUND: ActionSpec(LookAroundAction, _OPERATOR, 300.0, (*_TURNING, _N.CAMERA), _MOTION),
+    ActionName.ROTATE: ActionSpec(RotateAction, _OPERATOR, 240.0, _TURNING, _MOTION),
+    ActionName.DRIVE: ActionSpec(DriveAction, _OPERATOR, 240.0, _TURNING, _MOTION),
+    ActionName.EXPLORE: ActionSpec(ExploreAction, _OPERATOR, 900.0, (*_DRIVING, _N.CAMERA), _MOTION),
+    ActionName.PATROL: ActionSpec(PatrolAction, _OPERATOR, 900.0, (*_DRIVING, _N.CAMERA, _N.MEMORY), _MOTION),
+    ActionName.DOCK: ActionSpec(DockAction, _OPERATOR, 900.0, (*_DRIVING, _N.DOCK), (Outcome.DOCKED, *_CUT_OFF)),
+    ActionName.UNDOCK: ActionSpec(UndockAction, _OPERATOR, 240.0, _TURNING, _MOTION),
+    ActionName.CELEBRATE: ActionSpec(CelebrateAction, _OPERATOR, 5.0, (_N.ROBOT,)),
+    ActionName.ASK: ActionSpec(AskAction, _VIEWER, 30.0, (_N.MEMORY,)),
+    ActionName.WHERE_IS: ActionSpec(WhereIsAction, _VIEWER, 30.0, (_N.MEMORY,)),
+    ActionName.COUNT: ActionSpec(CountAction, _VIEWER, 30.0, (_N.MEMORY,)),
+    ActionName.DESCRIBE_VIEW: ActionSpec(DescribeViewAction, _VIEWER, 5.0, (_N.CAMERA,)),
 }
 """In the order in which tools are listed: to stop comes first."""
 
@@ -302,7 +304,7 @@ class ActionDescription(ToolSchema):
 
     role: Role | None = Field(description="who may ask for it; none = anybody")
     moves: bool = Field(description="it is a mission (201); else it is answered at once (200)")
-    needs: tuple[Need, ...] = Field(max_length=10)
+    needs: tuple[ActionNeed, ...] = Field(max_length=10)
     ends: tuple[Outcome, ...] = Field(max_length=10, description="how its mission may end")
     limit_s: float = Field(gt=0.0, description="it ends by itself after so long")
 

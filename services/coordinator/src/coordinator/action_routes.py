@@ -6,7 +6,7 @@ from fastapi import APIRouter, Depends
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 
-from contracts.actions import SPECS, Action, ActionDescription, ActionReply, Stop, described
+from contracts.actions import SPECS, Action, ActionDescription, ActionReply, StopAction, described
 from coordinator.commands.action_service import ActionService
 from mesh.access import Role, principal_of, public, requires_role
 from mesh.tracing import TracedRoute
@@ -53,4 +53,4 @@ async def stop(actions: ActionsDep) -> ActionReply:
     """The action `stop`, without a key and without a body: ends every mission and all motion; where robot_bridge does
     not confirm that, its emergency stop is set.
     """
-    return await actions.do(Stop(), None)
+    return await actions.do(StopAction(), None)

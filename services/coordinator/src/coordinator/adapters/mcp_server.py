@@ -140,7 +140,7 @@ class McpServer:
 
 
 @requires_role(Role.VIEWER)
-class Endpoint:
+class McpEndpoint:
     """The ASGI app of the route: the server of the process that runs."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -149,7 +149,7 @@ class Endpoint:
 
 
 def route() -> Route:
-    return Route(PATH, endpoint=Endpoint(), methods=["GET", "POST", "DELETE"])
+    return Route(PATH, endpoint=McpEndpoint(), methods=["GET", "POST", "DELETE"])
 
 
 def _principal(context: Context) -> Principal | None:

@@ -9,24 +9,24 @@ from contracts.actions import (
     Action,
     ActionName,
     ActionReply,
-    Ask,
-    Cancel,
-    Celebrate,
-    Count,
-    DescribeView,
-    Dock,
-    Drive,
-    Explore,
-    Find,
-    GoTo,
-    LookAround,
-    Patrol,
-    Pause,
-    Resume,
-    Rotate,
-    Stop,
-    Undock,
-    WhereIs,
+    AskAction,
+    CancelAction,
+    CelebrateAction,
+    CountAction,
+    DescribeViewAction,
+    DockAction,
+    DriveAction,
+    ExploreAction,
+    FindAction,
+    GoToAction,
+    LookAroundAction,
+    PatrolAction,
+    PauseAction,
+    ResumeAction,
+    RotateAction,
+    StopAction,
+    UndockAction,
+    WhereIsAction,
 )
 from contracts.asking import About, Answer
 from contracts.mission import CommandRefusal
@@ -60,28 +60,36 @@ class ActionService:
         """Answers at once, also where the mission it began goes on. `who` none: nobody was asked, and only stops."""
         check_role(action.action, who)
         match action:
-            case Stop():
+            case StopAction():
                 return await self._stop()
-            case Pause() | Resume() | Cancel():
+            case PauseAction() | ResumeAction() | CancelAction():
                 return await self._order(action)
-            case Find(thing=thing):
+            case FindAction(thing=thing):
                 return await self._search(action.action, thing)
-            case GoTo(thing=str() as thing):
+            case GoToAction(thing=str() as thing):
                 return await self._search(action.action, thing)
-            case GoTo() | LookAround() | Rotate() | Drive() | Explore() | Patrol() | Undock():
+            case (
+                GoToAction()
+                | LookAroundAction()
+                | RotateAction()
+                | DriveAction()
+                | ExploreAction()
+                | PatrolAction()
+                | UndockAction()
+            ):
                 return await self._move(action)
-            case Dock():
+            case DockAction():
                 return await self._begin(action.action, "dock", None)
-            case Celebrate():
+            case CelebrateAction():
                 await self._robot.celebrate()
                 return ActionReply(action=action.action, text="Celebrated.")
-            case Ask(question=question):
+            case AskAction(question=question):
                 return _answered(action.action, await self.answer(question, who))
-            case WhereIs(thing=thing):
+            case WhereIsAction(thing=thing):
                 return _answered(action.action, await self._questions.ask(f"where is the {_plain(thing)}?"))
-            case Count(thing=thing):
+            case CountAction(thing=thing):
                 return _answered(action.action, await self._questions.ask(f"how many {_plain(thing)} are there?"))
-            case DescribeView():
+            case DescribeViewAction():
                 return ActionReply(action=action.action, text=view_in_words(self._view.now()))
             case _:
                 assert_never(action)
@@ -100,14 +108,14 @@ class ActionService:
         heard = await self.missions.orders.obey(Mood.STOP)
         return ActionReply(action=ActionName.STOP, text=heard.text, heard=heard)
 
-    async def _order(self, action: Pause | Resume | Cancel) -> ActionReply:
+    async def _order(self, action: PauseAction | ResumeAction | CancelAction) -> ActionReply:
         mission_id = action.mission_id or self._running()
         match action:
-            case Pause():
+            case PauseAction():
                 mission, done = await self.missions.pause(mission_id), "Paused"
-            case Resume():
+            case ResumeAction():
                 mission, done = await self.missions.resume(mission_id), "Going on"
-            case Cancel():
+            case CancelAction():
                 mission, done = await self.missions.cancel(mission_id), "Cancelled"
             case _:
                 assert_never(action)
@@ -133,7 +141,7 @@ class ActionService:
         return await self._begin(name, command, tasks[0])
 
     async def _move(self, action: Moving) -> ActionReply:
-        names_rooms = isinstance(action, Patrol) or (isinstance(action, GoTo) and action.room is not None)
+        names_rooms = isinstance(action, PatrolAction) or (isinstance(action, GoToAction) and action.room is not None)
         motion = motion_of(action, await self.missions.reader.rooms(needed=names_rooms))
         return await self._begin(action.action, f"{action.action.value.replace('_', ' ')}: {motion.what}", motion)
 

@@ -22,7 +22,7 @@ from coordinator.commands.where_to_look import (
     rooms_meant,
     rooms_said,
 )
-from coordinator.core.motions import Motion
+from coordinator.core.motions import PlainMotion
 from coordinator.ports import Inference, Memory
 from coordinator.questions.parsed_question import parse_question
 from coordinator.questions.rooms_meant import KnownRooms
@@ -71,7 +71,7 @@ class CommandReader:
         self._inference = inference
         self._memory = memory
 
-    async def tasks(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask | Motion]:
+    async def tasks(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask | PlainMotion]:
         """One for each thing the command asks for, or the way to the room it names. 'It' in a room is what was asked
         for `last`.
 

@@ -2,50 +2,60 @@
 
 from typing import assert_never
 
-from contracts.actions import SPECS, ActionName, Drive, Explore, GoTo, LookAround, Patrol, Rotate, Undock
+from contracts.actions import (
+    SPECS,
+    ActionName,
+    DriveAction,
+    ExploreAction,
+    GoToAction,
+    LookAroundAction,
+    PatrolAction,
+    RotateAction,
+    UndockAction,
+)
 from contracts.intent import WantedAction
 from contracts.mission import CommandRefusal
 from contracts.rooms import NamedRoom
-from coordinator.core.motions import GoToPlace, LookRound, Motion, Straight, Turn
+from coordinator.core.motions import PlaceLeg, PlainMotion, RoundLeg, StraightLeg, TurnLeg
 from coordinator.questions.rooms_meant import KnownRooms
 from mesh.errors import UnprocessableError
 from vocabulary.rooms import called
 
-Moving = GoTo | LookAround | Rotate | Drive | Explore | Patrol | Undock
+Moving = GoToAction | LookAroundAction | RotateAction | DriveAction | ExploreAction | PatrolAction | UndockAction
 ROOMS_TOLD = 8
 
 
-def motion_of(action: Moving, rooms: KnownRooms) -> Motion:  # noqa: PLR0911 - one per action
+def motion_of(action: Moving, rooms: KnownRooms) -> PlainMotion:  # noqa: PLR0911 - one per action
     """Raises `UnprocessableError` for a room that nobody knows, or of which there are several (`code` says which)."""
     limit_s = SPECS[action.action].limit_s
     match action:
-        case GoTo(room=str() as room):
+        case GoToAction(room=str() as room):
             return way_to(one_room(room, rooms))
-        case GoTo(x_m=float() as x, y_m=float() as y, yaw_rad=yaw):
+        case GoToAction(x_m=float() as x, y_m=float() as y, yaw_rad=yaw):
             place = f"x {x:.1f} m, y {y:.1f} m"
-            return Motion(f"to {place}", (GoToPlace(x, y, yaw, place),), WantedAction.GO, limit_s)
-        case GoTo():
+            return PlainMotion(f"to {place}", (PlaceLeg(x, y, yaw, place),), WantedAction.GO, limit_s)
+        case GoToAction():
             raise ValueError("a thing is looked for: it is no plain motion")
-        case LookAround():
-            return Motion("once round, looking", (LookRound(),), limit_s=limit_s)
-        case Rotate(angle_rad=angle):
+        case LookAroundAction():
+            return PlainMotion("once round, looking", (RoundLeg(),), limit_s=limit_s)
+        case RotateAction(angle_rad=angle):
             side = "left" if angle > 0.0 else "right"
-            return Motion(f"turned {abs(angle):.2f} rad to the {side}", (Turn(angle),), limit_s=limit_s)
-        case Drive(distance_m=distance):
-            return Motion(f"driven {distance:.2f} m straight ahead", (Straight(distance),), limit_s=limit_s)
-        case Explore():
-            return Motion("looking at all of the map", limit_s=limit_s, explores=True)
-        case Patrol(rooms=names):
+            return PlainMotion(f"turned {abs(angle):.2f} rad to the {side}", (TurnLeg(angle),), limit_s=limit_s)
+        case DriveAction(distance_m=distance):
+            return PlainMotion(f"driven {distance:.2f} m straight ahead", (StraightLeg(distance),), limit_s=limit_s)
+        case ExploreAction():
+            return PlainMotion("looking at all of the map", limit_s=limit_s, explores=True)
+        case PatrolAction(rooms=names):
             return _tour([one_room(name, rooms) for name in names], limit_s)
-        case Undock():
-            return Motion("off the dock", limit_s=limit_s)
+        case UndockAction():
+            return PlainMotion("off the dock", limit_s=limit_s)
         case _:
             assert_never(action)
 
 
-def way_to(room: NamedRoom) -> Motion:
+def way_to(room: NamedRoom) -> PlainMotion:
     """To its roomiest place."""
-    return Motion(f"to {called(room.name)}", (_place(room),), WantedAction.GO, SPECS[ActionName.GO_TO].limit_s)
+    return PlainMotion(f"to {called(room.name)}", (_place(room),), WantedAction.GO, SPECS[ActionName.GO_TO].limit_s)
 
 
 def one_room(said: str, rooms: KnownRooms) -> NamedRoom:
@@ -62,10 +72,10 @@ def one_room(said: str, rooms: KnownRooms) -> NamedRoom:
     raise UnprocessableError(f"I know no room called '{said[:40]}': {told}", code=CommandRefusal.NO_ROOMS.value)
 
 
-def _tour(rooms: list[NamedRoom], limit_s: float) -> Motion:
-    legs = tuple(leg for room in rooms for leg in (_place(room, may_miss=True), LookRound()))
-    return Motion(f"through {', '.join(called(one.name) for one in rooms)}", legs, limit_s=limit_s)
+def _tour(rooms: list[NamedRoom], limit_s: float) -> PlainMotion:
+    legs = tuple(leg for room in rooms for leg in (_place(room, may_miss=True), RoundLeg()))
+    return PlainMotion(f"through {', '.join(called(one.name) for one in rooms)}", legs, limit_s=limit_s)
 
 
-def _place(room: NamedRoom, *, may_miss: bool = False) -> GoToPlace:
-    return GoToPlace(room.x, room.y, None, called(room.name), may_miss)
+def _place(room: NamedRoom, *, may_miss: bool = False) -> PlaceLeg:
+    return PlaceLeg(room.x, room.y, None, called(room.name), may_miss)

@@ -12,7 +12,7 @@ from contracts.vision import Detections, Target, Validation
 from coordinator.belief.clues import Clue
 from coordinator.core.area import SearchArea
 from coordinator.core.mission import FIRST, Order, SearchPose
-from coordinator.core.motions import Motion
+from coordinator.core.motions import PlainMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class MotionStarted:
 
     mission_id: str
     command: str
-    motion: Motion
+    motion: PlainMotion
     order: Order = FIRST
 
 

@@ -23,7 +23,7 @@ from contracts.vision import Target, Vote
 from coordinator.core.activities import Activity, Idle, Paused, Stage
 from coordinator.core.area import SearchArea
 from coordinator.core.evidence import Judgement
-from coordinator.core.motions import Motion
+from coordinator.core.motions import PlainMotion
 from coordinator.core.rules import Rules
 from coordinator.core.tracking import Track
 
@@ -274,7 +274,7 @@ class Mission:
     stop_unexplained: bool = False
     """It was aborted by an emergency stop that has not said why yet."""
     report: Report | None = None
-    motion: Motion | None = None
+    motion: PlainMotion | None = None
     """Of a mission of kind MOVE: what is still to be done."""
     candidate: Candidate | None = None
     approach: Approach | None = None

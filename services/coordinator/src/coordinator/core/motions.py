@@ -14,7 +14,7 @@ TURN_STEP_RAD = 2.5
 
 
 @dataclass(frozen=True, slots=True)
-class GoToPlace:
+class PlaceLeg:
     """In map. `yaw` none: it arrives facing the way it drove. `may_miss`: the rest is done without it."""
 
     x: float
@@ -26,7 +26,7 @@ class GoToPlace:
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class TurnLeg:
     """By an angle that is left, counter-clockwise positive. `from_rad`: the heading where the step under way began."""
 
     angle_rad: float
@@ -35,7 +35,7 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True)
-class Face:
+class FaceLeg:
     """A heading by odometry (by the map, where there is none)."""
 
     heading_rad: float
@@ -43,7 +43,7 @@ class Face:
 
 
 @dataclass(frozen=True, slots=True)
-class Straight:
+class StraightLeg:
     """`start`: where it began, by odometry; what is driven already counts when it is taken up again."""
 
     distance_m: float
@@ -52,24 +52,24 @@ class Straight:
 
 
 @dataclass(frozen=True, slots=True)
-class LookRound:
+class RoundLeg:
     """A full turn, looking at each stop."""
 
     is_a: Literal["round"] = "round"
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class LookLeg:
     """One picture, from here."""
 
     is_a: Literal["look"] = "look"
 
 
-Leg = GoToPlace | Turn | Face | Straight | LookRound | Look
+Leg = PlaceLeg | TurnLeg | FaceLeg | StraightLeg | RoundLeg | LookLeg
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class PlainMotion:
     """`what` tells it to a person. No legs: it only leaves the dock. `explores`: all of the map is looked at."""
 
     what: str
@@ -90,4 +90,4 @@ def next_step_rad(angle_rad: float) -> float:
 def looks_round(rules: Rules, heading_rad: float) -> tuple[Leg, ...]:
     """Once round: a look at each stop, none twice, and back to where it looked first."""
     *stops, last = headings_round(rules, heading_rad, math.tau)
-    return (*(leg for stop in stops for leg in (Face(stop), Look())), Face(last))
+    return (*(leg for stop in stops for leg in (FaceLeg(stop), LookLeg())), FaceLeg(last))

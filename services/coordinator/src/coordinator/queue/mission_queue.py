@@ -7,7 +7,7 @@ from contracts import mission as wire
 from contracts.intent import WantedAction
 from contracts.mission import MissionKind, MissionState
 from coordinator.core.mission import Order
-from coordinator.core.motions import Motion
+from coordinator.core.motions import PlainMotion
 from coordinator.queue.parse_validation import CheckedTask
 from mesh.errors import TooManyError
 from mesh.tracing import trace_id_of
@@ -23,7 +23,7 @@ class QueuedMission:
     order: Order
     traceparent: str = ""
     """Of the command it came from."""
-    motion: Motion | None = None
+    motion: PlainMotion | None = None
 
     @property
     def kind(self) -> MissionKind:
@@ -66,12 +66,12 @@ class QueuedMission:
         )
 
 
-Work = CheckedTask | Motion | None
+Work = CheckedTask | PlainMotion | None
 """A search, plain motions, or the way to the dock."""
 
 
 def queued(work: Work, mission_id: str, command: str, order: Order, traceparent: str) -> QueuedMission:
-    motion = work if isinstance(work, Motion) else None
+    motion = work if isinstance(work, PlainMotion) else None
     task = work if isinstance(work, CheckedTask) else None
     return QueuedMission(mission_id, command, task, order, traceparent, motion)
 

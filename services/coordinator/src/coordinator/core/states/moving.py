@@ -11,14 +11,14 @@ from coordinator.core import actions as do
 from coordinator.core.activities import AwaitingFrame, Driving, Navigating, Rotating, Starting
 from coordinator.core.events import DetectionsSeen, Event, GoalEnded, MotionEnded
 from coordinator.core.motions import (
-    Face,
-    GoToPlace,
+    FaceLeg,
     Leg,
-    Look,
-    LookRound,
-    Motion,
-    Straight,
-    Turn,
+    LookLeg,
+    PlaceLeg,
+    PlainMotion,
+    RoundLeg,
+    StraightLeg,
+    TurnLeg,
     looks_round,
     next_step_rad,
 )
@@ -46,21 +46,21 @@ class Moving(State):
             _done(context)
             return
         match legs[0]:
-            case GoToPlace() as place:
+            case PlaceLeg() as place:
                 _go(context, place)
-            case Turn() as turn:
+            case TurnLeg() as turn:
                 _turn(context, turn)
-            case LookRound():
+            case RoundLeg():
                 _instead(context, looks_round(context.rules, _heading_rad(context)))
-            case Face(heading_rad=heading_rad):
+            case FaceLeg(heading_rad=heading_rad):
                 left_rad = wrap(heading_rad - _heading_rad(context))
                 if abs(left_rad) <= FACED_RAD:
                     _next(context)
                 else:
                     context.turn(left_rad, context.rules.scan_speed_rad_s)
-            case Straight() as straight:
+            case StraightLeg() as straight:
                 _drive(context, straight)
-            case Look():
+            case LookLeg():
                 context.look(context.rules.look_timeout_s)
 
     def handle(self, context: StepContext, event: Event) -> None:
@@ -83,7 +83,7 @@ class Moving(State):
         no_picture(context)
 
 
-def _motion(context: StepContext) -> Motion:
+def _motion(context: StepContext) -> PlainMotion:
     assert context.mission.motion is not None, "this state has motions to do"
     return context.mission.motion
 
@@ -105,7 +105,7 @@ def _next(context: StepContext) -> None:
     context.set_activity(Starting())
 
 
-def _turn(context: StepContext, turn: Turn) -> None:
+def _turn(context: StepContext, turn: TurnLeg) -> None:
     """What a step that was broken off had turned already counts."""
     heading_rad = _heading_rad(context)
     done_rad = 0.0 if turn.from_rad is None else wrap(heading_rad - turn.from_rad)
@@ -113,11 +113,11 @@ def _turn(context: StepContext, turn: Turn) -> None:
     if abs(left_rad) <= FACED_RAD:
         _next(context)
         return
-    _instead(context, (Turn(left_rad, heading_rad),))
+    _instead(context, (TurnLeg(left_rad, heading_rad),))
     context.turn(next_step_rad(left_rad), context.rules.scan_speed_rad_s)
 
 
-def _go(context: StepContext, place: GoToPlace) -> None:
+def _go(context: StepContext, place: PlaceLeg) -> None:
     here = context.mission.robot.pose
     yaw = place.yaw
     if yaw is None:
@@ -131,7 +131,7 @@ def _go(context: StepContext, place: GoToPlace) -> None:
     context.navigate((CandidatePose(pose=goal),))
 
 
-def _reached(context: StepContext, place: GoToPlace) -> None:
+def _reached(context: StepContext, place: PlaceLeg) -> None:
     motion, here = _motion(context), context.mission.robot.pose
     visited = (*context.search.visited, *((here,) if here is not None else ()))
     context.update_search(place_failures=0, refusals=0, visited=visited)
@@ -142,7 +142,7 @@ def _reached(context: StepContext, place: GoToPlace) -> None:
 
 def _goal_ended(context: StepContext, ended: GoalEnded) -> None:
     place = _motion(context).legs[0]
-    assert isinstance(place, GoToPlace), "only a place is driven to by a goal"
+    assert isinstance(place, PlaceLeg), "only a place is driven to by a goal"
     what = f"{ended.status.value} {ended.error_code or ''} {ended.error}".strip()
     failures, refusals = context.search.place_failures + 1, context.search.refusals + 1
     match ended.status:
@@ -158,14 +158,14 @@ def _goal_ended(context: StepContext, ended: GoalEnded) -> None:
             _missed(context, place, what)
 
 
-def _missed(context: StepContext, place: GoToPlace, what: str) -> None:
+def _missed(context: StepContext, place: PlaceLeg, what: str) -> None:
     """A place that may be missed is left, and what was to be done there."""
     motion = _motion(context)
     missed = replace(motion, missed=(*motion.missed, place.name))
     unreachable = (*context.search.unreachable, Pose2D(x=place.x, y=place.y, yaw=0.0))
     context.update_search(unreachable=unreachable, place_failures=0, refusals=0)
     rest = motion.legs[1:]
-    following = next((k for k, leg in enumerate(rest) if isinstance(leg, GoToPlace)), None)
+    following = next((k for k, leg in enumerate(rest) if isinstance(leg, PlaceLeg)), None)
     if not place.may_miss or (following is None and not motion.reached):
         context.update(motion=missed)
         abort(context, EndCause.NAVIGATION, f"{place.name} could not be reached: {what}")
@@ -175,7 +175,7 @@ def _missed(context: StepContext, place: GoToPlace, what: str) -> None:
     context.set_activity(Starting())
 
 
-def _drive(context: StepContext, straight: Straight) -> None:
+def _drive(context: StepContext, straight: StraightLeg) -> None:
     here = context.mission.robot.odometry
     if straight.start is None and here is not None:
         straight = replace(straight, start=here)
@@ -187,7 +187,7 @@ def _drive(context: StepContext, straight: Straight) -> None:
         context.drive(left_m)
 
 
-def _driven_m(context: StepContext, straight: Straight) -> float:
+def _driven_m(context: StepContext, straight: StraightLeg) -> float:
     here = context.mission.robot.odometry
     return apart_m(here, straight.start) if here is not None and straight.start is not None else 0.0
 
@@ -195,14 +195,14 @@ def _driven_m(context: StepContext, straight: Straight) -> float:
 def _motion_ended(context: StepContext, ended: MotionEnded) -> None:
     leg, why = _motion(context).legs[0], ended.text or ended.end.sentence
     match react(context, ended):
-        case Reaction.GO_ON if isinstance(leg, Turn):
-            _instead(context, (Turn(leg.angle_rad - ended.turned_rad),))
+        case Reaction.GO_ON if isinstance(leg, TurnLeg):
+            _instead(context, (TurnLeg(leg.angle_rad - ended.turned_rad),))
             context.set_activity(Starting())
         case Reaction.GO_ON:
             _next(context)
         case Reaction.END:
             done = "the turn ended early"
-            if isinstance(leg, Straight):
+            if isinstance(leg, StraightLeg):
                 done = f"driven {_driven_m(context, leg):.2f} m of {leg.distance_m:.2f} m"
             facts = EventFacts(end=ended.end, moved_m=round(ended.driven_m, 3))
             context.log_event(EventKind.MOTION, f"{done}: {why}", facts)
