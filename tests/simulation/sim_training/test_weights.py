@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from contracts.colours import Colour
 from geometry.boxes import iou
 from inference.perception import small_clip, torchvision_cpu
 from sim.home import Home
@@ -66,10 +67,10 @@ def test_the_detector_finds_most_of_what_stands_clearly_before_it(looks: list[Lo
 
 def test_the_small_clip_tells_the_colours_of_a_kind_apart(looks: list[Look]) -> None:
     clip = small_clip.load(WEIGHTS / "clip.safetensors")
-    colours = ("red", "green", "blue", "yellow", "white", "black", "purple", "orange")
+    colours = [colour.value for colour in Colour]
     right: list[bool] = []
     for look in looks:
-        for box in (box for box in look.boxes if box.colour in colours):
+        for box in (box for box in look.boxes if box.colour):
             seen = clip.embed_image([small_clip.crop(look.picture, box.bbox_xyxy)])
             said = clip.embed_text([f"{colour} {box.kind}" for colour in colours])
             right.append(colours[int((seen @ said.T).argmax())] == box.colour)

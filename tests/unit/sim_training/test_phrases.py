@@ -1,12 +1,15 @@
 """What the small CLIP is taught to read."""
 
 import random
+from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
+from contracts.colours import Colour
 from inference.perception.small_clip import ClipConfig, crop, letterbox, tokenize
-from sim.training.phrases import Meaning, phrase, vocabulary
+from sim.training.phrases import Meaning, compared, phrase, vocabulary
 from sim.training.thresholds import calibrate
 
 CONFIG = ClipConfig(name="test", words=("bottle", "blue", "red"), threshold=0.5)
@@ -22,6 +25,21 @@ def test_the_vocabulary_reads_every_phrase_it_is_taught() -> None:
 def test_a_plain_phrase_is_colour_and_kind() -> None:
     assert Meaning("bottle", "red").plain == "red bottle"
     assert Meaning("bottle").plain == "bottle"
+
+
+def test_a_kind_that_comes_in_colours_is_told_from_itself_in_every_colour_a_vote_compares() -> None:
+    told = compared([Meaning("book", "red"), Meaning("book"), Meaning("clock")])
+    assert told == {Meaning("book", colour.value) for colour in Colour}
+
+
+def test_the_threshold_is_measured_against_colours_a_kind_never_has() -> None:
+    """"pink book" lies nearer to the picture of a red one than "red book" does, and no book of the set is pink."""
+
+    def embed_text(texts: Sequence[str]) -> npt.NDArray[np.float32]:
+        return np.array([[1.0, 0.0] if text in {"pink book", "book"} else [0.8, 0.6] for text in texts], np.float32)
+
+    found = calibrate(np.array([[1.0, 0.0]], np.float32), [Meaning("book", "red")], embed_text)
+    assert found.colour_accuracy == 0.0
 
 
 def test_a_word_nobody_knows_becomes_the_unknown_token() -> None:

@@ -25,7 +25,7 @@ from sim.training.checkpoint import Checkpoint
 from sim.training.crops import read_crops
 from sim.training.detector import Average, groups
 from sim.training.length import Length
-from sim.training.phrases import Meaning, phrase, vocabulary
+from sim.training.phrases import Meaning, compared, phrase, vocabulary
 from sim.training.progress import say
 from sim.training.thresholds import calibrate
 
@@ -51,8 +51,10 @@ class Targets:
 
 
 def targets_of(meanings: list[Meaning]) -> Targets:
-    """Collect the phrases; a kind that comes in colours also gets its phrase without one."""
-    phrases = sorted({*meanings, *(Meaning(one.kind) for one in meanings)})
+    """Collect the phrases. A kind that comes in colours also gets its phrase without one, and in every colour a vote
+    compares it with: what was never said in training ("brown book") would be a rival with a score of chance.
+    """
+    phrases = sorted({*meanings, *(Meaning(one.kind) for one in meanings), *compared(meanings)})
     place = {one: i for i, one in enumerate(phrases)}
     kinds = np.array([one.kind for one in phrases])
     coloured = np.array([bool(one.colour) for one in phrases])
@@ -94,7 +96,7 @@ class Disturbance:
 
     def __call__(self, squares: torch.Tensor) -> torch.Tensor:
         """Bytes (n, s, s, 3) to floats (n, 3, s, s) in -1..1."""
-        images = squares.permute(0, 3, 1, 2).float()
+        images = squares.permute(0, 3, 1, 2).float()  # channels last, as the convolutions are fastest
         images = torch.flip(images, [3]) if random.random() < 0.5 else images
         count = len(images)
         gain = (0.75 + 0.45 * torch.rand(count, 1, 1, 1)) * (0.96 + 0.08 * torch.rand(count, 3, 1, 1))
@@ -111,6 +113,7 @@ def train(arguments: argparse.Namespace) -> None:
     squares = torch.from_numpy(crops.squares)
     say("clip", f"{len(squares)} crops, {len(targets.meanings)} phrases, {len(config.words)} words")
     model = build(config) if arguments.init is None else started_from(arguments.init, config)
+    model.visual.to(memory_format=torch.channels_last)
     model.train()
     average = Average(model)
     bias = torch.nn.Parameter(torch.tensor(-0.5 * SCALE))

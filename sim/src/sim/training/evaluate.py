@@ -19,6 +19,7 @@ import numpy as np
 import torch
 
 from contracts.coco import COCO_LABELS
+from contracts.colours import Colour
 from inference.perception import torchvision_cpu
 from inference.perception.small_clip import SmallClip, crop, load
 from sim.training.crops import SHORT_SIDE_MIN_PX, read_crops
@@ -105,11 +106,8 @@ def score_detector(matches: Matches, run: Run, confidence: float) -> dict[str, A
 def score_colour(
     clip: SmallClip, data: Path, frames: Sequence[Frame], matches: Matches, confidence: float
 ) -> dict[str, Any]:
-    """Colour within the kind on the detector's own boxes, where it found a coloured thing; all and within 2 m."""
-    by_kind = {
-        kind: sorted({t.box.colour for t in matches.truths if t.box.kind == kind and t.box.colour})
-        for kind in {truth.box.kind for truth in matches.truths}
-    }
+    """Colour among all there are on the detector's own boxes, where it found a coloured thing; all and within 2 m."""
+    colours = [colour.value for colour in Colour]
     hits: list[tuple[Truth, bool]] = []
     truths = iter(matches.truths)
     for frame in frames:
@@ -117,7 +115,6 @@ def score_colour(
         for truth in (next(truths) for _ in frame.boxes):
             if truth.guess is None or truth.confidence < confidence or not truth.box.colour:
                 continue
-            colours = by_kind[truth.box.kind]
             seen = clip.embed_image([crop(image, truth.guess.bbox_xyxy)])
             said = clip.embed_text([Meaning(truth.box.kind, colour).plain for colour in colours])
             hits.append((truth, colours[int((seen @ said.T).argmax())] == truth.box.colour))

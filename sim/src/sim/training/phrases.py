@@ -1,6 +1,7 @@
 """What people call things: the phrases the small CLIP is taught, and the words it knows."""
 
 import random
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from contracts.coco import COCO_LABELS
@@ -45,6 +46,11 @@ class Meaning:
     def plain(self) -> str:
         """The phrase a validator asks with: "red bottle"."""
         return f"{self.colour} {self.kind}".strip()
+
+
+def compared(meanings: Iterable[Meaning]) -> set[Meaning]:
+    """Each kind that comes in colours, in every colour a vote compares it with, whether or not it is ever so coloured."""
+    return {Meaning(one.kind, colour.value) for one in meanings if one.colour for colour in Colour}
 
 
 def phrase(meaning: Meaning, draw: random.Random) -> str:

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sim.training.phrases import Meaning
+from sim.training.phrases import Meaning, compared
 
 Floats = npt.NDArray[np.float32]
 
@@ -41,7 +41,7 @@ def calibrate(
     `embedded` is (n, d), unit vectors; `meanings` says what each crop shows. Phrases are the plain ones ("red
     bottle"). The measure is Youden's: share of right pairs accepted minus share of wrong pairs accepted.
     """
-    phrases = sorted(set(meanings))
+    phrases = sorted({*meanings, *compared(meanings)})
     bare = sorted({Meaning(one.kind) for one in meanings})
     cosine = embedded @ embed_text([one.plain for one in phrases]).T
     kinds, colours = np.array([one.kind for one in phrases]), np.array([one.colour for one in phrases])
