@@ -1,5 +1,6 @@
 """What a policy of the bench is: settings of the coordinator, and no code of its own."""
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -23,7 +24,8 @@ POLICIES: dict[str, dict[str, Any]] = {
 
 def deciding(settings: Settings, policy: str, changes: Sequence[str]) -> Settings:
     """Raises KeyError for a policy that is none, and for a change that names no setting."""
-    told = dict(change.split("=", 1) for change in changes)
+    told: dict[str, Any] = dict(change.split("=", 1) for change in changes)
     if unknown := told.keys() - Settings.model_fields.keys():
         raise KeyError(f"no settings of the coordinator: {', '.join(sorted(unknown))}")
+    told |= {name: json.loads(value) for name, value in told.items() if value.startswith("[")}
     return Settings.model_validate(settings.model_dump() | POLICIES[policy] | told)
