@@ -53,6 +53,7 @@ BESIDE_A_MESH = {
 NOT_RUN_ALL = {
     r"((ATOM_SITE|UI_SPEECH_URL)=\S+ )*docker compose .*": "needs Docker",
     r"echo '.*' >> \.env": "is for docker compose",
+    r"HOME_ASSISTANT_MQTT_HOST=.*": "needs a broker; tests/integration/home_assistant start one",
     r"ros2 .*": ROBOT,
     r"([ER]=\$\()?curl .*": MESH,
 }

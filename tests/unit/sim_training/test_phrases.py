@@ -33,7 +33,7 @@ def test_a_kind_that_comes_in_colours_is_told_from_itself_in_every_colour_a_vote
 
 
 def test_the_threshold_is_measured_against_colours_a_kind_never_has() -> None:
-    """"pink book" lies nearer to the picture of a red one than "red book" does, and no book of the set is pink."""
+    """ "pink book" lies nearer to the picture of a red one than "red book" does, and no book of the set is pink."""
 
     def embed_text(texts: Sequence[str]) -> npt.NDArray[np.float32]:
         return np.array([[1.0, 0.0] if text in {"pink book", "book"} else [0.8, 0.6] for text in texts], np.float32)
