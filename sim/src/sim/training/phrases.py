@@ -49,7 +49,7 @@ class Meaning:
 
 
 def compared(meanings: Iterable[Meaning]) -> set[Meaning]:
-    """Each kind that comes in colours, in every colour a vote compares it with, whether or not it is ever so coloured."""
+    """Each kind that comes in colours, in every colour a vote compares it with, whichever it has."""
     return {Meaning(one.kind, colour.value) for one in meanings if one.colour for colour in Colour}
 
 
