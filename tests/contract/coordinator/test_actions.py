@@ -1,5 +1,6 @@
 """The action library over HTTP: each action done, refused where it must be, and never twice as much as was asked."""
 
+import asyncio
 import json
 import math
 from collections.abc import Sequence
@@ -12,7 +13,7 @@ from bench.speech.scoring import Rules
 from contracts.access import CredentialFile, Principal, Role, sha256_of
 from contracts.actions import SPECS, ActionDescription, ActionName, ActionReply
 from contracts.intent import WantedAction
-from contracts.mission import CommandRefusal, Mission, MissionKind, Outcome
+from contracts.mission import CommandRefusal, EndCause, Mission, MissionKind, Outcome
 from contracts.rooms import NamedBy, NamedRoom
 from contracts.vision import ParsedTask, ParseTaskRequest
 from support.coordinator_mesh import Mesh, OpenMesh
@@ -101,9 +102,57 @@ async def test_a_room_that_nobody_knows_is_asked_back(open_mesh: OpenMesh, room:
         mesh.memory.named_rooms = ROOMS
         assert await refused(mesh, {"action": "go_to", "room": room}) == (422, code)
         assert await refused(mesh, {"action": "patrol", "rooms": ["kitchen", room]}) == (422, code)
-        mesh.memory.away = True
-        assert await refused(mesh, {"action": "go_to", "room": "kitchen"}) == (422, CommandRefusal.NO_ROOMS)
         assert mesh.world.moves == []
+
+
+async def test_with_memory_away_no_room_is_called_unknown(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.named_rooms = ROOMS
+        mesh.memory.away = True
+        assert (await refused(mesh, {"action": "go_to", "room": "kitchen"}))[0] == 503
+        assert (await mesh.client.post("/missions", json={"command": "go to the kitchen"})).status_code == 503
+        assert mesh.world.moves == []
+
+
+async def test_a_stop_ends_an_action_that_is_being_read(open_mesh: OpenMesh, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with open_mesh(BOTTLE) as mesh:
+        reads, real = asyncio.Event(), FakeInference.parse_task
+
+        async def slow(self: FakeInference, request: ParseTaskRequest) -> ParsedTask:
+            await reads.wait()
+            return await real(self, request)
+
+        monkeypatch.setattr(FakeInference, "parse_task", slow)
+        asking = asyncio.create_task(refused(mesh, {"action": "find", "thing": "red bottle"}))
+        await mesh.clock.advance(0.5)
+        assert (await done(mesh, "stop")).heard
+        reads.set()
+        assert await asking == (409, CommandRefusal.STOPPED_MEANWHILE)
+        assert mesh.world.moves == []
+
+
+async def test_an_unknown_thing_in_a_known_room_is_no_way_to_the_room(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.named_rooms = ROOMS
+        response = await mesh.client.post("/missions", json={"command": "go to my keys in the kitchen"})
+        assert response.status_code == 422
+        assert mesh.world.moves == []
+
+
+async def test_a_place_of_another_map_is_not_driven_to(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        mesh.world.map_id = "one"
+        await mesh.clock.advance(1.0)
+        first = (await done(mesh, "rotate", angle_rad=3.0)).mission
+        second = (await done(mesh, "go_to", x_m=2.0, y_m=2.0)).mission
+        assert first is not None
+        assert second is not None
+        mesh.world.map_id = "another"
+        over = await mesh.until_over(second.id)
+        assert over.outcome is Outcome.ABORTED
+        assert over.report is not None
+        assert over.report.ended_by is EndCause.MAP
+        assert mesh.robot.goals == {}
 
 
 @pytest.mark.parametrize(
@@ -123,10 +172,10 @@ async def test_typed_words_that_name_a_room_drive_there(
 
 async def test_of_two_bedrooms_the_person_is_asked_which(open_mesh: OpenMesh) -> None:
     async with open_mesh() as mesh:
-        mesh.memory.named_rooms = tuple(one.model_copy(update={"name": f"{one.name} x"}) for one in ROOMS[1:3])
+        mesh.memory.named_rooms = ROOMS
         response = await mesh.client.post("/missions", json={"command": "go to the bedroom"})
         assert (response.status_code, response.json()["code"]) == (422, CommandRefusal.WHICH_ROOM)
-        assert "Which bedroom: the bedroom x or the bedroom 2 x?" in response.json()["detail"]
+        assert "Which bedroom: the bedroom or the bedroom 2?" in response.json()["detail"]
 
 
 async def test_a_patrol_visits_its_rooms_in_turn_looks_round_and_tells_what_it_saw(open_mesh: OpenMesh) -> None:
@@ -258,8 +307,10 @@ async def test_a_thing_is_a_thing_and_no_command(open_mesh: OpenMesh, said: str)
         assert ((await mesh.client.get("/missions")).json(), mesh.world.moves) == ([], [])
 
 
-async def test_without_a_described_body_nothing_is_moved(open_mesh: OpenMesh) -> None:
+async def test_without_a_described_body_only_the_way_off_the_dock_is_begun(open_mesh: OpenMesh) -> None:
+    """The camera sleeps on the dock: what it is like is told afterwards."""
     async with open_mesh(described=False) as mesh:
+        assert (await done(mesh, "undock")).mission
         assert (await refused(mesh, {"action": "look_around"}))[0] == 503
 
 

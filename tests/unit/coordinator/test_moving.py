@@ -67,6 +67,23 @@ def test_the_next_step_of_a_turn_waits_for_no_news_of_the_heading() -> None:
     assert ended(script) == (Outcome.DONE, None)
 
 
+def test_a_turn_that_ends_within_what_a_turn_is_off_by_is_done() -> None:
+    """robot_bridge calls a turn done at 0.02 rad: what is left then cannot be turned."""
+    script = moving(TurnLeg(-1.0))
+    script.feed(ev.MotionEnded(script.last(do.Rotate).call, MotionEnd.COMPLETED, turned_rad=-0.981))
+    assert ended(script) == (Outcome.DONE, None)
+    assert len(script.asked(do.Rotate)) == 1
+
+
+def test_a_drive_is_not_taken_up_again_in_another_direction() -> None:
+    script = moving(StraightLeg(2.0))
+    script.robot(Pose2D(x=0.7, y=0.0, yaw=0.0)).feed(ev.PauseRequested())
+    script.robot(Pose2D(x=0.7, y=0.0, yaw=1.2)).feed(ev.ResumeRequested())
+    assert ended(script) == (Outcome.ABORTED, EndCause.CANNOT_MOVE)
+    assert "driven 0.70 m of 2.00 m" in script.mission.reason
+    assert len(script.asked(do.Drive)) == 1
+
+
 def test_a_drive_counts_what_was_driven_before_a_pause() -> None:
     script = moving(StraightLeg(1.0))
     assert script.last(do.Drive).distance_m == pytest.approx(1.0)
@@ -76,7 +93,9 @@ def test_a_drive_counts_what_was_driven_before_a_pause() -> None:
     assert ended(script) == (Outcome.DONE, None)
 
 
-@pytest.mark.parametrize("end", [MotionEnd.BLOCKED, MotionEnd.HAZARD, MotionEnd.BLIND, MotionEnd.TIMED_OUT])
+@pytest.mark.parametrize(
+    "end", [MotionEnd.BLOCKED, MotionEnd.HAZARD, MotionEnd.BLIND, MotionEnd.TIMED_OUT, MotionEnd.PREEMPTED]
+)
 def test_what_stands_in_the_way_ends_a_drive_and_is_told(end: MotionEnd) -> None:
     script = moving(StraightLeg(1.0)).drove(end, moved=0.4)
     assert ended(script) == (Outcome.ABORTED, EndCause.CANNOT_MOVE)

@@ -1,5 +1,6 @@
 """What an MCP client may read: the map and the camera as pictures, memory, the history and the state as JSON."""
 
+import asyncio
 import base64
 import struct
 import zlib
@@ -11,6 +12,7 @@ from mcp import types
 from pydantic import TypeAdapter
 
 from contracts.base import Message
+from contracts.robot import Map
 from coordinator.commands.mission_service import MissionService
 from coordinator.ports import Camera, Memory, Robot
 from geometry.grids import MapError, OccupancyGrid, decode
@@ -63,9 +65,14 @@ class Resources:
 
     async def _map(self) -> bytes:
         try:
-            return png_of(decode(await self._robot.map()))
+            return await asyncio.to_thread(_drawn, await self._robot.map())
         except MapError as error:
             raise UnavailableError("robot_bridge", f"the map is malformed: {error}") from error
+
+
+def _drawn(told: Map) -> bytes:
+    """Seconds of work for the largest map: it keeps no loop from its ticks."""
+    return png_of(decode(told))
 
 
 def png_of(grid: OccupancyGrid) -> bytes:

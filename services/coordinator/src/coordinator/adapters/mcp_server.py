@@ -184,7 +184,8 @@ def _action(params: types.CallToolRequestParams) -> Action | types.CallToolResul
 
 
 def _told(reply: ActionReply) -> types.CallToolResult:
-    fault = reply.mission is not None and reply.mission.outcome in FAULTS
+    unconfirmed = reply.action is ActionName.STOP and reply.heard is not None and not reply.heard.still
+    fault = unconfirmed or (reply.mission is not None and reply.mission.outcome in FAULTS)
     return types.CallToolResult(
         content=[types.TextContent(text=reply.text)],
         structured_content=reply.model_dump(mode="json", exclude_none=True),

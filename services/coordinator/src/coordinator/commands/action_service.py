@@ -59,15 +59,16 @@ class ActionService:
     async def do(self, action: Action, who: Principal | None) -> ActionReply:  # noqa: PLR0911 - one per action
         """Answers at once, also where the mission it began goes on. `who` none: nobody was asked, and only stops."""
         check_role(action.action, who)
+        ended_before = self.missions.orders_to_end  # a stop from here on ends what is asked for, read or not
         match action:
             case StopAction():
                 return await self._stop()
             case PauseAction() | ResumeAction() | CancelAction():
                 return await self._order(action)
             case FindAction(thing=thing):
-                return await self._search(action.action, thing)
+                return await self._search(action.action, thing, ended_before)
             case GoToAction(thing=str() as thing):
-                return await self._search(action.action, thing)
+                return await self._search(action.action, thing, ended_before)
             case (
                 GoToAction()
                 | LookAroundAction()
@@ -77,9 +78,9 @@ class ActionService:
                 | PatrolAction()
                 | UndockAction()
             ):
-                return await self._move(action)
+                return await self._move(action, ended_before)
             case DockAction():
-                return await self._begin(action.action, "dock", None)
+                return await self._begin(action.action, "dock", None, ended_before)
             case CelebrateAction():
                 await self._robot.celebrate()
                 return ActionReply(action=action.action, text="Celebrated.")
@@ -127,7 +128,7 @@ class ActionService:
             raise ConflictError("no mission runs")
         return mission.id
 
-    async def _search(self, name: ActionName, thing: str) -> ActionReply:
+    async def _search(self, name: ActionName, thing: str, ended_before: int) -> ActionReply:
         """One known thing, and nothing else that words may ask for: a model's argument is no command."""
         command = f"{'go to' if name is ActionName.GO_TO else 'find'} the {_plain(thing)}"
         reading = read(command)
@@ -135,18 +136,20 @@ class ActionService:
             raise UnprocessableError(f"'{thing}' names several things", code=CommandRefusal.WHICH_THING.value)
         if order_in(thing) is not None or order_in(command) is not None or reading.mood is not Mood.FIND:
             raise UnprocessableError(f"'{thing}' names no thing", code=CommandRefusal.NAMES_NOTHING.value)
+        self.missions.refuse_now(ended_before, by_its_body=True)
         tasks = await self.missions.reader.things(reading, self.missions.last_target)
         if len(tasks) != 1:
             raise UnprocessableError(f"'{thing}' names several things", code=CommandRefusal.WHICH_THING.value)
-        return await self._begin(name, command, tasks[0])
+        return await self._begin(name, command, tasks[0], ended_before)
 
-    async def _move(self, action: Moving) -> ActionReply:
+    async def _move(self, action: Moving, ended_before: int) -> ActionReply:
         names_rooms = isinstance(action, PatrolAction) or (isinstance(action, GoToAction) and action.room is not None)
         motion = motion_of(action, await self.missions.reader.rooms(needed=names_rooms))
-        return await self._begin(action.action, f"{action.action.value.replace('_', ' ')}: {motion.what}", motion)
+        command = f"{action.action.value.replace('_', ' ')}: {motion.what}"
+        return await self._begin(action.action, command, motion, ended_before)
 
-    async def _begin(self, name: ActionName, command: str, work: Work) -> ActionReply:
-        mission = await self.missions.begin(command, work)
+    async def _begin(self, name: ActionName, command: str, work: Work, ended_before: int) -> ActionReply:
+        mission = await self.missions.begin(command, work, ended_before)
         waits = (
             f"waiting in the queue, {mission.queue_position} before it" if mission.queue_position is not None else ""
         )

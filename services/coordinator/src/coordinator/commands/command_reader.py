@@ -13,7 +13,7 @@ from contracts.mission import CommandRefusal
 from contracts.reading import Mood, Restriction, RestrictionKind
 from contracts.vision import ParsedTask, ParseTaskRequest, Target
 from coordinator.commands.abilities import what_it_cannot
-from coordinator.commands.plain_motions import one_room, way_to
+from coordinator.commands.plain_motions import one_room_meant, way_to
 from coordinator.commands.readings import GRAVEST, NOT_UNDERSTOOD, HeardIntent, understood, uses_all_colours
 from coordinator.commands.where_to_look import (
     UnknownRoomError,
@@ -35,7 +35,7 @@ from vocabulary.languages import is_foreign
 from vocabulary.moods import Reading, read
 from vocabulary.orders import order_in
 from vocabulary.restrictions import restrictions_in
-from vocabulary.rooms import ROOMS, may_say_where, named_in, room_in, searched_in
+from vocabulary.rooms import ROOMS, may_say_where, named_in, room_in, searched_in, speaks_of_a_place
 from vocabulary.sounding import HeardText, by_ear, said_once
 
 log = structlog.get_logger()
@@ -81,11 +81,11 @@ class CommandReader:
         """
         asked = reading.asked
         claims = await self._claims(asked)
-        if not claims.found and action_in(asked) is WantedAction.GO:
-            known = await self.rooms()
+        if _may_go_to_a_room(asked, claims):
+            known = await self.rooms(needed=speaks_of_a_place(asked))
             room = named_in(asked, known.names)
             if room is not None and known.rooms:
-                return (way_to(one_room(room, known)),)
+                return (way_to(one_room_meant(room, known)),)
         return await self._things_asked(asked, claims, last)
 
     async def things(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask]:
@@ -129,22 +129,14 @@ class CommandReader:
     async def _rooms(self, asked: str) -> KnownRooms:
         """Those of the home, where a room may be said. Raises `UnavailableError` where one is said, and memory, which
         knows where it is, is away."""
-        if not may_say_where(asked):
-            return KnownRooms()
         try:
-            async with asyncio.timeout(self._settings.recall_timeout_s):
-                return KnownRooms((await self._memory.rooms()).rooms)
-        except UpstreamError as error:
-            if error.upstream_status == HTTPStatus.NOT_FOUND:  # it names no rooms
+            return await self.rooms(needed=may_say_where(asked))
+        except UnavailableError:
+            said = searched_in(asked)
+            if said is None:
                 return KnownRooms()
-            away = error.detail
-        except (MeshError, TimeoutError) as error:
-            away = str(error)
-        log.warning("memory tells no rooms", reason=away)
-        said = searched_in(asked)
-        if said is not None:
-            raise UnavailableError("memory", f"only it knows where the {said.name} is, and it tells no rooms now")
-        return KnownRooms()
+            text = f"only it knows where the {said.name} is, and it tells no rooms now"
+            raise UnavailableError("memory", text) from None
 
     async def understand(self, readings: Sequence[str]) -> Understood:
         """What several readings of one saying mean together; the first is the likeliest, the last the plainest."""
@@ -186,8 +178,8 @@ class CommandReader:
 
     async def _wish(self, text: str, asked: str, claims: _Claims) -> Intent:
         action = claims.found[0].action if claims.found else action_in(asked)
-        to_room = action is WantedAction.GO and not claims.found
-        rooms = await self.rooms(needed=to_room or may_say_where(asked))
+        to_room = _may_go_to_a_room(asked, claims)
+        rooms = await self._rooms_for_words(needed=to_room or may_say_where(asked))
         goal = named_in(asked, rooms.names) if to_room else None
         said = rooms_said(asked, claims.said or (asked,), rooms.names)
         within = next((one.name for one in said if one is not None), None)
@@ -204,14 +196,26 @@ class CommandReader:
         )
 
     async def rooms(self, *, needed: bool = True) -> KnownRooms:
-        """None where none are needed, or memory does not tell them in time."""
+        """None where none are needed, or the home has none. Raises `UnavailableError` where memory is away."""
         if not needed:
             return KnownRooms()
         try:
             async with asyncio.timeout(self._settings.recall_timeout_s):
                 return KnownRooms((await self._memory.rooms()).rooms)
+        except UpstreamError as error:
+            if error.upstream_status == HTTPStatus.NOT_FOUND:  # it names no rooms
+                return KnownRooms()
+            away = error.detail
         except (MeshError, TimeoutError) as error:
-            log.warning("memory names no rooms", error=str(error))
+            away = str(error)
+        log.warning("memory tells no rooms", reason=away)
+        raise UnavailableError("memory", "only it knows where the rooms are, and it tells none now")
+
+    async def _rooms_for_words(self, *, needed: bool) -> KnownRooms:
+        """The same where nothing is begun yet: a kind of room is heard without memory."""
+        try:
+            return await self.rooms(needed=needed)
+        except UnavailableError:
             return KnownRooms()
 
     async def _claims(self, asked: str) -> _Claims:
@@ -267,6 +271,11 @@ class CommandReader:
             log.warning("memory is away", error=str(error))
             return (), "memory is away"
         return tuple(count.label for count in found)[:500], ""
+
+
+def _may_go_to_a_room(asked: str, claims: _Claims) -> bool:
+    """Of 'go to my keys in the kitchen' the keys are the goal, known or not."""
+    return not claims.found and not claims.unknown_named and action_in(asked) is WantedAction.GO
 
 
 def _again(asked: str, target: Target | None) -> CheckedTask:

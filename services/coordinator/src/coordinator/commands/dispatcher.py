@@ -16,6 +16,7 @@ from coordinator.commands.kept_to_rooms import KeptRooms, NoSuchRoomsError, clue
 from coordinator.core import events as ev
 from coordinator.core.area import SearchArea
 from coordinator.core.mission import Order, SearchPose
+from coordinator.core.motions import PlainMotion
 from coordinator.core.rules import CoverageRule
 from coordinator.execution.battery_policy import DockingTimer, PowerRules, reason_to_dock, why_too_low
 from coordinator.execution.mission_runner import MissionRunner
@@ -162,9 +163,16 @@ class Dispatcher:
             if waiting.task is not None:
                 await self._begin(waiting, waiting.task)
             elif waiting.motion is not None:
-                self._runner.begin(ev.MotionStarted(waiting.id, waiting.command, waiting.motion, waiting.order))
+                self._move(waiting, waiting.motion)
             else:
                 self._dock(waiting.id, "requested by the operator", waiting.order)
+
+    def _move(self, waiting: QueuedMission, motion: PlainMotion) -> None:
+        now_in = self._runner.mission.robot.map_id
+        if motion.map_id is not None and now_in is not None and motion.map_id != now_in:
+            self._close(waiting, Outcome.ABORTED, EndCause.MAP, "its places are of another map than the robot's now")
+            return
+        self._runner.begin(ev.MotionStarted(waiting.id, waiting.command, motion, waiting.order))
 
     def _dock(self, mission_id: str, why: str, order: Order) -> None:
         self._runner.begin(ev.DockingStarted(mission_id, why, order))

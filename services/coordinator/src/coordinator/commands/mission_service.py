@@ -4,6 +4,7 @@ import asyncio
 import hashlib
 import uuid
 from collections.abc import AsyncIterable, Sequence
+from dataclasses import replace
 
 import structlog
 
@@ -18,10 +19,11 @@ from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.orders import Orders
 from coordinator.core import events as ev
 from coordinator.core.mission import Order
+from coordinator.core.motions import PlainMotion
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.metrics import QUEUE, ROBOT_STATE_AGE, STATE
 from coordinator.ports import Inference, KnownRequest, Memory, MissionLog, Robot
-from coordinator.queue.mission_queue import MissionQueue, QueuedMission, Work, queued
+from coordinator.queue.mission_queue import MissionQueue, QueuedMission, Work, goes_by_its_body, queued
 from coordinator.settings import Settings
 from geometry.grids import MapError
 from mesh.bus import Bus, redis_dependency
@@ -105,11 +107,16 @@ class MissionService:
         with TRACER.command("command", {"command": command}):
             return await self._start(command, None if to_dock else reading, key)
 
-    async def begin(self, command: str, work: Work) -> Mission:
+    @property
+    def orders_to_end(self) -> int:
+        """How often a person has said stop; taken before anything is read or asked for."""
+        return self._dispatcher.orders_to_end
+
+    async def begin(self, command: str, work: Work, ended_before: int) -> Mission:
         """Puts into the queue what is understood already: an action's motions, its one search, or the way to the dock
-        (none). `command` tells it. Raises as `start` does, but for what concerns words.
+        (none). `command` tells it, `ended_before` is `orders_to_end` as it was when it was asked for. Raises as `start`
+        does, but for what concerns words.
         """
-        ended_before = self._dispatcher.orders_to_end
         with TRACER.command("action", {"command": command}):
             async with self._starting:
                 (made,) = self._put(command, (work,), ended_before)
@@ -136,13 +143,14 @@ class MissionService:
 
     async def _enqueue(self, command: str, reading: Reading | None, ended_before: int) -> tuple[QueuedMission, ...]:
         """`reading` is none for the way to the dock."""
-        self._refuse_now(ended_before, searches=reading is not None)
+        self.refuse_now(ended_before, by_its_body=reading is not None)
         works: Sequence[Work] = (None,) if reading is None else await self.reader.tasks(reading, self.last_target)
         return self._put(command, works, ended_before)
 
     def _put(self, command: str, works: Sequence[Work], ended_before: int) -> tuple[QueuedMission, ...]:
         """Into the queue. What held before the words were read is looked at again."""
-        self._refuse_now(ended_before, searches=any(one is not None for one in works))
+        self.refuse_now(ended_before, by_its_body=any(map(goes_by_its_body, works)))
+        works = [self._of_this_map(one) if isinstance(one, PlainMotion) else one for one in works]
         request_id, asked_s = uuid.uuid4().hex, self._clock.now_s()
         made = tuple(
             queued(one, uuid.uuid4().hex, command, Order(request_id, part, len(works), asked_s), traceparent())
@@ -172,8 +180,14 @@ class MissionService:
             else:
                 self.log.upsert(record)
 
-    def _refuse_now(self, ended_before: int, *, searches: bool) -> None:
-        """`searches`: or moves by what the robot says of its body."""
+    def _of_this_map(self, motion: PlainMotion) -> PlainMotion:
+        state = self.runner.robot_state
+        return replace(motion, map_id=state.map_id if state is not None else None)
+
+    def refuse_now(self, ended_before: int, *, by_its_body: bool) -> None:
+        """Raises `UnavailableError` and `ConflictError` where nothing can begin. `by_its_body`: it goes by what the
+        robot says of its body.
+        """
         if not self.log.opened:
             raise UnavailableError("database", "the history of missions is not open yet")
         if self._dispatcher.orders_to_end != ended_before:
@@ -188,7 +202,7 @@ class MissionService:
             raise ConflictError("the emergency stop is latched: reset it first")
         if self.runner.robot_state_age_s > self._settings.robot_state_age_s_max:
             raise UnavailableError("robot_bridge", "the robot's state is not coming in")
-        if searches and self.runner.description is None:
+        if by_its_body and self.runner.description is None:
             raise UnavailableError(
                 "robot_bridge",
                 "it has not described its robot yet; a camera that sleeps on the dock tells itself after undocking",

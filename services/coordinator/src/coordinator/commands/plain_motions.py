@@ -58,10 +58,15 @@ def way_to(room: NamedRoom) -> PlainMotion:
     return PlainMotion(f"to {called(room.name)}", (_place(room),), WantedAction.GO, SPECS[ActionName.GO_TO].limit_s)
 
 
-def one_room(said: str, rooms: KnownRooms) -> NamedRoom:
+def one_room(name: str, rooms: KnownRooms) -> NamedRoom:
     """The room of exactly that name, else the only one of that kind."""
-    exact = [one for one in rooms.rooms if one.name.casefold() == said.casefold()]
-    some = exact[:1] if exact else list(rooms.meant(said))
+    exact = [one for one in rooms.rooms if one.name.casefold() == name.casefold()]
+    return exact[0] if exact else one_room_meant(name, rooms)
+
+
+def one_room_meant(said: str, rooms: KnownRooms) -> NamedRoom:
+    """Of what a person says: where there are 'bedroom' and 'bedroom 2', 'the bedroom' may be either."""
+    some = list(rooms.meant(said))
     if len(some) == 1:
         return some[0]
     if some:

@@ -56,9 +56,10 @@ and beyond an edge nothing was reached. Where the laser is blind the robot does 
 """
 
 _AS_ASKED: dict[MotionEnd, Reaction] = {
-    **_MOVING, _E.BLOCKED: _R.END, _E.HAZARD: _R.END, _E.BLIND: _R.END, _E.TIMED_OUT: _R.END,
+    **_MOVING, _E.BLOCKED: _R.END, _E.HAZARD: _R.END, _E.BLIND: _R.END, _E.TIMED_OUT: _R.END, _E.PREEMPTED: _R.END,
 }  # fmt: skip
-"""Of a drive or a turn that was asked for itself: what is in the way is told, and who asked decides what follows."""
+"""Of a drive or a turn that was asked for itself: what is in the way is told, and who asked decides what follows. A
+person who took the stick has moved it elsewhere."""
 
 _NO_MOTION: dict[MotionEnd, Reaction] = dict.fromkeys(MotionEnd, _R.IGNORE)
 

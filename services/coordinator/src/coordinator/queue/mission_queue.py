@@ -70,6 +70,13 @@ Work = CheckedTask | PlainMotion | None
 """A search, plain motions, or the way to the dock."""
 
 
+def goes_by_its_body(work: Work) -> bool:
+    """Whether it cannot begin before the robot has described itself. The way off the dock does not ask for it: there
+    the camera sleeps, and tells of itself afterwards.
+    """
+    return work is not None and not (isinstance(work, PlainMotion) and not work.legs and not work.explores)
+
+
 def queued(work: Work, mission_id: str, command: str, order: Order, traceparent: str) -> QueuedMission:
     motion = work if isinstance(work, PlainMotion) else None
     task = work if isinstance(work, CheckedTask) else None

@@ -35,6 +35,8 @@ from geometry.poses import apart_m, wrap
 FACED_RAD = 0.015
 DRIVEN_M = 0.03
 """What is left of a leg that was broken off and is as good as done."""
+ASIDE_RAD = 0.3
+"""Turned by more than this since it began, a straight drive is not taken up again."""
 TRIES = 2
 """Of a goal that Nav2 gave up: a person who stood in the way may be gone."""
 
@@ -181,7 +183,10 @@ def _drive(context: StepContext, straight: StraightLeg) -> None:
         straight = replace(straight, start=here)
         _instead(context, (straight,))
     left_m = straight.distance_m - _driven_m(context, straight)
-    if left_m <= DRIVEN_M:
+    if here is not None and straight.start is not None and abs(wrap(here.yaw - straight.start.yaw)) > ASIDE_RAD:
+        done = f"driven {_driven_m(context, straight):.2f} m of {straight.distance_m:.2f} m"
+        abort(context, EndCause.CANNOT_MOVE, f"{done}: it was turned meanwhile, straight ahead is another way now")
+    elif left_m <= DRIVEN_M:
         _next(context)
     else:
         context.drive(left_m)
@@ -196,7 +201,10 @@ def _motion_ended(context: StepContext, ended: MotionEnded) -> None:
     leg, why = _motion(context).legs[0], ended.text or ended.end.sentence
     match react(context, ended):
         case Reaction.GO_ON if isinstance(leg, TurnLeg):
-            _instead(context, (TurnLeg(leg.angle_rad - ended.turned_rad),))
+            left_rad = leg.angle_rad - next_step_rad(
+                leg.angle_rad
+            )  # what it ended short of is within what a turn is off by
+            _instead(context, (TurnLeg(left_rad),) if abs(left_rad) > FACED_RAD else ())
             context.set_activity(Starting())
         case Reaction.GO_ON:
             _next(context)
