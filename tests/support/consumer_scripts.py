@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from atom_cli.services import Services
+from contracts.actions import CountAction, StopAction
 from contracts.geometry import Pose2D, Twist2D
 from contracts.language import ReasonRequest
 from contracts.measuring import LocalizeRequest
@@ -65,6 +66,9 @@ async def coordinator_of_memory(line: Line) -> None:
 async def coordinator_of_robot_bridge(line: Line) -> None:
     async with _held(line) as robot:
         await line.ask(robot.map())
+        await line.ask(robot.state())
+        await line.ask(robot.scan())
+        await line.ask(robot.obstacles())
         await line.ask(robot.dock(timeout_s=5.0))
         await line.ask(robot.undock(timeout_s=5.0))
         await line.ask(robot.rotate(0.1, speed_rad_s=1.0, timeout_s=5.0, epoch=0))
@@ -167,6 +171,9 @@ async def cli_of_coordinator(line: Line) -> None:
         await line.ask_in_thread(services.mission, started.id)  # type: ignore[union-attr]
         await line.ask_in_thread(services.events, started.id, after=-1)  # type: ignore[union-attr]
         await line.ask_in_thread(services.ask, "where is the cup?")
+        await line.ask_in_thread(services.missions, 2)
+        await line.ask_in_thread(services.do, StopAction())
+        await line.ask_in_thread(services.do, CountAction(thing="cup"))
         await line.ask_in_thread(services.status)
         await line.ask_in_thread(services.understand, ("find the cup", "find the cap"))
         await line.ask_in_thread(services.start, "stop")

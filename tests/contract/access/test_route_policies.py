@@ -137,6 +137,7 @@ def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
     }
     common = {"/health", "/ready", "/openapi.json", "/docs", "/docs/oauth2-redirect", "/static-offline-docs/{path}"}
     assert {one for one in opened if one[2] not in common} == {
+        ("coordinator", "POST", "/actions/stop"),
         ("robot_bridge", "POST", "/emergency-stop"),
         ("robot_bridge", "POST", "/emergency-stop/"),
         ("ui", "GET", "/login"),
@@ -148,8 +149,10 @@ def test_only_what_stops_tells_that_it_lives_or_lets_in_is_open() -> None:
 
 
 def test_a_viewer_changes_nothing() -> None:
-    """What a viewer may post asks, or takes its own leave; `/ask` obeys a stop, and 'go on' only of an operator."""
-    asks = {"/ask", "/understand", "/recall", "/depth", "/localize", "/navigation/path", "/logout"}
+    """What a viewer may post asks, or takes its own leave; `/ask` obeys a stop, and 'go on' only of an operator.
+    `/actions` and `/mcp` ask for each action's own role (`tests/contract/coordinator/test_actions.py`, `test_mcp.py`).
+    """
+    asks = {"/actions", "/mcp", "/ask", "/understand", "/recall", "/depth", "/localize", "/navigation/path", "/logout"}
     policies = [one for name in CALLERS for one in access_page.policies(name) if one.role is Role.VIEWER]
     assert {one.path for one in policies if one.method not in {"GET", "HEAD", SOCKET, ANY}} == asks
 

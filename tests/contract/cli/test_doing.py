@@ -43,8 +43,10 @@ class Played:
         return httpx.Response(200, json=self.answer(path))
 
     def answer(self, path: str) -> Any:
-        if path in {"/actions", "/actions/stop"}:
-            return self.did().model_dump(mode="json")
+        if path == "/actions":
+            return self.did(ActionName(self.bodies[-1]["action"])).model_dump(mode="json")
+        if path == "/actions/stop":
+            return self.did(ActionName.STOP).model_dump(mode="json")
         if path == "/emergency-stop":
             return EmergencyStopReply(state=EmergencyStop(latched=True, epoch=1)).model_dump(mode="json")
         ended = mission(outcome=self.outcome, reason="so it ended")
@@ -55,8 +57,7 @@ class Played:
             "/state": status(mission()).model_dump(mode="json"),
         }[path]
 
-    def did(self) -> ActionReply:
-        name = ActionName(self.bodies[-1]["action"])
+    def did(self, name: ActionName) -> ActionReply:
         if name is ActionName.STOP:
             return ActionReply(
                 action=name, text="Stopped.", heard=Heard(mood=Mood.STOP, text="Stopped.", still=self.still)

@@ -134,11 +134,12 @@ class Services:
 
     def do(self, action: Action, *, timeout_s: float = STARTING_S) -> ActionReply:
         """One declared action; what moves is a mission that has begun, or waits. To stop needs no key."""
-        stops = isinstance(action, StopAction)
-        path, key = "/actions/stop" if stops else "/actions", {} if stops else self._key
-        headers = {"content-type": "application/json"}
-        body = action.model_dump_json(exclude_none=True)
-        answer = self._call("coordinator", "POST", path, key=key, content=body, headers=headers, timeout=timeout_s)
+        if isinstance(action, StopAction):
+            answer = self._call("coordinator", "POST", "/actions/stop", key={}, timeout=timeout_s)
+        else:
+            headers = {"content-type": "application/json"}
+            body = action.model_dump_json(exclude_none=True)
+            answer = self._call("coordinator", "POST", "/actions", content=body, headers=headers, timeout=timeout_s)
         return self._parsed("coordinator", answer, TypeAdapter(ActionReply))
 
     def missions(self, limit: int) -> list[Mission]:
