@@ -169,7 +169,13 @@ def away(mesh: Mesh) -> None:
     mesh.memory.away = True
 
 
-@pytest.mark.parametrize(("change", "by"), [(gone, EndCause.MAP), (away, EndCause.SERVICE)])
+def moved_house(mesh: Mesh) -> None:
+    mesh.world.map_id = "office"
+
+
+@pytest.mark.parametrize(
+    ("change", "by"), [(gone, EndCause.MAP), (away, EndCause.SERVICE), (moved_house, EndCause.MAP)]
+)
 async def test_where_the_room_is_not_known_any_more_when_its_turn_comes_it_looks_nowhere(
     open_mesh: OpenMesh, change: Callable[[Mesh], None], by: EndCause
 ) -> None:
@@ -207,3 +213,17 @@ async def test_what_is_held_to_is_not_said_to_be_passed_over(open_mesh: OpenMesh
         await mesh.client.post(f"/missions/{begun.id}/cancel")
         other = await mesh.post_mission("find the red bottle on the table")
         assert any("not held to" in event.text for event in await mesh.timeline(other.id))
+
+
+async def test_of_several_rooms_each_is_looked_in_and_what_is_gone_is_told(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        with_rooms(mesh)
+        first = await mesh.post_mission("find the clock")
+        both = await mesh.post_mission("find the red bottle in the kitchen or the bedroom")
+        assert [one.name for one in both.rooms] == ["kitchen", "bedroom"]
+        mesh.memory.named_rooms = tuple(one for one in mesh.memory.named_rooms if one.name == "kitchen")
+        await mesh.client.post(f"/missions/{first.id}/cancel")
+        over = await mesh.until_over(both.id)
+        assert over.report is not None
+        assert [one.name for one in over.report.rooms] == ["kitchen"]
+        assert any("the map shows the bedroom no more" in event.text for event in await mesh.timeline(both.id))
