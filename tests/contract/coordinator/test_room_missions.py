@@ -186,6 +186,23 @@ async def test_where_the_room_is_not_known_any_more_when_its_turn_comes_it_looks
         assert "the kitchen" in over.report.text
 
 
+async def test_the_rooms_of_another_map_than_the_robots_are_not_looked_in(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        with_rooms(mesh)
+        mesh.world.map_id = "office"
+        first = await mesh.post_mission("find the clock")
+        second = await mesh.post_mission("find the red bottle in the kitchen")
+
+        async def told() -> bool:
+            return (await mesh.mission(first.id)).map_id == "office"
+
+        await mesh.advance_until(told, within_s=60.0)
+        await mesh.client.post(f"/missions/{first.id}/cancel")
+        over = await mesh.until_over(second.id)
+        assert over.report is not None
+        assert (over.outcome, over.report.ended_by) == (Outcome.ABORTED, EndCause.MAP)
+
+
 async def test_what_is_meant_has_the_room_in_it(open_mesh: OpenMesh) -> None:
     async with open_mesh() as mesh:
         with_rooms(mesh)
@@ -207,3 +224,17 @@ async def test_what_is_held_to_is_not_said_to_be_passed_over(open_mesh: OpenMesh
         await mesh.client.post(f"/missions/{begun.id}/cancel")
         other = await mesh.post_mission("find the red bottle on the table")
         assert any("not held to" in event.text for event in await mesh.timeline(other.id))
+
+
+async def test_of_several_rooms_each_is_looked_in_and_what_is_gone_is_told(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        with_rooms(mesh)
+        first = await mesh.post_mission("find the clock")
+        both = await mesh.post_mission("find the red bottle in the kitchen or the bedroom")
+        assert [one.name for one in both.rooms] == ["kitchen", "bedroom"]
+        mesh.memory.named_rooms = tuple(one for one in mesh.memory.named_rooms if one.name == "kitchen")
+        await mesh.client.post(f"/missions/{first.id}/cancel")
+        over = await mesh.until_over(both.id)
+        assert over.report is not None
+        assert [one.name for one in over.report.rooms] == ["kitchen"]
+        assert any("the map shows the bedroom no more" in event.text for event in await mesh.timeline(both.id))

@@ -1,14 +1,17 @@
 """Rooms on the page: their part of the scene, and a name that a person gives one."""
 
+import threading
+
 import httpx
 import pytest
 
-from contracts.rooms import NamedBy, NamedRoom
+from contracts.rooms import NamedBy, NamedRoom, RoomGrid
 from geometry import room_grids
 from geometry.grids import decode
 from geometry.rooms import rooms_of
 from support.fake_clock import FakeClock
 from support.ui_world import UiWorld, home_map
+from ui import rooms_layer
 from ui.desk import Desk
 from ui.operator_actions import ActionResult
 from ui.settings import Settings
@@ -81,3 +84,27 @@ async def test_a_memory_that_knows_no_rooms_leaves_none_on_the_page(world: UiWor
     world.memory.rooms_of, world.memory.named_rooms = "", []
     await desk.refresh_rooms(now=True)
     assert (desk.facts.rooms.rooms, desk.facts.rooms.grid) == ((), None)
+
+
+async def test_rooms_are_drawn_off_the_event_loop_and_only_where_they_lie_otherwise(
+    world: UiWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_rooms(world)
+    threads: list[int] = []
+    draws = rooms_layer.picture
+
+    def noting(grid: RoomGrid) -> str | None:
+        threads.append(threading.get_ident())
+        return draws(grid)
+
+    monkeypatch.setattr(rooms_layer, "picture", noting)
+    desk = desk_of(world)
+    await desk.refresh_rooms(now=True)
+    first = desk.facts.rooms.picture
+    assert first is not None
+    world.memory.named_rooms[0] = world.memory.named_rooms[0].model_copy(update={"name": "Anna's room"})
+    await desk.refresh_rooms(now=True)
+    assert desk.facts.rooms.rooms[0].name == "Anna's room"
+    assert desk.facts.rooms.picture is first
+    assert len(threads) == 1
+    assert threads != [threading.get_ident()]

@@ -5,7 +5,7 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,11 @@ from typing import Any
 import aiomqtt
 import httpx
 import pytest
+from structlog.testing import capture_logs
 
 from bench.world.wire import Served, Wire
+from contracts.mission import Heard
+from contracts.reading import Mood
 from home_assistant.discovery import Entity, Topics
 from home_assistant.robot_in_home import RobotInHome
 from home_assistant.services import Coordinator, Robot
@@ -62,8 +65,19 @@ class Home:
         return bool((await self.bridge.get("/emergency-stop")).json()["latched"])
 
 
+Handler = Callable[[httpx.Request], Awaitable[httpx.Response]]
+
+
 @contextlib.asynccontextmanager
-async def at_home(folder: Path, broker: Broker, **settings: Any) -> AsyncIterator[Home]:
+async def at_home(
+    folder: Path,
+    broker: Broker,
+    *,
+    decides_as: Handler | None = None,
+    on_the_way: Callable[[httpx.Request], Awaitable[None]] | None = None,
+    **settings: Any,
+) -> AsyncIterator[Home]:
+    """`decides_as` answers in the coordinator's place; `on_the_way` holds what is sent to robot_bridge."""
     told = Settings.model_validate(
         {"mqtt_port": broker.port, "state_period_s": 0.1, "reconnect_s": 0.1, "camera_period_s": 0.2} | settings
     )
@@ -71,8 +85,15 @@ async def at_home(folder: Path, broker: Broker, **settings: Any) -> AsyncIterato
         bridge = await stack.enter_async_context(provider("robot_bridge", folder))
         decides = await stack.enter_async_context(provider("coordinator", folder))
         client = await stack.enter_async_context(aiomqtt.Client("127.0.0.1", broker.port))
-        coordinator = Coordinator(told, transport=Wire("home_assistant", decides))
-        robot = Robot(told, transport=Wire("home_assistant", bridge))
+        to_coordinator, to_bridge = Wire("home_assistant", decides), Wire("home_assistant", bridge)
+
+        async def to_the_bridge(request: httpx.Request) -> httpx.Response:
+            if on_the_way is not None:
+                await on_the_way(request)
+            return await to_bridge.handle_async_request(request)
+
+        coordinator = Coordinator(told, transport=httpx.MockTransport(decides_as) if decides_as else to_coordinator)
+        robot = Robot(told, transport=httpx.MockTransport(to_the_bridge))
         for one in (coordinator, robot):
             stack.push_async_callback(one.aclose)
         program = RobotInHome(told, coordinator=coordinator, robot=robot, clock=SystemClock())
@@ -236,3 +257,103 @@ async def test_a_broker_that_comes_back_is_told_everything_again(tmp_path: Path)
                     return False
 
                 await until_true(told)
+
+
+async def away(request: httpx.Request) -> httpx.Response:
+    raise httpx.ConnectError("refused", request=request)
+
+
+async def silent(request: httpx.Request) -> httpx.Response:
+    if request.method == "GET":
+        return await away(request)
+    await asyncio.Event().wait()
+    raise AssertionError
+
+
+def hearing(*, still: bool) -> Handler:
+    async def answer(request: httpx.Request) -> httpx.Response:
+        if request.method == "GET":
+            return await away(request)
+        heard = Heard(mood=Mood.STOP, text="stopped: nothing moves me any more" if still else "stopping", still=still)
+        return httpx.Response(200, content=heard.model_dump_json())
+
+    return answer
+
+
+@pytest.mark.parametrize("decides_as", [away, silent, hearing(still=False)], ids=["away", "silent", "may still move"])
+@pytest.mark.parametrize("typed", ["stop", "  STOP!\x07", "stop and find the cup"])
+async def test_a_typed_stop_that_the_coordinator_does_not_confirm_becomes_the_emergency_stop(
+    tmp_path: Path, broker: Broker, decides_as: Handler, typed: str
+) -> None:
+    async with at_home(tmp_path, broker, decides_as=decides_as) as home:
+        await home.press(Entity.FIND, typed)
+        await until_true(home.latched)
+        assert "stop" in (await home.bridge.get("/emergency-stop")).json()["reason"].lower()
+        await until(lambda: home.says(Entity.ANSWER) == "stopped")
+        await until(lambda: home.says(Entity.FIND) == typed.strip())
+
+
+async def test_a_typed_stop_that_the_coordinator_confirms_is_no_emergency(tmp_path: Path, broker: Broker) -> None:
+    async with at_home(tmp_path, broker, decides_as=hearing(still=True)) as home:
+        await home.press(Entity.FIND, "stop")
+        await until(lambda: home.says(Entity.ANSWER) == "stopped: nothing moves me any more")
+        assert not await home.latched()
+
+
+async def test_a_typed_emergency_asks_nobody_first(tmp_path: Path, broker: Broker) -> None:
+    started: list[httpx.Request] = []
+
+    async def noting(request: httpx.Request) -> httpx.Response:
+        if request.method == "POST":
+            started.append(request)
+        return await away(request)
+
+    async with at_home(tmp_path, broker, decides_as=noting) as home:
+        await home.press(Entity.FIND, "emergency stop")
+        await until_true(home.latched)
+        assert not started
+
+
+async def test_a_stop_is_obeyed_however_much_else_is_asked_for(tmp_path: Path, broker: Broker) -> None:
+    async with at_home(tmp_path, broker, decides_as=silent) as home:
+        for thing in ("cup", "book", "shoe", "vase", "bottle"):
+            await home.press(Entity.FIND, thing)
+        await home.press(Entity.FIND, "stop")
+        await until_true(home.latched)
+
+
+async def test_a_stop_under_way_arrives_although_the_broker_goes_away(tmp_path: Path) -> None:
+    on_its_way, let_go = asyncio.Event(), asyncio.Event()
+
+    async def slow(request: httpx.Request) -> None:
+        if request.url.path == "/emergency-stop" and request.method == "POST":
+            on_its_way.set()
+            await let_go.wait()
+
+    with running_mosquitto(tmp_path) as broker:
+        async with at_home(tmp_path, broker, on_the_way=slow) as home:
+            await home.press(Entity.STOP)
+            await on_its_way.wait()
+            with capture_logs() as logs:
+                broker.process.kill()
+                await until(lambda: any(one["event"] == "no broker" for one in logs))
+            let_go.set()
+            await until_true(home.latched)
+
+
+async def test_a_program_that_is_told_to_end_sends_its_stop_first(tmp_path: Path, broker: Broker) -> None:
+    on_its_way, let_go = asyncio.Event(), asyncio.Event()
+
+    async def slow(request: httpx.Request) -> None:
+        if request.url.path == "/emergency-stop" and request.method == "POST":
+            on_its_way.set()
+            await let_go.wait()
+
+    async with at_home(tmp_path, broker, on_the_way=slow) as home:
+        await home.press(Entity.STOP)
+        await on_its_way.wait()
+        home.running.cancel()
+        await until(lambda: home.available == "offline")
+        let_go.set()
+        await asyncio.gather(home.running, return_exceptions=True)
+        assert await home.latched()

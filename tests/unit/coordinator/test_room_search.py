@@ -92,6 +92,14 @@ def test_a_room_that_no_cell_is_of_has_no_area() -> None:
     assert area_of(cut()[1], [SearchedRoom(id=99, name="attic")]) is None
 
 
+def test_only_rooms_that_the_map_shows_are_said_to_be_looked_in() -> None:
+    found, cells = cut()
+    rooms = [SearchedRoom(id=found.rooms[0].number, name="kitchen"), SearchedRoom(id=99, name="attic")]
+    area = area_of(cells, rooms)
+    assert area is not None
+    assert area.called == "the kitchen"
+
+
 # the plan
 
 

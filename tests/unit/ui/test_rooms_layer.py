@@ -28,7 +28,8 @@ def known(cut: Rooms = CUT, by: NamedBy = NamedBy.CONTENTS) -> ShownRooms:
         NamedRoom(id=10 * r.number, name=f"room {r.number}", named_by=by, x=r.x_m, y=r.y_m, area_m2=r.area_m2)
         for r in cut.rooms
     )
-    return ShownRooms("home", named, room_grids.encode(cut, ids, map_id="home"))
+    grid = room_grids.encode(cut, ids, map_id="home")
+    return ShownRooms("home", named, grid, rooms_layer.picture(grid))
 
 
 def pixels(layer: Any) -> np.ndarray:
@@ -78,7 +79,8 @@ def test_rooms_of_another_home_or_of_none_are_not_drawn(told: ShownRooms, map_id
 def test_cells_that_make_no_sense_are_not_drawn() -> None:
     grid = known().grid
     assert grid is not None
-    broken = ShownRooms("home", known().rooms, grid.model_copy(update={"cells_base64": "AAAA"}))
+    broken_grid = grid.model_copy(update={"cells_base64": "AAAA"})
+    broken = ShownRooms("home", known().rooms, broken_grid, rooms_layer.picture(broken_grid))
     assert rooms_layer.rooms(FRAME, broken, map_id="home")["names"] == []
 
 

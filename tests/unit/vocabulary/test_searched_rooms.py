@@ -98,3 +98,66 @@ def test_a_name_of_the_homes_own_outweighs_the_kind_that_is_in_it() -> None:
     found = searched_in("find the cup in the guest bedroom", ("guest bedroom", "bedroom"))
     assert found is not None
     assert found.name == "guest bedroom"
+
+
+@pytest.mark.parametrize(
+    ("said", "rooms"),
+    [
+        ("find the cup in the kitchen and the bedroom", ("kitchen", "bedroom")),
+        ("find the cup in the kitchen or the bedroom", ("kitchen", "bedroom")),
+        ("find the cup in the kitchen or in the bedroom", ("kitchen", "bedroom")),
+        ("find the cup in the kitchen, the bedroom or the office", ("kitchen", "bedroom", "office")),
+        ("find the cup in either the kitchen or bedroom 2 please", ("kitchen", "bedroom 2")),
+        ("look in the kitchen for the cup and then in the bedroom", ("kitchen", "bedroom")),
+        ("go to the kitchen or the bedroom and find the cup", ("kitchen", "bedroom")),
+        ("find the cup in the kitchen or the attic", ("kitchen", "attic")),
+        ("find the cup in Anna's room and my living room", ("Anna's room", "living room")),
+        ("find the cup in the kitchen, not in the bedroom", ("kitchen",)),
+        ("it isn't in the kitchen, find the cup in the bedroom", ("bedroom",)),
+        ("I can't find my cup, look in the kitchen", ("kitchen",)),
+        ("no, in the kitchen", ("kitchen",)),
+        ("find the red cup, not the blue one; it is in the kitchen", ("kitchen",)),
+        ("find the cup in the kitchen and the kitchen", ("kitchen",)),
+    ],
+)
+def test_every_room_that_is_said_as_a_place_is_one_to_look_in(said: str, rooms: tuple[str, ...]) -> None:
+    found = searched_in(said, NAMES)
+    assert found is not None
+    assert found.names == rooms
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "find the cup, it isn't in the kitchen",
+        "find the cup. It is not here, in the kitchen",
+        "I already looked in the kitchen, find the cup",
+        "I have looked for the cup in the kitchen",
+        "I searched the kitchen for the cup and want it",
+        "find the cup, not the one in the kitchen",
+        "find another cup than the one in the kitchen",
+        "find a cup other than in the kitchen",
+        "find the red cup, nobody is in the kitchen",
+        "find the cup, somebody is in the kitchen",
+        "I can't find the cup in the kitchen",
+        "find the cup that was in the kitchen",
+        "find the cup in no room but in the kitchen or the bedroom, nor in the office",
+        "find the cup in the kitchen, if it isn't there in the bedroom",
+        "find the cup in the kitchen, otherwise in the bedroom",
+        "search the kitchen for the cup and the bedroom for the book",
+        "find the cup in the kitchen and the bedroom wardrobe thing",
+    ],
+)
+def test_where_it_is_not_sure_which_rooms_are_meant_none_is(said: str) -> None:
+    assert searched_in(said, NAMES) is None
+
+
+def test_several_rooms_are_called_by_all_their_names_within_the_length_of_one() -> None:
+    found = searched_in("find the cup in the kitchen or the bedroom", NAMES)
+    assert found is not None
+    assert found.name == "kitchen or bedroom"
+    long = [f"room of the person called {letter * 12}" for letter in "abc"]
+    found = searched_in("find the cup in " + " or ".join(long), long)
+    assert found is not None
+    assert len(found.names) == 3
+    assert len(found.name) == 64

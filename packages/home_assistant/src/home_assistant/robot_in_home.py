@@ -12,6 +12,8 @@ from typing import Final, TypeVar
 import aiomqtt
 import structlog
 
+from contracts.mission import Heard
+from contracts.reading import Mood
 from contracts.robot import EmergencyStopRequest
 from home_assistant import states
 from home_assistant.discovery import FIND_MAX, OFFLINE, ONLINE, PRESS, Entity, Topics, configs
@@ -19,6 +21,7 @@ from home_assistant.services import Coordinator, Robot
 from home_assistant.settings import Settings
 from mesh.clock import Clock
 from mesh.errors import MeshError, UpstreamError
+from vocabulary.orders import order_in
 
 log = structlog.get_logger()
 
@@ -27,6 +30,8 @@ NEWEST: Final = 20
 WAITING_MAX: Final = 100
 """Messages that wait to be read; of more, the newest are lost."""
 ASKED_AT_ONCE: Final = 4
+OBEYED_S: Final = 1.0
+"""So long the coordinator may take to say that a typed stop was obeyed."""
 DOCK: Final = "go to the dock"
 T = TypeVar("T")
 
@@ -42,20 +47,28 @@ class RobotInHome:
         self._topics = Topics.of(settings.identity)
         self._told: dict[str, str] = {}
         self._asking = 0
-        self._stopping = False
+        self._stops: dict[Mood, asyncio.Task[str]] = {}
+        """Under way, one of a mood. A stop goes on when the broker goes away, and to its end when the program ends."""
 
     async def run(self) -> None:
-        while True:
-            try:
-                async with self._client() as client:
-                    log.info("at the broker", host=self._settings.mqtt_host, port=self._settings.mqtt_port)
-                    await self._serve(client)
-            except* aiomqtt.MqttError as errors:
-                log.warning("no broker", reason=str(errors.exceptions[0]), again_s=self._settings.reconnect_s)
-            task = asyncio.current_task()
-            if task is not None and task.cancelling():  # and the broker went away while it ended
-                raise asyncio.CancelledError
-            await self._clock.sleep(self._settings.reconnect_s)
+        try:
+            while True:
+                await self._serve_while_there()
+                await self._clock.sleep(self._settings.reconnect_s)
+        finally:
+            if self._stops:
+                await asyncio.wait(self._stops.values())
+
+    async def _serve_while_there(self) -> None:
+        try:
+            async with self._client() as client:
+                log.info("at the broker", host=self._settings.mqtt_host, port=self._settings.mqtt_port)
+                await self._serve(client)
+        except* aiomqtt.MqttError as errors:
+            log.warning("no broker", reason=str(errors.exceptions[0]), again_s=self._settings.reconnect_s)
+        task = asyncio.current_task()
+        if task is not None and task.cancelling():  # and the broker went away while it ended
+            raise asyncio.CancelledError
 
     def _client(self) -> aiomqtt.Client:
         settings = self._settings
@@ -145,12 +158,15 @@ class RobotInHome:
             return
         text = payload.decode("utf-8", "replace")
         if topic == self._topics.command(Entity.STOP):
-            if text == PRESS and not self._stopping:
-                self._stopping = True
-                group.create_task(self._stop(client), name="stop")
+            if text == PRESS:
+                self._obey(client, group, Mood.EMERGENCY, "")
             return
         command = DOCK if topic == self._topics.command(Entity.DOCK) else text.strip()
         if topic == self._topics.command(Entity.DOCK) and text != PRESS:
+            return
+        order = order_in(command) if len(command) <= FIND_MAX else None
+        if order is not None and order.mood is not Mood.RESUME:
+            self._obey(client, group, order.mood, command)
             return
         if self._asking >= ASKED_AT_ONCE:
             log.warning("too much is asked at once", command=command[:FIND_MAX])
@@ -158,22 +174,42 @@ class RobotInHome:
         self._asking += 1
         group.create_task(self._ask(client, command), name="ask")
 
-    async def _stop(self, client: aiomqtt.Client) -> None:
-        try:
-            request = EmergencyStopRequest(reason="STOP pressed in Home Assistant", by="home_assistant")
-            await self._answer(client, self._stopped(request))
-        finally:
-            self._stopping = False
+    def _obey(self, client: aiomqtt.Client, group: asyncio.TaskGroup, mood: Mood, typed: str) -> None:
+        """Begins a stop, beside whatever else was asked for; only what is told of it needs the broker. `typed` is
+        empty where the button was pressed."""
+        if mood in self._stops:
+            log.info("such a stop is under way", mood=mood.value)
+            return
+        stop = asyncio.create_task(_in_words(self._obeyed(mood, typed)), name="stop")
+        self._stops[mood] = stop
+        stop.add_done_callback(lambda _: self._stops.pop(mood))
+        group.create_task(self._tell_of_stop(client, stop, typed), name="tell of the stop")
 
-    async def _stopped(self, request: EmergencyStopRequest) -> str:
-        await self._robot.emergency_stop(request)
+    async def _obeyed(self, mood: Mood, typed: str) -> str:
+        """What the coordinator does not confirm soon becomes the emergency stop."""
+        if mood is not Mood.EMERGENCY and typed.isprintable():
+            try:
+                async with asyncio.timeout(OBEYED_S):
+                    heard = await self._coordinator.start(typed)
+                if not isinstance(heard, Heard) or heard.still or mood is Mood.PAUSE:
+                    return states.answer_to(heard)
+                log.warning("after a typed stop it may still move: the emergency stop instead")
+            except (MeshError, TimeoutError) as error:
+                log.warning("a typed stop was not confirmed: the emergency stop instead", error=str(error))
+        reason = f"typed in Home Assistant: {typed[:100]}" if typed else "STOP pressed in Home Assistant"
+        await self._robot.emergency_stop(EmergencyStopRequest(reason=reason, by="home_assistant"))
         return "stopped"
+
+    async def _tell_of_stop(self, client: aiomqtt.Client, stop: "asyncio.Task[str]", typed: str) -> None:
+        await self._tell_answer(client, await asyncio.shield(stop))
+        if typed:
+            await client.publish(self._topics.state(Entity.FIND), typed, qos=1, retain=True)
 
     async def _ask(self, client: aiomqtt.Client, command: str) -> None:
         try:
             if command != DOCK:
                 await client.publish(self._topics.state(Entity.FIND), command[:FIND_MAX], qos=1, retain=True)
-            await self._answer(client, self._started(command))
+            await self._tell_answer(client, await _in_words(self._started(command)))
         finally:
             self._asking -= 1
 
@@ -182,16 +218,20 @@ class RobotInHome:
             return "say what to find, for example: red bottle"
         return states.answer_to(await self._coordinator.start(command))
 
-    async def _answer(self, client: aiomqtt.Client, doing: Awaitable[str]) -> None:
+    async def _tell_answer(self, client: aiomqtt.Client, text: str) -> None:
         """What came of it, as the sensor `answer`; it is told again where it is the same."""
-        try:
-            text = await doing
-        except UpstreamError as error:
-            refused = error.upstream_status < HTTPStatus.INTERNAL_SERVER_ERROR
-            text = error.said if refused else f"{error.service} failed"
-        except MeshError as error:
-            text = str(error)
         await client.publish(self._topics.state(Entity.ANSWER), text[:FIND_MAX], qos=1, retain=True)
+
+
+async def _in_words(doing: Awaitable[str]) -> str:
+    """What came of it, or why nothing did."""
+    try:
+        return await doing
+    except UpstreamError as error:
+        refused = error.upstream_status < HTTPStatus.INTERNAL_SERVER_ERROR
+        return error.said if refused else f"{error.service} failed"
+    except MeshError as error:
+        return str(error)
 
 
 async def _if_there(ask: Callable[[], Awaitable[T]]) -> T | None:

@@ -1,10 +1,10 @@
 """Kinds of rooms: their names, and the things that make them. Pure."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from vocabulary.folding import joined, plain_words_of, words_of
+from vocabulary.folding import Word, joined, plain_words_of, words_of
 
 MARKS: dict[str, dict[str, float]] = {
     "kitchen": {"oven": 3.0, "refrigerator": 3.0, "microwave": 2.0, "toaster": 1.5, "sink": 1.0},
@@ -20,6 +20,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
 }
 """The same, the surest first."""
 SURE_FROM = 1.5
+NAMED_MAX = 64
 ONLY_ONE = frozenset({"kitchen", "living room", "dining room"})
 """A home has one of these: the room that most speaks for it."""
 SAID: dict[str, str] = {
@@ -30,7 +31,7 @@ SAID: dict[str, str] = {
 BEFORE = r"(?:in|into|inside|from|to|of|through|at)"
 
 
-_THE = r"(?:(?:the|my|our|your|his|her|their|any|both|either|all)(?: of the)? )?"
+_THE = r"(?:(?:either|both) )?(?:(?:the|my|our|your|his|her|their|any|both|either|all)(?: of the)? )?"
 WHERE = (
     r"\b(?:(?:in|into|inside|within|at|around|from|through)(?: of)?|"
     r"(?:any|one|either|both|all) of|(?:search|check|scan|explore)(?: (?:in|through))?)"
@@ -41,10 +42,32 @@ GOING = rf"\b(?:go|drive|head|run|walk|move)(?: (?:back|over|up|down))* (?:to|in
 TO_LOOK = r"(?= (?:and|then|and then|to) (?:find|look|search|get|fetch|bring|see|check)\b)"
 """'Go to the kitchen and find the cup': it is looked for there."""
 NOT_THERE = re.compile(
-    r"\b(?:(?:not|never|except|without|besides|nowhere|(?:any|every)where but|all but)(?: for)?"
-    r"|i am|im|we are|were|you are|youre|i was) $"
+    r"\b(?:i am|im|we are|were|you are|youre|i was"
+    r"|(?:he|she|somebody|someone|everybody|everyone|mum|mom|dad) is|(?:they|people) are) $"
 )
-"""Before a place where not to look, or where somebody is."""
+"""Before a place where somebody is."""
+DENIES = re.compile(
+    r"\b(?:not|no|never|nobody|none|nothing|nowhere|neither|nor|cannot|without|except|excepting|excluding|besides"
+    r"|isnt|arent|wasnt|werent|dont|doesnt|didnt|havent|hasnt|hadnt|cant|couldnt|wont|shouldnt|wouldnt|aint"
+    r"|(?:any|every|some)(?:where|thing|body|one| rooms?) but|all but|but for|than|apart from|aside from|instead of"
+    r"|away from|far from|outside|ignore|ignoring|skip|skipping|avoid|avoiding"
+    r"|already|yesterday|was|were|been|had|looked|searched|checked|scanned|explored|saw|seen|used to)\b"
+)
+"""In a clause that tells where a thing is not, or where it was."""
+DEPENDS = re.compile(r"\b(?:if|unless|otherwise|else|in case)\b")
+"""Where of several places one is for the case that another is in vain."""
+_AND = r"(?:and|or|then|also|maybe|perhaps|possibly|even|plus)"
+_IN = r"(?:in|into|inside|within|at|on|around|from|through)"
+_ITS = r"(?:the|my|our|your|his|her|their)"
+AND_THE = rf"(?:(?: {_AND})+(?: {_IN})? {_THE}| {_ITS} )"
+"""Between two places of which both are meant."""
+BEHIND = (
+    rf"(?:$| (?:{_AND}|{_IN}|for|to|please|find|look|search|check|get|bring|fetch|see|now|first|too|as|but|if|with|that"
+    r"|which|next|instead|only|again|rooms?|there|is|are)\b)"
+)
+"""What may follow a place: anything else is a thing that the room only describes."""
+ADDS = frozenset(f"{_AND}|{_IN}|{_ITS}|nor".replace("(?:", "").replace(")", "").split("|"))
+"""A clause that begins so is of the one before it."""
 SOME_ROOM = (
     r"garage|hall|hallway|corridor|entrance|garden|attic|basement|cellar|balcony|terrace|nursery|pantry|porch|den|loft"
     r"|laundry|wardrobe|closet|playroom|sunroom"
@@ -87,28 +110,49 @@ def speaks_of_a_place(text: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class SaidRoom:
-    """Where a person says to look. `name` is a name of the home's own or a kind; `said` are the words for it."""
+    """Where a person says to look: in any of `names`, each a name of the home's own or a kind. `said` are the words
+    for it.
+    """
 
-    name: str
+    names: tuple[str, ...]
     said: str
+
+    @property
+    def name(self) -> str:
+        """For a person, of at most 64 letters: 'kitchen', 'kitchen or bedroom'."""
+        return " or ".join(self.names)[:NAMED_MAX]
 
 
 def searched_in(text: str, names: Iterable[str] = ()) -> SaidRoom | None:
-    """The room that a command says to look in: the first one said as a place ('in the kitchen', 'search the kitchen').
+    """The rooms that a command says to look in: all that are said as a place ('in the kitchen', 'search the kitchen').
 
-    Not where a thing is to be brought ('to the kitchen'), nor what only describes it ('the kitchen knife'), nor where
-    not to look. A room that none of `names` and no kind is ('in the attic', "in Anna's room") is told as it was said.
+    Not where a thing is to be brought ('to the kitchen'), nor what only describes it ('the kitchen knife'), nor what a
+    clause says that denies something or tells of the past ("it isn't in the kitchen"). None too where one of several
+    rooms is not clearly meant: it is looked for everywhere then. A room that none of `names` and no kind is ('in the
+    attic', "in Anna's room") is told as it was said.
     """
-    said = joined(words_of(text))
-    found = (_place(said, words, name) for words, name in _said_rooms(names))
-    places = [one for one in found if one is not None]
-    if not places:
-        unknown = re.search(rf"{WHERE}(?P<room>{SOME_ROOM})\b", said)
-        places = [(unknown, unknown["room"])] if unknown is not None and not _is_denied(said, unknown) else []
-    if not places:
-        return None
-    match, name = min(places, key=lambda one: (one[0].start(), -len(one[0].group())))
-    return SaidRoom(name, match.group().strip())
+    known = _known_rooms(names)
+    room = f"(?:{'|'.join((*known, SOME_ROOM))})"
+    rooms = rf"{room}\b(?:{AND_THE}{room}\b)*"
+    place = re.compile(rf"{WHERE}(?P<there>{rooms})|{GOING}(?P<goal>{rooms}){TO_LOOK}")
+    beside = re.compile(rf"(?:^|\b{_AND} ){_THE}{room}{BEHIND}")
+    found: list[str] = []
+    said: list[str] = []
+    sure = True
+    for clause in _clauses(text):
+        places = [one for one in place.finditer(clause) if NOT_THERE.search(clause[: one.start()]) is None]
+        if DENIES.search(clause) is not None:
+            sure &= not places or DEPENDS.search(joined(words_of(text))) is None
+            continue
+        sure &= all(any(p.start() <= one.start() < p.end() for p in places) for one in beside.finditer(clause))
+        for one in places:
+            meant = re.findall(rf"(?:^|{AND_THE})({room})\b", one["there"] or one["goal"])
+            sure &= len(meant) == 1 or re.match(BEHIND, clause[one.end() :]) is not None
+            found += meant
+            said.append(one.group().strip())
+    named = tuple(dict.fromkeys(_name(one, known) for one in found))
+    sure &= len(named) == 1 or DEPENDS.search(joined(words_of(text))) is None
+    return SaidRoom(named, "; ".join(said)) if named and sure else None
 
 
 def may_say_where(text: str) -> bool:
@@ -116,24 +160,32 @@ def may_say_where(text: str) -> bool:
     return re.search(f"{WHERE}|{GOING}", joined(words_of(text)) + " ") is not None
 
 
-def _said_rooms(names: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """(words as a pattern, the name they mean)."""
+def _known_rooms(names: Iterable[str]) -> dict[str, str]:
+    """The name that each pattern of words means; the longest first."""
+    found: dict[str, str] = {}
     for name in names:
         if words := joined(words_of(name)):
-            yield re.escape(words), name
+            found.setdefault(re.escape(words), name)
     for kind in ROOMS:
-        yield rf"{kind}s?", kind
+        found.setdefault(rf"{kind}s?", kind)
     for word, kind in SAID.items():
-        yield rf"{word}s?", kind
+        found.setdefault(rf"{word}s?", kind)
+    return dict(sorted(found.items(), key=lambda one: -len(one[0])))
 
 
-def _place(said: str, words: str, name: str) -> tuple[re.Match[str], str] | None:
-    match = re.search(rf"{WHERE}{words}\b|{GOING}{words}\b{TO_LOOK}", said)
-    return None if match is None or _is_denied(said, match) else (match, name)
+def _name(said: str, known: Mapping[str, str]) -> str:
+    return next((name for words, name in known.items() if re.fullmatch(words, said)), said)
 
 
-def _is_denied(said: str, match: re.Match[str]) -> bool:
-    return NOT_THERE.search(said[: match.start()]) is not None
+def _clauses(text: str) -> list[str]:
+    """As joined words. What only adds to the clause before it, a place or an alternative, is of that clause."""
+    clauses: list[list[Word]] = []
+    for word in words_of(text):
+        alone = not clauses or joined(clauses[-1]) == "no"
+        if word.opens and (alone or word.text not in ADDS):
+            clauses.append([])
+        clauses[-1].append(word)
+    return [joined(one) for one in clauses]
 
 
 def kinds_of(contents: Mapping[int, Iterable[str]], taken: Iterable[str] = ()) -> dict[int, str]:

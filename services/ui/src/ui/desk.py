@@ -30,7 +30,7 @@ from mesh.clock import Clock
 from mesh.errors import MeshError, UnavailableError
 from mesh.http import ServiceClient
 from mesh.tasks import Tasks
-from ui import map_view, overlay
+from ui import map_view, overlay, rooms_layer
 from ui.event_pictures import EventPictures
 from ui.frames import Frames
 from ui.i18n import _
@@ -262,7 +262,10 @@ class Desk:
         if grid is None and told.rooms:
             grid = await self.memory.room_grid()
         if (told.map_id, told.rooms, grid) != (known.map_id, known.rooms, known.grid):
-            self.facts.rooms = ShownRooms(told.map_id, told.rooms, grid)
+            picture = known.picture
+            if grid is not known.grid:
+                picture = await asyncio.to_thread(rooms_layer.picture, grid) if grid is not None else None
+            self.facts.rooms = ShownRooms(told.map_id, told.rooms, grid, picture)
 
     def refresh_scan(self) -> None:
         """Asks for the laser, for as long as a map is open; nobody waits for it."""

@@ -37,6 +37,8 @@ class ShownRooms:
     map_id: str = ""
     rooms: tuple[NamedRoom, ...] = ()
     grid: RoomGrid | None = None
+    picture: str | None = None
+    """Of the grid, as a data URL; none where there is no grid, or its cells make no sense."""
 
     @property
     def names(self) -> dict[int, str]:

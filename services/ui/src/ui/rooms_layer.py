@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from contracts.rooms import NamedBy, NamedRoom
+from contracts.rooms import NamedBy, NamedRoom, RoomGrid
 from geometry.probability_grids import corners
 from geometry.room_grids import RoomCells, RoomGridError, decode
 from ui.i18n import N_, _
@@ -30,17 +30,22 @@ NAMED_BY = {
 def rooms(frame: MapFrame, known: ShownRooms, *, map_id: str | None) -> Drawn:
     """Of the home that is shown; of another one, and of cells that make no sense, nothing."""
     nothing: Drawn = {"png": "", "fit": [], "names": []}
-    if known.grid is None or (map_id is not None and known.map_id != map_id):
-        return nothing
-    try:
-        cells = decode(known.grid)
-    except RoomGridError:
+    if known.grid is None or known.picture is None or (map_id is not None and known.map_id != map_id):
         return nothing
     return {
-        "png": f"data:image/png;base64,{base64.b64encode(_png(cells, known.grid.ids)).decode('ascii')}",
+        "png": known.picture,
         "fit": fit(frame, corners(known.grid), known.grid.width, known.grid.height),
         "names": [_name(frame, one) for one in known.rooms],
     }
+
+
+def picture(grid: RoomGrid) -> str | None:
+    """The rooms' tints as a data URL; None where the cells make no sense. A large home takes a second: for a thread."""
+    try:
+        cells = decode(grid)
+    except RoomGridError:
+        return None
+    return f"data:image/png;base64,{base64.b64encode(_png(cells, grid.ids)).decode('ascii')}"
 
 
 def _name(frame: MapFrame, one: NamedRoom) -> Drawn:

@@ -10,7 +10,7 @@ import structlog
 
 from contracts.backup import BackupRefusal
 from contracts.memory import RecalledView, RecallRequest, RememberedObject
-from contracts.mission import EndCause, EventFacts, EventKind, LastSeen, MissionState, Outcome, Report
+from contracts.mission import EndCause, EventFacts, EventKind, LastSeen, MissionState, Outcome, Report, SearchedRoom
 from coordinator.belief.clues import clues
 from coordinator.commands.kept_to_rooms import KeptRooms, NoSuchRoomsError, clues_inside, kept_to, shows_inside
 from coordinator.core import events as ev
@@ -192,6 +192,8 @@ class Dispatcher:
             self._close(waiting, Outcome.ABORTED, *no_rooms)
             return
         area = kept.area if kept is not None else None
+        gone = _called(kept.gone) if kept is not None else ""
+        no_more = f"the map shows {gone} no more" if gone else ""
         told = clues(task.target, recalled, things) if self._by_belief else ()
         self._runner.begin(
             ev.MissionStarted(
@@ -201,7 +203,7 @@ class Dispatcher:
                 parser=task.parser,
                 action=task.action,
                 views=tuple(_place(one) for one in recalled),
-                notes="; ".join(part for part in (task.notes, note) if part),
+                notes="; ".join(part for part in (task.notes, no_more, note) if part),
                 order=waiting.order,
                 last_seen=_last_seen(recalled, task),
                 clues=clues_inside(told, area) if area is not None else told,
@@ -218,10 +220,10 @@ class Dispatcher:
         """Where the rooms lie that it keeps to; or why nobody can tell: then it looks nowhere."""
         if not task.rooms:
             return None, None
-        where = " and ".join(called(one.name) for one in task.rooms)
+        where, map_id = _called(task.rooms), self._runner.mission.robot.map_id
         try:
             async with asyncio.timeout(self._settings.recall_timeout_s):
-                return await kept_to(task.rooms, task.target, self._memory), None
+                return await kept_to(task.rooms, task.target, self._memory, map_id=map_id), None
         except NoSuchRoomsError:
             return None, (EndCause.MAP, f"the map shows {where} no more")
         except (MeshError, RoomGridError, TimeoutError) as error:
@@ -287,6 +289,11 @@ def _place(recalled: RecalledView) -> SearchPose:
     thing = recalled.thing if recalled.source == "label" else None  # nobody drives up to what it may be near
     thing_xy = (thing.position.x, thing.position.y) if thing is not None else None
     return SearchPose(recalled.pose or view.pose, reason, thing_xy)
+
+
+def _called(rooms: Sequence[SearchedRoom]) -> str:
+    """For a person: 'the kitchen and the bedroom'."""
+    return " and ".join(called(one.name) for one in rooms)
 
 
 def _last_seen(recalled: Sequence[RecalledView], task: CheckedTask) -> LastSeen | None:

@@ -1,5 +1,6 @@
 """What a search that keeps to some rooms begins with: where they lie, and what memory knows of inside and outside."""
 
+import asyncio
 from collections.abc import Sequence
 from dataclasses import dataclass
 from http import HTTPStatus
@@ -7,6 +8,7 @@ from http import HTTPStatus
 from contracts.geometry import Pose2D
 from contracts.memory import RecalledView, RememberedObject
 from contracts.mission import SearchedRoom, SeenElsewhere
+from contracts.rooms import RoomGrid
 from contracts.vision import Target
 from coordinator.belief.clues import Clue
 from coordinator.core.area import SearchArea
@@ -18,32 +20,55 @@ from geometry.room_grids import decode
 from mesh.errors import UpstreamError
 
 THINGS_MAX = 200
+PLACING_TASK = "plan-rooms"
 ELSEWHERE_MAX = 20
 
 
 @dataclass(frozen=True, slots=True)
 class KeptRooms:
+    """`area` is of the rooms that there are, as they are called now; `gone` are those the map does not show any more."""
+
     area: SearchArea
     elsewhere: tuple[SeenElsewhere, ...]
+    gone: tuple[SearchedRoom, ...] = ()
 
 
 class NoSuchRoomsError(Exception):
-    """The map the robot is in shows none of the rooms any more."""
+    """The map the robot is in shows none of the rooms any more, or memory tells the rooms of another map."""
 
 
-async def kept_to(rooms: Sequence[SearchedRoom], target: Target, memory: Memory) -> KeptRooms:
-    """Raises `NoSuchRoomsError`, `RoomGridError`, `UnavailableError` and `UpstreamError`."""
+async def kept_to(
+    rooms: Sequence[SearchedRoom], target: Target, memory: Memory, *, map_id: str | None = None
+) -> KeptRooms:
+    """`map_id` is of the map the robot is in; none where it has not been told.
+
+    Raises `NoSuchRoomsError`, `RoomGridError`, `UnavailableError` and `UpstreamError`.
+    """
     try:
-        area = area_of(decode(await memory.room_grid()), rooms)
+        grid = await memory.room_grid()
     except UpstreamError as error:
         if error.upstream_status != HTTPStatus.NOT_FOUND:
             raise
-        area = None
+        raise NoSuchRoomsError from error
+    told = await memory.rooms()
+    if told.map_id != grid.map_id or (map_id is not None and grid.map_id != map_id):
+        raise NoSuchRoomsError
+    known = KnownRooms(told.rooms)
+    names = {one.id: one.name for one in known.rooms}
+    named = [SearchedRoom(id=one.id, name=names[one.id]) for one in rooms if one.id in names]
+    placing = asyncio.to_thread(_placed, grid, named)
+    area = await asyncio.create_task(placing, name=PLACING_TASK)
     if area is None:
         raise NoSuchRoomsError
-    known = KnownRooms((await memory.rooms()).rooms)
     things = await memory.objects(target.label, THINGS_MAX)
-    return KeptRooms(area, elsewhere(target, things, area, known))
+    shown = {one.id for one in area.rooms}
+    gone = tuple(one for one in rooms if one.id not in shown)
+    return KeptRooms(area, elsewhere(target, things, area, known), gone)
+
+
+def _placed(grid: RoomGrid, rooms: Sequence[SearchedRoom]) -> SearchArea | None:
+    """Raises `RoomGridError`. A large home takes a while: for a thread."""
+    return area_of(decode(grid), rooms)
 
 
 def elsewhere(

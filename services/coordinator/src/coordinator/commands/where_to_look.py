@@ -19,25 +19,32 @@ class UnknownRoomError(ValueError):
 
 
 def rooms_said(asked: str, parts: Sequence[str], names: Sequence[str]) -> tuple[SaidRoom | None, ...]:
-    """Of each part of a command. One room that is said of a part holds for all of them ('the cup and the book in the
-    kitchen'), unless they are asked for one after the other.
+    """Of each part of a command. The one place that is said of a part holds for all of them ('the cup and the book in
+    the kitchen'), unless they are asked for one after the other.
     """
-    own = [searched_in(part, names) for part in parts]
-    said = {one.name: one for one in (*own, searched_in(asked, names)) if one is not None}
-    if len(said) == 1 and not (len(parts) > 1 and IN_TURN.search(joined(words_of(asked)))):
-        return tuple(said.values()) * len(parts)
-    return tuple(own)
+    own, whole = [searched_in(part, names) for part in parts], searched_in(asked, names)
+    each = {one.names for one in own if one is not None}
+    of_all = whole is not None and {name for some in each for name in some} < set(whole.names)
+    if whole is not None and (of_all or len(each) == 1) and not _in_turn(asked, parts):
+        return (whole,) * len(parts)
+    return (None,) if len(parts) == 1 and whole is None else tuple(own)
+
+
+def _in_turn(asked: str, parts: Sequence[str]) -> bool:
+    return len(parts) > 1 and IN_TURN.search(joined(words_of(asked))) is not None
 
 
 def rooms_meant(said: SaidRoom, known: KnownRooms) -> tuple[SearchedRoom, ...]:
-    """Raises `UnknownRoomError`."""
-    meant = known.meant(said.name)
-    if meant:
-        return tuple(SearchedRoom(id=one.id, name=one.name) for one in meant)
+    """Every room of the place that is said. Raises `UnknownRoomError`, where it has one that nobody knows."""
+    meant = [(name, known.meant(name)) for name in said.names]
+    missing = next((name for name, rooms in meant if not rooms), None)
+    if missing is None:
+        found = {one.id: SearchedRoom(id=one.id, name=one.name) for _, rooms in meant for one in rooms}
+        return tuple(found.values())
     if not known.rooms:
-        raise UnknownRoomError(f"I know no room yet, and so not where the {said.name} is")
+        raise UnknownRoomError(f"I know no room yet, and so not where the {missing} is")
     names = ", ".join(known.names[:NAMES_TOLD]) + (", ..." if len(known.names) > NAMES_TOLD else "")
-    raise UnknownRoomError(f"I know no room called '{said.name}'. I know: {names}")
+    raise UnknownRoomError(f"I know no room called '{missing}'. I know: {names}")
 
 
 def not_of_a_room(restrictions: Sequence[Restriction], said: Sequence[SaidRoom | None]) -> tuple[Restriction, ...]:

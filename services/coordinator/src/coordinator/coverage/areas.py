@@ -20,12 +20,14 @@ RUNS_MAX = 5000
 
 
 def area_of(cells: RoomCells, rooms: Sequence[SearchedRoom]) -> SearchArea | None:
-    """The rooms, and what lies off their floor and nearer to it than to any other room's: a thing on a shelf is in the
+    """The rooms that have cells, and what lies off their floor and nearer to it than to any other room's: a thing on a shelf is in the
     room that memory says (`IN_FURNITURE_M`). None where no cell is of them.
     """
-    floor = cells.of([one.id for one in rooms])
-    if not floor.any():
+    shown = set(np.unique(cells.ids).tolist()) - {0}
+    rooms = [one for one in rooms if one.id in shown]
+    if not rooms:
         return None
+    floor = cells.of([one.id for one in rooms])
     pad = math.ceil(IN_FURNITURE_M / cells.resolution_m)
     found_rows, found_columns = np.nonzero(floor.any(axis=1))[0], np.nonzero(floor.any(axis=0))[0]
     low, left = int(found_rows[0]) - pad, int(found_columns[0]) - pad

@@ -1,6 +1,7 @@
 """The shell's side of coverage: the newest map, what was looked at on it, and the plan of what is left."""
 
 import asyncio
+from collections.abc import Sequence
 
 from contracts.description import RobotDescription
 from contracts.geometry import Pose2D
@@ -18,10 +19,11 @@ from mesh.errors import UnavailableError
 
 LOOKS_MAX = 5000
 PLANNING_TASK = "plan-coverage"
+READING_TASK = "plan-map"
 
 
 class ExploredSpace:
-    """One per mission. Planning runs in a thread: a large map takes seconds."""
+    """One per mission. A map is read and planned on in a thread: a large one takes seconds."""
 
     def __init__(
         self, robot: Robot, rules: Rules, body: RobotDescription | None, area: SearchArea | None = None
@@ -33,6 +35,7 @@ class ExploredSpace:
         self._map: Map | None = None
         self._space: CoverageTracker | None = None
         self._looks: list[Pose2D] = []
+        self._reading = asyncio.Lock()
 
     def look(self, pose: Pose2D) -> float | None:
         """The share of the free space looked at, or none while there is no map yet, or none on it."""
@@ -48,14 +51,17 @@ class ExploredSpace:
 
         Raises `UnavailableError`, `UpstreamError`, `geometry.grids.MapError`.
         """
-        newest = await self._robot.map()
-        if self._space is None or self._map != newest:
-            grid = decode(newest)
-            space = CoverageTracker(grid, mask_of(self._area, grid) if self._area is not None else None)
-            for pose in self._looks:
+        async with self._reading:
+            newest = await self._robot.map()
+            if self._space is not None and self._map == newest:
+                return self._space
+            looks = tuple(self._looks)
+            reading = asyncio.to_thread(self._space_of, newest, looks)
+            space = await asyncio.create_task(reading, name=READING_TASK)
+            for pose in self._looks[len(looks) :]:  # taken meanwhile
                 self._mark(space, pose)
             self._map, self._space = newest, space
-        return self._space
+            return space
 
     async def plan(self, start: Pose2D | None, avoid: tuple[Pose2D, ...]) -> Coverage:
         """What is still worth a scan, in order. Raises as `refresh` does."""
@@ -64,6 +70,13 @@ class ExploredSpace:
         space = await self.refresh()
         planning = asyncio.to_thread(plan_coverage, space, self._rules, self._body.footprint_radius_m, start, avoid)
         return await asyncio.create_task(planning, name=PLANNING_TASK)
+
+    def _space_of(self, newest: Map, looks: Sequence[Pose2D]) -> CoverageTracker:
+        grid = decode(newest)
+        space = CoverageTracker(grid, mask_of(self._area, grid) if self._area is not None else None)
+        for pose in looks:
+            self._mark(space, pose)
+        return space
 
     def _mark(self, space: CoverageTracker, pose: Pose2D) -> None:
         space.mark(pose, hfov_rad=self._rules.camera_hfov_rad, reach_m=self._rules.look_range_m)
