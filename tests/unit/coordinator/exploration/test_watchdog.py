@@ -17,9 +17,9 @@ from support.exploration_played import HOME, Played, ahead, closed_chart, open_c
 M = ExplorationMode
 
 
-def driving() -> Played:
+def driving(rules: ExplorationRules | None = None) -> Played:
     """Led by the model, on its way, and a question is open that nobody answers."""
-    played = Played(obeys=False).begin(open_chart())
+    played = Played(rules, obeys=False).begin(open_chart())
     played.answer(ahead(2.0))
     played.pass_time(0.4)
     assert isinstance(played.exploration.activity, Advancing)
@@ -204,6 +204,15 @@ def test_what_is_spent_up_leaves_the_rest_to_the_frontiers(limits: SpendingLimit
     assert len(played.told(do.AskModel)) == 3
     played.pass_time(60.0)
     assert len(played.told(do.AskModel)) == 3
+
+
+def test_what_is_spent_up_while_the_frontiers_stand_in_leaves_them_to_it() -> None:
+    played = driving(ExplorationRules(spending=SpendingLimits(calls_max=2))).pass_time(14.0)
+    assert played.mode is M.FRONTIERS
+    assert played.modes() == [M.MODEL, M.FRONTIERS]
+    assert played.exploration.fallback is Fallback.SPENT
+    played.pass_time(40.0)
+    assert M.RETURNING not in played.modes(), "no answer is owed any more"
 
 
 def test_seconds_of_waiting_are_spent_too() -> None:
