@@ -316,6 +316,15 @@ def test_the_emergency_stop_ends_it_and_nothing_goes_on_by_itself(pilot: Explora
     assert len(played.commands) == before
 
 
+@pytest.mark.parametrize(("epochs", "ends"), [((4, 5), True), ((4, None, 5), True), ((4, 4), False), ((4, 3), False)])
+def test_a_stop_that_came_and_went_unseen_is_told_by_its_epoch(epochs: tuple[int | None, ...], ends: bool) -> None:
+    played = Played(obeys=False).begin(open_chart())
+    for epoch in epochs:
+        played.tell(ev.RobotSeen(HOME, played.exploration.surroundings, epoch=epoch))
+    assert (played.exploration.end is ExplorationEnd.STOPPED) == ends
+    assert (played.mode is M.IDLE) == ends
+
+
 def test_a_cancel_ends_it_where_it_stands() -> None:
     played = driving()
     played.tell(ev.ExplorationCanceled())
