@@ -180,6 +180,8 @@ def _settled(context: Context, activity: Settling) -> None:
         speed_m_s = min(checked.motion.speed_m_s, activity.then.speed_m_s)
         context.drive(replace(checked.motion, speed_m_s=speed_m_s), activity.tool)
     else:
+        if checked.verdict is DecisionVerdict.BLIND and one.pose is not None:
+            context.update(tries=blocked(checked.tries, one.pose.yaw, context.now_s))  # not turned to for ever
         context.remember_action(activity.tool, checked.verdict)
         local.stretch_over(context)
 
