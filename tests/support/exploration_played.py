@@ -47,6 +47,7 @@ class Played:
         self.exploration = Exploration(rules=rules or ExplorationRules())
         self.pose: Pose2D | None = HOME
         self.points_m = FREE
+        self.silent_rad: tuple[tuple[float, float], ...] = ()
         self.scan_age_s = 0.0
         self.stopped = False
         self.obeys = obeys
@@ -73,7 +74,8 @@ class Played:
         return self
 
     def look(self) -> None:
-        self.tell(ev.RobotSeen(self.pose, Surroundings(self.now_s - self.scan_age_s, self.points_m), self.stopped))
+        scan = Surroundings(self.now_s - self.scan_age_s, self.points_m, self.silent_rad)
+        self.tell(ev.RobotSeen(self.pose, scan, self.stopped))
         if self.sees and self.pose is not None:
             key = (round(self.pose.x, 2), round(self.pose.y, 2), round(self.pose.yaw, 2))
             self.view = hash(key) & (2**64 - 1)

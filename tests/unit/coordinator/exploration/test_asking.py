@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tokenizers import Tokenizer
 
@@ -35,7 +35,7 @@ from coordinator.exploration import events as ev
 from coordinator.exploration.exploration import Exploration, Standing, Turning
 from coordinator.exploration.frontiers import Frontier
 from coordinator.exploration.prompt import TOKENS_MAX, described, plain, tokens_about
-from coordinator.exploration.rules import ExplorationRules
+from coordinator.exploration.rules import ExplorationRules, SpendingLimits
 from coordinator.exploration.surroundings import Surroundings
 from coordinator.exploration.views import bits_apart, view_hash
 from geometry.poses import compose, inverse
@@ -378,12 +378,17 @@ STEPS = st.lists(
 )
 
 
+def fresh_scan() -> Any:
+    return (0.0, FREE), False, HOME
+
+
 @settings(deadline=None, max_examples=60)
-@given(STEPS, st.sampled_from([M.MODEL, M.FRONTIERS, M.REACTIVE]))
+@given(STEPS, st.sampled_from([M.MODEL, M.FRONTIERS, M.REACTIVE]), st.sampled_from([1, 2, 3, 300]))
+@example([(1.0, ev.TimePassed()), (12.0, fresh_scan()), (1.0, ev.TimePassed())], M.MODEL, 1)
 def test_from_any_events_it_stays_in_its_table_and_moves_only_when_it_may(
-    steps: list[Any], pilot: ExplorationMode
+    steps: list[Any], pilot: ExplorationMode, calls_max: int
 ) -> None:
-    played = Played(ExplorationRules(pilot=pilot), obeys=False)
+    played = Played(ExplorationRules(pilot=pilot, spending=SpendingLimits(calls_max=calls_max)), obeys=False)
     played.begin(CHART)
     for after_s, happens in steps:
         played.now_s += after_s

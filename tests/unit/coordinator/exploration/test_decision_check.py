@@ -62,9 +62,10 @@ AHEAD = MoveToward(bearing_rad=0.0, distance_m=1.5)
     ("wall_m", "verdict", "distance_m", "speed_m_s"),
     [
         (3.0, DecisionVerdict.ACCEPTED, 1.5, LIMITS.speed_m_s),
-        (1.5, DecisionVerdict.SHORTENED, 1.5 - 0.24 - LIMITS.keep_m, LIMITS.speed_m_s),
-        (1.2, DecisionVerdict.SLOWED, 1.2 - 0.24 - LIMITS.keep_m, LIMITS.slow_speed_m_s),
-        (0.75, DecisionVerdict.SLOWED, 0.75 - 0.24 - LIMITS.keep_m, LIMITS.slow_speed_m_s),
+        (1.5 + LIMITS.slow_m + 0.25, DecisionVerdict.ACCEPTED, 1.5, LIMITS.speed_m_s),
+        (1.5 + LIMITS.slow_m + 0.23, DecisionVerdict.SLOWED, 1.5, LIMITS.slow_speed_m_s),
+        (1.5, DecisionVerdict.SHORTENED, 1.5 - 0.24 - LIMITS.keep_m, LIMITS.slow_speed_m_s),
+        (0.75, DecisionVerdict.SHORTENED, 0.75 - 0.24 - LIMITS.keep_m, LIMITS.slow_speed_m_s),
     ],
 )
 def test_the_nearer_something_stands_the_shorter_and_slower(
@@ -148,6 +149,27 @@ def test_a_goal_on_which_the_laser_sees_something_is_refused() -> None:
     assert check(NavigateToGoal(x_m=-1.0, y_m=0.0), there, LIMITS).verdict is DecisionVerdict.ACCEPTED
 
 
+@pytest.mark.parametrize(("beside_m", "refused"), [(0.73, True), (0.75, False)])
+def test_a_place_must_be_as_far_from_what_the_laser_sees_as_a_drive_may_come(beside_m: float, refused: bool) -> None:
+    verdict = judged(NavigateToGoal(x_m=1.0, y_m=0.0), seen((1.0, beside_m))).verdict
+    assert (verdict is DecisionVerdict.GOAL_NOT_FREE) == refused
+
+
+@pytest.mark.parametrize(("y_m", "refused"), [(0.0, True), (-0.6, True), (1.5, False)])
+def test_a_place_is_no_way_round_what_the_laser_does_not_see(y_m: float, refused: bool) -> None:
+    scan = Surroundings(NOW_S, np.empty((0, 2)), ((-0.4, 0.4),))
+    verdict = judged(NavigateToGoal(x_m=1.0, y_m=y_m), scan).verdict
+    assert verdict is (DecisionVerdict.BLIND if refused else DecisionVerdict.ACCEPTED)
+
+
+def test_a_place_is_no_way_round_a_direction_that_was_blocked_twice() -> None:
+    tries = judged(AHEAD, seen((0.6, 0.0))).tries * 2
+    turned = Pose2D(x=0.0, y=0.0, yaw=math.pi / 2)
+    there = Knowledge(seen(), turned, CHART, tries=tries, now_s=NOW_S)
+    assert check(NavigateToGoal(x_m=1.5, y_m=0.2), there, LIMITS).verdict is DecisionVerdict.TRIED_TOO_OFTEN
+    assert check(NavigateToGoal(x_m=0.0, y_m=1.5), there, LIMITS).verdict is DecisionVerdict.ACCEPTED
+
+
 def test_a_frontier_is_one_that_was_told_and_still_is_one() -> None:
     told = CHART.frontiers[:1]
     first = NavigateToGoal(frontier=1)
@@ -210,7 +232,8 @@ def test_no_accepted_drive_comes_nearer_than_the_side_margin_and_none_ends_neare
     assert after.clear_m(bearing_rad, LIMITS.half_width_m) >= LIMITS.keep_m - 1e-6
     near = scan.clear_m(bearing_rad, LIMITS.half_width_m)
     assert near >= LIMITS.reject_m
-    assert checked.motion.speed_m_s == (LIMITS.slow_speed_m_s if near < LIMITS.slow_m else LIMITS.speed_m_s)
+    slow = near - checked.motion.distance_m < LIMITS.slow_m
+    assert checked.motion.speed_m_s == (LIMITS.slow_speed_m_s if slow else LIMITS.speed_m_s)
 
 
 DECISION = st.one_of(

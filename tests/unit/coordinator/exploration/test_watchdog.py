@@ -1,6 +1,7 @@
 """Every tier of the model's watchdog, every fallback, and listening, on a simulated clock (C6, C7, C9)."""
 
 import itertools
+import math
 
 import pytest
 
@@ -8,18 +9,21 @@ from contracts.exploration import ExplorationEnd, ExplorationMode, MoveToward, N
 from contracts.motion import MotionEnd
 from coordinator.exploration import commands as do
 from coordinator.exploration import events as ev
+from coordinator.exploration.decision_check import WAY_HALF_RAD, CheckLimits
 from coordinator.exploration.exploration import Advancing, Fallback, Standing
 from coordinator.exploration.rules import AskingRules, ExplorationRules, SpendingLimits, WatchdogRules
+from coordinator.exploration.surroundings import Surroundings
 from coordinator.exploration.transitions import ALLOWED, SENTENCES, TRANSITIONS
 from coordinator.exploration.watchdog import SilenceTier, tier_of
-from support.exploration_played import HOME, Played, ahead, closed_chart, open_chart
+from coordinator.exploration.wandering import step_from
+from support.exploration_played import FREE, HOME, Played, ahead, closed_chart, open_chart
 
 M = ExplorationMode
 
 
-def driving() -> Played:
+def driving(rules: ExplorationRules | None = None) -> Played:
     """Led by the model, on its way, and a question is open that nobody answers."""
-    played = Played(obeys=False).begin(open_chart())
+    played = Played(rules, obeys=False).begin(open_chart())
     played.answer(ahead(2.0))
     played.pass_time(0.4)
     assert isinstance(played.exploration.activity, Advancing)
@@ -206,6 +210,15 @@ def test_what_is_spent_up_leaves_the_rest_to_the_frontiers(limits: SpendingLimit
     assert len(played.told(do.AskModel)) == 3
 
 
+def test_what_is_spent_up_while_the_frontiers_stand_in_leaves_them_to_it() -> None:
+    played = driving(ExplorationRules(spending=SpendingLimits(calls_max=2))).pass_time(14.0)
+    assert played.mode is M.FRONTIERS
+    assert played.modes() == [M.MODEL, M.FRONTIERS]
+    assert played.exploration.fallback is Fallback.SPENT
+    played.pass_time(40.0)
+    assert M.RETURNING not in played.modes(), "no answer is owed any more"
+
+
 def test_seconds_of_waiting_are_spent_too() -> None:
     played = Played(ExplorationRules(spending=SpendingLimits(seconds_max=4.0))).begin(open_chart())
     for _ in range(4):
@@ -307,6 +320,15 @@ def test_the_emergency_stop_ends_it_and_nothing_goes_on_by_itself(pilot: Explora
     assert len(played.commands) == before
 
 
+@pytest.mark.parametrize(("epochs", "ends"), [((4, 5), True), ((4, None, 5), True), ((4, 4), False), ((4, 3), False)])
+def test_a_stop_that_came_and_went_unseen_is_told_by_its_epoch(epochs: tuple[int | None, ...], ends: bool) -> None:
+    played = Played(obeys=False).begin(open_chart())
+    for epoch in epochs:
+        played.tell(ev.RobotSeen(HOME, played.exploration.surroundings, epoch=epoch))
+    assert (played.exploration.end is ExplorationEnd.STOPPED) == ends
+    assert (played.mode is M.IDLE) == ends
+
+
 def test_a_cancel_ends_it_where_it_stands() -> None:
     played = driving()
     played.tell(ev.ExplorationCanceled())
@@ -328,6 +350,28 @@ def test_after_a_turn_the_way_is_checked_by_a_scan_taken_after_it() -> None:
     assert played.told(do.DriveRobot) == [], "the scan is from before the turn was over"
     played.pass_time(0.4)
     assert len(played.told(do.DriveRobot)) == 1
+
+
+def test_a_wander_takes_no_way_that_the_check_of_the_drive_would_find_blind() -> None:
+    limits = CheckLimits()
+    scan = Surroundings(1000.0, FREE, ((-0.25, 0.25),))
+    motion = step_from(HOME, scan, (), (), 1000.0, limits)
+    assert motion is not None
+    assert not scan.says_nothing_about(motion.bearing_rad, WAY_HALF_RAD)
+    everywhere = Surroundings(1000.0, FREE, ((-math.pi, 0.0), (0.0, math.pi)))
+    assert step_from(HOME, everywhere, (), (), 1000.0, limits) is None
+
+
+def test_a_way_that_is_blind_once_it_was_turned_to_counts_as_blocked() -> None:
+    played = Played(obeys=False).begin(open_chart())
+    played.answer(MoveToward(bearing_rad=1.0, distance_m=1.0))
+    (turn,) = played.told(do.TurnRobot)
+    played.pose = HOME.model_copy(update={"yaw": 1.0})
+    played.silent_rad = ((-0.25, 0.25),)
+    played.pass_time(0.2)
+    played.tell(ev.MotionOver(turn.call, MotionEnd.COMPLETED))
+    played.pass_time(0.4)
+    assert [one.heading_rad for one in played.exploration.tries] == [1.0]
 
 
 def test_a_motion_whose_answer_never_comes_is_ended() -> None:

@@ -5,6 +5,7 @@ import math
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any, assert_never
 
 import numpy as np
@@ -65,7 +66,6 @@ class ExplorationRunner:
         self._tasks = tasks
         self._journal = journal
         self._eye = eye
-        self._epoch = 0
         self._home = UNNAMED
         """The map that the robot is in, and what is remembered belongs to."""
         self._motion = MotionClient(
@@ -73,21 +73,21 @@ class ExplorationRunner:
         )  # fmt: skip
 
     async def run(self) -> None:
-        """For ever. Its owner keeps the robot's session open besides."""
-        chart_s = view_s = -math.inf
+        """For ever. Its owner keeps the robot's session open besides.
+
+        Each sense is asked at its own pace: one that is slow to answer holds up neither the others nor the time.
+        """
+        async with asyncio.TaskGroup() as senses:
+            senses.create_task(self._each(LOOK_S, self._look))
+            senses.create_task(self._each(LOOK_S, self._pass_time))
+            senses.create_task(self._each(CHART_S, self._chart))
+            if self._eye is not None:
+                senses.create_task(self._each(VIEW_S, partial(self._view, self._eye)))
+
+    async def _each(self, pause_s: float, work: Callable[[], Awaitable[None]]) -> None:
         while True:
-            await self._look()
-            now_s = self._clock.now_s()
-            if now_s - chart_s >= CHART_S:
-                chart_s = now_s
-                await self._chart()
-            if self._eye is not None and now_s - view_s >= VIEW_S:
-                view_s = now_s
-                view = await self._eye.view()
-                if view is not None:
-                    self.feed(ev.ViewSeen(view))
-            self.feed(ev.TimePassed())
-            await self._clock.sleep(LOOK_S)
+            await work()
+            await self._clock.sleep(pause_s)
 
     async def begin(self, home: Pose2D) -> None:
         """With what is remembered of this map; without it where the journal is away."""
@@ -121,6 +121,19 @@ class ExplorationRunner:
 
     # what comes in
 
+    @property
+    def _epoch(self) -> int:
+        """The core's: a stop that it has not been told of yet refuses what it asks for."""
+        return self.exploration.epoch or 0
+
+    async def _pass_time(self) -> None:
+        self.feed(ev.TimePassed())
+
+    async def _view(self, eye: Eye) -> None:
+        view = await eye.view()
+        if view is not None:
+            self.feed(ev.ViewSeen(view))
+
     async def _look(self) -> None:
         """A robot that tells nothing has neither pose nor scan."""
         try:
@@ -128,17 +141,18 @@ class ExplorationRunner:
         except MeshError:
             self.feed(ev.RobotSeen(None, None, stopped=self.exploration.stopped))
             return
-        self._epoch = state.emergency_stop.epoch
         self._home = state.map_id or self._home
+        seen = ev.RobotSeen(state.pose, None, state.emergency_stop.latched, state.emergency_stop.epoch)
+        if seen.stopped or seen.epoch != self.exploration.epoch:
+            self.feed(seen)  # before anything else is asked, which may take its time
         scan = None
         with suppress(MeshError):
             scan = surroundings_of(await self._robot.scan(), await self._robot.obstacles())
-        self.feed(ev.RobotSeen(state.pose, scan, stopped=state.emergency_stop.latched))
+        self.feed(replace(seen, surroundings=scan))
 
     async def _chart(self) -> None:
-        pose = self.exploration.pose
-        if pose is None:
-            return
+        while (pose := self.exploration.pose) is None:
+            await self._clock.sleep(LOOK_S)
         try:
             grid = decode(await self._robot.map())
         except (MeshError, MapError) as error:
@@ -150,17 +164,18 @@ class ExplorationRunner:
     # what goes out
 
     def _act(self, command: do.Command) -> None:
+        epoch = self._epoch
         match command:
             case do.AskModel():
                 self._spawn(self._ask(command))
             case do.TurnRobot(call=call, angle_rad=angle_rad):
-                self._start(call, lambda: self._turn(angle_rad))
+                self._start(call, lambda: self._turn(angle_rad, epoch))
             case do.DriveRobot(call=call, distance_m=distance_m, speed_m_s=speed_m_s):
-                self._start(call, lambda: self._drive(distance_m, speed_m_s))
+                self._start(call, lambda: self._drive(distance_m, speed_m_s, epoch))
             case do.NavigateRobot(call=call, pose=pose):
-                self._motion.start(lambda: self._navigate(call, pose), self._epoch)
+                self._motion.start(lambda: self._navigate(call, pose, epoch), epoch)
             case do.HaltMotion():
-                self._motion.stop(self._epoch)
+                self._motion.stop(epoch)
             case do.Remember(memory=memory):
                 self._journal.write(self._home, memory)
             case do.TellMode(mode=mode, why=why):
@@ -196,21 +211,19 @@ class ExplorationRunner:
 
         self._motion.start(work, self._epoch)
 
-    async def _turn(self, angle_rad: float) -> MotionEnd:
-        reply = await self._robot.rotate(
-            angle_rad, speed_rad_s=TURN_RAD_S, timeout_s=TURN_TIMEOUT_S, epoch=self._epoch
-        )  # fmt: skip
+    async def _turn(self, angle_rad: float, epoch: int) -> MotionEnd:
+        reply = await self._robot.rotate(angle_rad, speed_rad_s=TURN_RAD_S, timeout_s=TURN_TIMEOUT_S, epoch=epoch)
         return reply.end
 
-    async def _drive(self, distance_m: float, speed_m_s: float) -> MotionEnd:
+    async def _drive(self, distance_m: float, speed_m_s: float, epoch: int) -> MotionEnd:
         timeout_s = 4.0 + 2.5 * distance_m / speed_m_s
-        reply = await self._robot.drive(distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s, epoch=self._epoch)
+        reply = await self._robot.drive(distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s, epoch=epoch)
         return reply.end
 
-    async def _navigate(self, call: int, pose: Pose2D) -> None:
+    async def _navigate(self, call: int, pose: Pose2D, epoch: int) -> None:
         request = GoalRequest(
             candidates=(CandidatePose(pose=pose),),
-            epoch=self._epoch,
+            epoch=epoch,
             timeout_s=self.exploration.rules.goal_s_max,
         )
         reached = False

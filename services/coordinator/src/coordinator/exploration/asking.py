@@ -89,7 +89,8 @@ def ask(context: Context, reason: AskingReason, *, answer: str = "", turns: int 
     one = context.exploration
     if spent_up(one):
         context.update(question=None, silent_since_s=None, fallback=Fallback.SPENT)
-        context.become(ExplorationMode.FRONTIERS, "nothing is left to spend on the model")
+        if one.mode is ExplorationMode.MODEL:  # whatever stands in for it already goes on
+            context.become(ExplorationMode.FRONTIERS, "nothing is left to spend on the model")
         return
     call, now_s = context.take_call(), context.now_s
     half_width_m = one.rules.limits.half_width_m

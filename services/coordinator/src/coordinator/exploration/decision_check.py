@@ -42,7 +42,7 @@ class CheckLimits:
     reject_m: float = 0.5
     """Less clear than this is refused."""
     slow_m: float = 1.0
-    """Less clear than this is driven slowly."""
+    """What ends with less clear ahead than this is driven slowly."""
     keep_m: float = 0.25
     """No step ends nearer to something than this."""
     scan_age_s_max: float = 0.5
@@ -172,11 +172,12 @@ def _advance(bearing_rad: float, distance_m: float, known: Knowledge, limits: Ch
     clear_m = scan.clear_m(bearing_rad, limits.half_width_m)
     if clear_m < limits.reject_m:
         return Checked(DecisionVerdict.BLOCKED, None, clear_m, blocked(known.tries, heading_rad, known.now_s))
-    slow = clear_m < limits.slow_m
     allowed_m = min(distance_m, STEP_M_MAX, clear_m - limits.keep_m)
-    verdict = DecisionVerdict.SHORTENED if allowed_m < distance_m else DecisionVerdict.ACCEPTED
-    speed_m_s = limits.slow_speed_m_s if slow else limits.speed_m_s
-    return Checked(DecisionVerdict.SLOWED if slow else verdict, Advance(bearing_rad, allowed_m, speed_m_s), clear_m)
+    speed_m_s = speed_for(clear_m, allowed_m, limits)
+    slow = speed_m_s < limits.speed_m_s
+    verdict = DecisionVerdict.SLOWED if slow else DecisionVerdict.ACCEPTED
+    shortened = DecisionVerdict.SHORTENED if allowed_m < distance_m else verdict
+    return Checked(shortened, Advance(bearing_rad, allowed_m, speed_m_s), clear_m)
 
 
 def _go_to(decision: NavigateToGoal, known: Knowledge, limits: CheckLimits) -> Checked:
@@ -191,11 +192,25 @@ def _go_to(decision: NavigateToGoal, known: Knowledge, limits: CheckLimits) -> C
     if not known.chart.has_room_at(goal.x, goal.y):
         return Checked(DecisionVerdict.GOAL_NOT_FREE)
     in_base = compose(inverse(known.pose), goal)
-    if (
-        scan.nearest_m(in_base.x, in_base.y) < limits.footprint_radius_m
-    ):  # something stands there that the map does not hold
+    near_m = scan.nearest_m(in_base.x, in_base.y)
+    if near_m < limits.footprint_radius_m:  # something stands there that the map does not hold
         return Checked(DecisionVerdict.GOAL_NOT_FREE)
-    return Checked(DecisionVerdict.ACCEPTED, GoTo(goal))
+    refused = None if decision.frontier is not None else _made_up(in_base, near_m, known.pose, scan, known, limits)
+    return Checked(refused) if refused is not None else Checked(DecisionVerdict.ACCEPTED, GoTo(goal))
+
+
+def _made_up(
+    in_base: Pose2D, near_m: float, pose: Pose2D, scan: Surroundings, known: Knowledge, limits: CheckLimits
+) -> DecisionVerdict | None:
+    """Why a place that no map proposed is refused: it is held to the rules of a drive straight there, so that none of
+    them is got round by naming the place. None where it is not.
+    """
+    bearing_rad = math.atan2(in_base.y, in_base.x)
+    if tried_too_often(known.tries, wrap(pose.yaw + bearing_rad), known.now_s, limits):
+        return DecisionVerdict.TRIED_TOO_OFTEN
+    if scan.says_nothing_about(bearing_rad, WAY_HALF_RAD):
+        return DecisionVerdict.BLIND
+    return DecisionVerdict.GOAL_NOT_FREE if near_m < limits.half_width_m + limits.reject_m else None
 
 
 def _goal_of(decision: NavigateToGoal, told: tuple[Frontier, ...], chart: Chart, pose: Pose2D) -> Pose2D | None:
@@ -208,6 +223,11 @@ def _goal_of(decision: NavigateToGoal, told: tuple[Frontier, ...], chart: Chart,
         return None
     now = min(chart.frontiers, key=lambda one: apart_m(one.pose, wanted), default=None)
     return now.pose if now is not None and apart_m(now.pose, wanted) <= FRONTIER_MOVED_M else None
+
+
+def speed_for(clear_m: float, distance_m: float, limits: CheckLimits) -> float:
+    """Of a drive that far on a way that is clear so far, m/s: slow where it ends near to something."""
+    return limits.slow_speed_m_s if clear_m - distance_m < limits.slow_m else limits.speed_m_s
 
 
 def tried_too_often(tries: tuple[BlockedTry, ...], heading_rad: float, now_s: float, limits: CheckLimits) -> bool:

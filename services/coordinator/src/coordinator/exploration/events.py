@@ -18,11 +18,13 @@ class Begun:
 
 @dataclass(frozen=True, slots=True)
 class RobotSeen:
-    """The newest of the robot: its pose in the map, its scan, whether the emergency stop is on."""
+    """The newest of the robot: its pose in the map, its scan, whether the emergency stop is on, and its epoch."""
 
     pose: Pose2D | None
     surroundings: Surroundings | None
     stopped: bool = False
+    epoch: int | None = None
+    """Rises with every stop. None: the robot tells nothing."""
 
 
 @dataclass(frozen=True, slots=True)

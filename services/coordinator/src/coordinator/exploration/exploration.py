@@ -136,6 +136,8 @@ class Exploration:
     pose: Pose2D | None = None
     surroundings: Surroundings | None = None
     stopped: bool = False
+    epoch: int | None = None
+    """Of the emergency stop, as it was told last: what moves is asked for in it."""
     view: int | None = None
     chart: Chart | None = None
     charts_without: int = 0

@@ -1,6 +1,7 @@
 """What is done without the model: to the frontiers by Nav2, a careful wander by the laser, and the way home."""
 
 import math
+from dataclasses import replace
 
 from contracts.exploration import DecisionVerdict, ExplorationEnd, ExplorationMode, NavigateToGoal
 from contracts.geometry import Pose2D
@@ -27,9 +28,9 @@ def explore_frontiers(context: Context) -> None:
     if one.chart is None or not one.chart.reachable.any():
         context.become(ExplorationMode.REACTIVE, "the map shows no way from here")
         return
+    known = replace(context.knowledge, told=one.chart.frontiers)
     for frontier in remembering.left(one.memory, one.chart.frontiers):
-        goal = NavigateToGoal(x_m=frontier.pose.x, y_m=frontier.pose.y)
-        verdict = check(goal, context.knowledge, one.rules.limits).verdict
+        verdict = check(NavigateToGoal(frontier=frontier.number), known, one.rules.limits).verdict
         if verdict in {DecisionVerdict.NO_SCAN, DecisionVerdict.NO_POSE}:
             return
         if verdict.moves:

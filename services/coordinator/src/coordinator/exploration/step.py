@@ -99,7 +99,8 @@ def _begin(context: Context, event: ev.Begun) -> None:
         return
     context.exploration = Exploration(
         rules=one.rules, home=event.home, started_s=context.now_s, memory=one.memory, next_call=one.next_call,
-        pose=one.pose, surroundings=one.surroundings, view=one.view, chart=one.chart, link_up=one.link_up,
+        pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, view=one.view, chart=one.chart,
+        link_up=one.link_up,
     )  # fmt: skip
     context.become(one.rules.pilot, "begun")
     if not one.link_up and one.rules.pilot is _M.MODEL:
@@ -107,10 +108,16 @@ def _begin(context: Context, event: ev.Begun) -> None:
 
 
 def _robot_seen(context: Context, event: ev.RobotSeen) -> None:
-    context.update(pose=event.pose, surroundings=event.surroundings, stopped=event.stopped)
+    """A stop that came and went between two looks is told by its epoch."""
+    known = context.exploration.epoch
+    rose = known is not None and event.epoch is not None and event.epoch > known
+    context.update(
+        pose=event.pose, surroundings=event.surroundings, stopped=event.stopped,
+        epoch=known if event.epoch is None else event.epoch,
+    )  # fmt: skip
     one = context.exploration
-    if event.stopped and one.running:
-        context.finish(ExplorationEnd.STOPPED, "the emergency stop")
+    if one.running and (event.stopped or rose):
+        context.finish(ExplorationEnd.STOPPED, "the emergency stop" if event.stopped else "it came and went unseen")
         return
     if not one.running or event.pose is None:
         return
@@ -173,6 +180,8 @@ def _settled(context: Context, activity: Settling) -> None:
         speed_m_s = min(checked.motion.speed_m_s, activity.then.speed_m_s)
         context.drive(replace(checked.motion, speed_m_s=speed_m_s), activity.tool)
     else:
+        if checked.verdict is DecisionVerdict.BLIND and one.pose is not None:
+            context.update(tries=blocked(checked.tries, one.pose.yaw, context.now_s))  # not turned to for ever
         context.remember_action(activity.tool, checked.verdict)
         local.stretch_over(context)
 

@@ -1,0 +1,129 @@
+"""The shell round an exploration: a stop that nobody saw, senses that do not answer, and whose home is remembered."""
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+from contracts.exploration import ExplorationEnd, ExplorationMode
+from contracts.laser import LaserScan
+from contracts.obstacles import Obstacles
+from contracts.robot import RobotState
+from coordinator.execution.exploration_runner import LOOK_S, ExplorationRunner
+from coordinator.exploration.commands import AskModel
+from coordinator.exploration.rules import ExplorationRules
+from coordinator.exploration_ports import PilotAnswer
+from mesh.tasks import Tasks
+from support.bus import MemoryBus
+from support.coordinator_world import FakeRobot, World
+from support.exploration_memory import KeptHomes
+from support.fake_clock import FakeClock
+
+M = ExplorationMode
+WANDERS = ExplorationRules(pilot=M.REACTIVE)
+
+
+class SensingRobot(FakeRobot):
+    """The port `ExploringRobot`: nothing in the laser's reach."""
+
+    async def state(self) -> RobotState:
+        await self._check("state")
+        return self.world.state()
+
+    async def scan(self) -> LaserScan:
+        await self._check("scan")
+        return LaserScan(stamp_s=self.world.clock.now_s(), pose=self.world.pose)
+
+    async def obstacles(self) -> Obstacles:
+        await self._check("obstacles")
+        return Obstacles(stamp_s=self.world.clock.now_s(), sectors_m={}, emergency=False)
+
+
+class NobodyToAsk:
+    async def decide(self, question: AskModel) -> PilotAnswer:
+        raise AssertionError(f"nobody is asked {question.reason}")
+
+
+class Run:
+    """A runner on a simulated clock, and its world."""
+
+    def __init__(self, tasks: Tasks, rules: ExplorationRules) -> None:
+        self.clock = FakeClock()
+        self.world = World(self.clock, MemoryBus())
+        self.robot = SensingRobot(self.world)
+        self.homes = KeptHomes()
+        self.runner = ExplorationRunner(
+            self.robot, NobodyToAsk(), rules=rules, clock=self.clock, tasks=tasks, journal=self.homes
+        )
+
+    @property
+    def end(self) -> ExplorationEnd | None:
+        return self.runner.exploration.end
+
+    async def begin(self) -> None:
+        await self.runner.begin(self.world.pose)
+
+    async def until(self, happens: Callable[[], bool], within_s: float = 10.0) -> None:
+        end_s = self.clock.now_s() + within_s
+        while not happens():
+            assert self.clock.now_s() < end_s, "it did not happen in time"
+            await self.clock.advance(0.05)
+
+
+@asynccontextmanager
+async def running(rules: ExplorationRules = WANDERS) -> AsyncIterator[Run]:
+    died: list[str] = []
+    async with Tasks(on_death=lambda: died.append("a task")) as tasks:
+        run = Run(tasks, rules)
+        tasks.start("runner", run.runner.run())
+        await run.clock.advance(2 * LOOK_S)
+        yield run
+    assert died == []
+
+
+# the stop
+
+
+async def test_a_stop_that_was_pressed_and_reset_between_two_looks_ends_it() -> None:
+    async with running() as run:
+        await run.begin()
+        await run.until(lambda: "drive" in run.world.moves)
+        await run.robot.emergency_stop("a person presses it")
+        await run.world.reset()
+        moved = list(run.world.moves)
+        await run.clock.advance(20.0)
+        assert run.end is ExplorationEnd.STOPPED
+        assert run.world.moves == moved
+        await run.begin()
+        await run.until(lambda: len(run.world.moves) > len(moved))
+
+
+async def test_a_stop_is_seen_though_the_laser_does_not_answer() -> None:
+    async with running() as run:
+        await run.begin()
+        await run.until(lambda: "drive" in run.world.moves)
+        run.robot.hangs = {"scan"}
+        await run.robot.emergency_stop("a person presses it")
+        await run.world.reset()
+        await run.clock.advance(2 * LOOK_S)
+        assert run.end is ExplorationEnd.STOPPED
+
+
+# what does not answer
+
+
+async def test_a_map_that_is_never_told_holds_up_nothing() -> None:
+    async with running() as run:
+        run.robot.hangs = {"map"}
+        await run.clock.advance(2.5)
+        await run.begin()
+        await run.until(lambda: "drive" in run.world.moves)
+        await run.robot.emergency_stop("a person presses it")
+        await run.clock.advance(2 * LOOK_S)
+        assert run.end is ExplorationEnd.STOPPED
+
+
+async def test_time_passes_though_the_robot_tells_nothing() -> None:
+    async with running(ExplorationRules(pilot=M.REACTIVE, duration_s=5.0)) as run:
+        await run.begin()
+        run.robot.hangs = {"state", "map", "rotate", "drive", "navigate"}
+        await run.clock.advance(5.0 + LOOK_S)
+        assert run.end is ExplorationEnd.TIME_UP
