@@ -12,6 +12,7 @@ from contracts.rooms import RoomGrid
 from contracts.vision import Target
 from coordinator.belief.clues import Clue
 from coordinator.core.area import SearchArea
+from coordinator.core.sightings import ELSEWHERE_MAX
 from coordinator.coverage.areas import area_of
 from coordinator.ports import Memory
 from coordinator.questions.rooms_meant import KnownRooms
@@ -21,7 +22,6 @@ from mesh.errors import UpstreamError
 
 THINGS_MAX = 200
 PLACING_TASK = "plan-rooms"
-ELSEWHERE_MAX = 20
 
 
 @dataclass(frozen=True, slots=True)
