@@ -186,9 +186,7 @@ def test_what_is_seen_outside_the_room_is_kept_the_newest_of_each_place() -> Non
         place = Point3D(x=x, y=1.0 if x == 0.0 else 0.0, z=0.1)
         script.see(
             box().model_copy(
-                update={
-                    "measurement": Measurement(distance_m=1.0, sigma_m=0.02, base_point=place, map_point=place)
-                }
+                update={"measurement": Measurement(distance_m=1.0, sigma_m=0.02, base_point=place, map_point=place)}
             )
         )
     kept = script.mission.elsewhere

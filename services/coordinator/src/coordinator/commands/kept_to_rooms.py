@@ -26,7 +26,7 @@ PLACING_TASK = "plan-rooms"
 
 @dataclass(frozen=True, slots=True)
 class KeptRooms:
-    """`area` is of the rooms that there are, as they are called now; `gone` are those the map does not show any more."""
+    """`area` is of the rooms that there are, as they are called now; `gone` are those the map shows no more."""
 
     area: SearchArea
     elsewhere: tuple[SeenElsewhere, ...]
