@@ -179,6 +179,21 @@ def test_what_surely_stands_outside_the_room_is_passed_over(x: float, sigma_m: f
     assert script.mission.state is state
 
 
+def test_what_is_seen_outside_the_room_is_kept_the_newest_of_each_place() -> None:
+    known = IN_THE_BEDROOM.model_copy(update={"place": Pose2D(x=0.9, y=0.0, yaw=0.0)})
+    script = searching(BEYOND, elsewhere=(known,)).planned(Pose2D(x=4.0, y=0.0, yaw=0.0))
+    for x in (1.0, 1.05, 0.0):
+        place = Point3D(x=x, y=1.0 if x == 0.0 else 0.0, z=0.1)
+        script.see(
+            box().model_copy(
+                update={"measurement": Measurement(distance_m=1.0, sigma_m=0.02, base_point=place, map_point=place)}
+            )
+        )
+    kept = script.mission.elsewhere
+    assert [(one.place.x, one.room) for one in kept] == [(0.0, ""), (1.05, "bedroom")]
+    assert kept[1].stamp_s > known.stamp_s
+
+
 def test_an_ending_says_which_rooms_were_looked_in_and_what_is_known_of_elsewhere() -> None:
     script = searching(BEYOND, elsewhere=(IN_THE_BEDROOM,)).planned(Pose2D(x=4.0, y=0.0, yaw=0.0))
     script.feed(ev.CoverageLooked(0.8)).unreachable().planned()

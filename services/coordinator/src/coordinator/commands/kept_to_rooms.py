@@ -12,6 +12,7 @@ from contracts.rooms import RoomGrid
 from contracts.vision import Target
 from coordinator.belief.clues import Clue
 from coordinator.core.area import SearchArea
+from coordinator.core.sightings import ELSEWHERE_MAX
 from coordinator.coverage.areas import area_of
 from coordinator.ports import Memory
 from coordinator.questions.rooms_meant import KnownRooms
@@ -21,12 +22,11 @@ from mesh.errors import UpstreamError
 
 THINGS_MAX = 200
 PLACING_TASK = "plan-rooms"
-ELSEWHERE_MAX = 20
 
 
 @dataclass(frozen=True, slots=True)
 class KeptRooms:
-    """`area` is of the rooms that there are, as they are called now; `gone` are those the map does not show any more."""
+    """`area` is of the rooms that there are, as they are called now; `gone` are those the map shows no more."""
 
     area: SearchArea
     elsewhere: tuple[SeenElsewhere, ...]

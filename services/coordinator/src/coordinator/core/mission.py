@@ -267,7 +267,7 @@ class Mission:
     area: SearchArea | None = None
     """It looks in these rooms alone; none: in the whole home."""
     elsewhere: tuple[SeenElsewhere, ...] = ()
-    """What memory knows of the target outside them, newest first."""
+    """What memory knows of the target outside them, and what was seen of it since, newest first."""
     last_seen: LastSeen | None = None
     dock_tries: int = 0
     pictures: int = 0

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from contracts.colours import Colour
 from contracts.geometry import Pose2D
+from contracts.mission import SeenElsewhere
 from contracts.robot import BoxQuery
 from contracts.vision import Detection, Detections
 from coordinator.core.area import BESIDE_M
@@ -17,6 +18,8 @@ from coordinator.core.step_context import StepContext
 from coordinator.core.tracking import Track, fused, measured
 from geometry.poses import apart_m, wrap
 
+ELSEWHERE_MAX = 20
+"""Of what is known of the target outside the rooms that a mission keeps to."""
 FRAME_PX = 320
 """The width the requirements' pixel numbers belong to; other widths are scaled to it."""
 
@@ -65,6 +68,33 @@ def count_other_objects(context: StepContext, seen: Detections) -> None:
     """What else this frame shows, for the ending that has to say what was seen instead."""
     others = count_objects_in(context.search.other_objects, context.mission.target, seen)
     context.update_search(other_objects=others)
+    keep_what_is_elsewhere(context, seen)
+
+
+def keep_what_is_elsewhere(context: StepContext, seen: Detections, *, confidence_min: float = 0.0) -> None:
+    """What may be the target and stands outside the rooms that the mission keeps to: the newest of each place."""
+    mission = context.mission
+    if mission.target is None or mission.area is None:
+        return
+    kept = mission.elsewhere
+    for one in seen.detections:
+        at = plausible(one.measurement, mission.rules).map_point
+        if at is None or one.confidence < confidence_min:
+            continue
+        if not mission.target.may_be(one.label, one.colour) or not _is_elsewhere(mission, one):
+            continue
+        near_m = mission.rules.rejected_radius_m
+        there = [old for old in kept if math.hypot(old.place.x - at.x, old.place.y - at.y) <= near_m]
+        newest = SeenElsewhere(
+            label=one.label,
+            colour=one.colour,
+            room=next((old.room for old in there if old.room), ""),
+            place=Pose2D(x=at.x, y=at.y, yaw=0.0),
+            stamp_s=seen.stamp_s,
+        )
+        kept = (newest, *(old for old in kept if old not in there))[:ELSEWHERE_MAX]
+    if kept != mission.elsewhere:
+        context.update(elsewhere=kept)
 
 
 def bearing_error_rad(mission: Mission, sighting: Sighting) -> float:

@@ -20,8 +20,8 @@ RUNS_MAX = 5000
 
 
 def area_of(cells: RoomCells, rooms: Sequence[SearchedRoom]) -> SearchArea | None:
-    """The rooms that have cells, and what lies off their floor and nearer to it than to any other room's: a thing on a shelf is in the
-    room that memory says (`IN_FURNITURE_M`). None where no cell is of them.
+    """The rooms that have cells, and what lies off their floor and nearer to it than to any other room's: a thing on a
+    shelf is in the room that memory says (`IN_FURNITURE_M`). None where no cell is of them.
     """
     shown = set(np.unique(cells.ids).tolist()) - {0}
     rooms = [one for one in rooms if one.id in shown]

@@ -13,7 +13,13 @@ from coordinator.core.geometry import near_any, relative
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, abort_for_the_map, give_up
 from coordinator.core.search import drop_views_looked_at, new_scan
-from coordinator.core.sightings import is_near_rejected, is_worth_pursuing, new_candidate, sightings
+from coordinator.core.sightings import (
+    is_near_rejected,
+    is_worth_pursuing,
+    keep_what_is_elsewhere,
+    new_candidate,
+    sightings,
+)  # fmt: skip
 from coordinator.core.states.state import State
 from coordinator.core.states.weighing import revisit
 from coordinator.core.step_context import StepContext
@@ -181,6 +187,7 @@ def is_here(context: StepContext, pose: Pose2D) -> bool:
 
 def stop_if_seen(context: StepContext, event: DetectionsSeen) -> None:
     """A drive is stopped for what two pictures in a row show: for a flicker it would end in one more look round."""
+    keep_what_is_elsewhere(context, event.detections, confidence_min=context.rules.moving_confidence_min)
     sure = tuple(
         s
         for s in sightings(context.mission, event.detections)
