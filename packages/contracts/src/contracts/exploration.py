@@ -186,6 +186,8 @@ class ExplorationEnd(StrEnum):
     CANCELED = "canceled"
     STOPPED = "stopped"
     """The emergency stop. Nothing goes on by itself afterwards."""
+    ANOTHER_MAP = "another_map"
+    """The robot is in another map than it began in: what was explored means nothing there."""
     HOME_NOT_REACHED = "home_not_reached"
     """No way home was found as often as it was tried."""
 

@@ -1,9 +1,10 @@
 """The shell round an exploration: a stop that nobody saw, senses that do not answer, and whose home is remembered."""
 
+import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
-from contracts.exploration import ExplorationEnd, ExplorationMode
+from contracts.exploration import Discovery, ExplorationEnd, ExplorationMemory, ExplorationMode, MapPoint
 from contracts.laser import LaserScan
 from contracts.obstacles import Obstacles
 from contracts.robot import RobotState
@@ -127,3 +128,72 @@ async def test_time_passes_though_the_robot_tells_nothing() -> None:
         run.robot.hangs = {"state", "map", "rotate", "drive", "navigate"}
         await run.clock.advance(5.0 + LOOK_S)
         assert run.end is ExplorationEnd.TIME_UP
+
+
+# whose home it is
+
+CUP = Discovery(label="cup", x_m=1.0, y_m=2.0, stamp_s=3.0)
+
+
+async def remembers_an_action(run: Run) -> None:
+    await run.until(lambda: run.runner.exploration.memory.actions_done > 0, within_s=30.0)
+
+
+async def test_what_is_remembered_goes_into_the_home_that_it_began_in() -> None:
+    async with running() as run:
+        run.homes.of["flat"] = ExplorationMemory(discoveries=(CUP,))
+        run.world.map_id = "flat"
+        await run.clock.advance(2 * LOOK_S)
+        await run.begin()
+        await remembers_an_action(run)
+        assert list(run.homes.of) == ["flat"]
+        assert run.homes.of["flat"].discoveries == (CUP,)
+
+
+async def test_in_another_map_it_ends_and_what_it_knew_stays_out_of_it() -> None:
+    async with running() as run:
+        run.world.map_id = "flat"
+        await run.clock.advance(2 * LOOK_S)
+        await run.begin()
+        await remembers_an_action(run)
+        run.world.map_id = "garden house"
+        await run.clock.advance(30.0)
+        assert run.end is ExplorationEnd.ANOTHER_MAP
+        await run.begin()
+        assert run.runner.exploration.memory.actions == ()
+        assert list(run.homes.of) == ["flat"]
+
+
+async def test_of_a_map_without_a_name_nothing_is_kept_though_it_is_named_under_way() -> None:
+    async with running() as run:
+        await run.begin()
+        await run.clock.advance(LOOK_S)
+        run.world.map_id = "flat"
+        await remembers_an_action(run)
+        assert run.runner.exploration.running
+        assert run.homes.of == {}
+
+
+async def test_a_map_that_changes_while_it_begins_is_the_one_it_begins_in() -> None:
+    async with running() as run:
+        run.homes.of["flat"] = ExplorationMemory(discoveries=(CUP,))
+        run.world.map_id = "flat"
+        await run.clock.advance(2 * LOOK_S)
+        run.homes.held.clear()
+        beginning = asyncio.create_task(run.begin())
+        run.world.map_id = "garden house"
+        await run.clock.advance(2 * LOOK_S)
+        run.homes.held.set()
+        await beginning
+        assert run.runner.exploration.memory.discoveries == ()
+        await remembers_an_action(run)
+        assert set(run.homes.of) == {"flat", "garden house"}
+
+
+async def test_what_was_given_up_is_tried_again_the_next_time() -> None:
+    async with running() as run:
+        run.homes.of["flat"] = ExplorationMemory(given_up=(MapPoint(x_m=1.0, y_m=1.0),))
+        run.world.map_id = "flat"
+        await run.clock.advance(2 * LOOK_S)
+        await run.begin()
+        assert run.runner.exploration.memory.given_up == ()

@@ -14,8 +14,8 @@ from coordinator.exploration.exploration import Advancing, Fallback, Standing
 from coordinator.exploration.rules import AskingRules, ExplorationRules, SpendingLimits, WatchdogRules
 from coordinator.exploration.surroundings import Surroundings
 from coordinator.exploration.transitions import ALLOWED, SENTENCES, TRANSITIONS
-from coordinator.exploration.watchdog import SilenceTier, tier_of
 from coordinator.exploration.wandering import step_from
+from coordinator.exploration.watchdog import SilenceTier, tier_of
 from support.exploration_played import FREE, HOME, Played, ahead, closed_chart, open_chart
 
 M = ExplorationMode

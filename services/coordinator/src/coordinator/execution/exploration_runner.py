@@ -40,8 +40,6 @@ VIEW_S = 1.0
 TURN_RAD_S = 1.0
 TURN_TIMEOUT_S = 15.0
 GOAL_POLL_S = 1.0
-UNNAMED = "unnamed"
-"""Of a map that robot_bridge has not named yet."""
 
 
 class ExplorationRunner:
@@ -66,8 +64,8 @@ class ExplorationRunner:
         self._tasks = tasks
         self._journal = journal
         self._eye = eye
-        self._home = UNNAMED
-        """The map that the robot is in, and what is remembered belongs to."""
+        self._home: str | None = None
+        """The map that the exploration began in, and what is remembered belongs to; none = it has no name."""
         self._motion = MotionClient(
             robot, clock, self._spawn, goal_poll_s=GOAL_POLL_S, on_lease=_no_lease
         )  # fmt: skip
@@ -90,16 +88,27 @@ class ExplorationRunner:
             await self._clock.sleep(pause_s)
 
     async def begin(self, home: Pose2D) -> None:
-        """With what is remembered of this map; without it where the journal is away."""
+        """With what is remembered of this map; without it where the journal is away. Of a map without a name nothing is
+        remembered, and nothing is kept."""
+        map_id = self.exploration.map_id
+        memory = await self._remembered(map_id)
+        while map_id != self.exploration.map_id:  # it was named, or changed, meanwhile
+            map_id = self.exploration.map_id
+            memory = await self._remembered(map_id)
         if not self.exploration.running:
-            try:
-                memory = await self._journal.read(self._home)
-            except UnavailableError as error:
-                log.warning("an exploration begins without what was remembered", error=error.detail)
-                memory = ExplorationMemory()
+            self._home = map_id
             self.exploration = replace(self.exploration, memory=memory)
         self.ended.clear()
         self.feed(ev.Begun(home))
+
+    async def _remembered(self, map_id: str | None) -> ExplorationMemory:
+        if map_id is None:
+            return ExplorationMemory()
+        try:
+            return await self._journal.read(map_id)
+        except UnavailableError as error:
+            log.warning("an exploration begins without what was remembered", error=error.detail)
+            return ExplorationMemory()
 
     def listen(self, for_s: float) -> None:
         self.feed(ev.ListenStarted(for_s))
@@ -141,8 +150,8 @@ class ExplorationRunner:
         except MeshError:
             self.feed(ev.RobotSeen(None, None, stopped=self.exploration.stopped))
             return
-        self._home = state.map_id or self._home
-        seen = ev.RobotSeen(state.pose, None, state.emergency_stop.latched, state.emergency_stop.epoch)
+        stop = state.emergency_stop
+        seen = ev.RobotSeen(state.pose, None, stop.latched, stop.epoch, state.map_id)
         if seen.stopped or seen.epoch != self.exploration.epoch:
             self.feed(seen)  # before anything else is asked, which may take its time
         scan = None
@@ -153,13 +162,16 @@ class ExplorationRunner:
     async def _chart(self) -> None:
         while (pose := self.exploration.pose) is None:
             await self._clock.sleep(LOOK_S)
+        map_id = self.exploration.map_id
         try:
             grid = decode(await self._robot.map())
         except (MeshError, MapError) as error:
             log.warning("an exploration goes on without the newest map", error=str(error))
             return
         radius_m = self.exploration.rules.limits.footprint_radius_m
-        self.feed(ev.ChartSeen(await asyncio.to_thread(chart_of, grid, pose, radius_m)))
+        chart = await asyncio.to_thread(chart_of, grid, pose, radius_m)
+        if self.exploration.map_id == map_id:  # else it is of another home
+            self.feed(ev.ChartSeen(chart))
 
     # what goes out
 
@@ -177,7 +189,8 @@ class ExplorationRunner:
             case do.HaltMotion():
                 self._motion.stop(epoch)
             case do.Remember(memory=memory):
-                self._journal.write(self._home, memory)
+                if self._home is not None:
+                    self._journal.write(self._home, memory)
             case do.TellMode(mode=mode, why=why):
                 log.info("exploration", mode=mode.value, why=why)
             case do.Finish(end=end):

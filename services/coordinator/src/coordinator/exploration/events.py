@@ -25,6 +25,8 @@ class RobotSeen:
     stopped: bool = False
     epoch: int | None = None
     """Rises with every stop. None: the robot tells nothing."""
+    map_id: str | None = None
+    """Which map its pose is in. None: it has no name yet, or the robot tells nothing."""
 
 
 @dataclass(frozen=True, slots=True)

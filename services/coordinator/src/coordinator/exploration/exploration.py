@@ -138,6 +138,8 @@ class Exploration:
     stopped: bool = False
     epoch: int | None = None
     """Of the emergency stop, as it was told last: what moves is asked for in it."""
+    map_id: str | None = None
+    """The last that was named."""
     view: int | None = None
     chart: Chart | None = None
     charts_without: int = 0

@@ -93,14 +93,16 @@ def _asked_by_a_person(
 
 
 def _begin(context: Context, event: ev.Begun) -> None:
-    """What is remembered of before stays; everything else begins anew. Nothing begins while it is stopped."""
+    """What is remembered of before stays, but what was given up is tried again: what stood in the way may be gone.
+    Everything else begins anew. Nothing begins while it is stopped."""
     one = context.exploration
     if one.running or one.stopped:
         return
+    memory = one.memory.model_copy(update={"given_up": ()})
     context.exploration = Exploration(
-        rules=one.rules, home=event.home, started_s=context.now_s, memory=one.memory, next_call=one.next_call,
-        pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, view=one.view, chart=one.chart,
-        link_up=one.link_up,
+        rules=one.rules, home=event.home, started_s=context.now_s, memory=memory, next_call=one.next_call,
+        pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, map_id=one.map_id, view=one.view,
+        chart=one.chart, link_up=one.link_up,
     )  # fmt: skip
     context.become(one.rules.pilot, "begun")
     if not one.link_up and one.rules.pilot is _M.MODEL:
@@ -115,9 +117,13 @@ def _robot_seen(context: Context, event: ev.RobotSeen) -> None:
         pose=event.pose, surroundings=event.surroundings, stopped=event.stopped,
         epoch=known if event.epoch is None else event.epoch,
     )  # fmt: skip
+    moved = _map_seen(context, event.map_id)
     one = context.exploration
     if one.running and (event.stopped or rose):
         context.finish(ExplorationEnd.STOPPED, "the emergency stop" if event.stopped else "it came and went unseen")
+        return
+    if one.running and moved:
+        context.finish(ExplorationEnd.ANOTHER_MAP, "the robot is in another map")
         return
     if not one.running or event.pose is None:
         return
@@ -128,6 +134,18 @@ def _robot_seen(context: Context, event: ev.RobotSeen) -> None:
     scan = event.surroundings
     if scan is not None and scan.place_kind(one.rules.limits.half_width_m) is PlaceKind.DEAD_END:
         context.update(memory=remembering.dead_end_at(trail, event.pose))
+
+
+def _map_seen(context: Context, map_id: str | None) -> bool:
+    """Whether it is another than before; places and directions of that one mean nothing in it."""
+    known = context.exploration.map_id
+    if map_id is None or map_id == known:
+        return False
+    context.update(map_id=map_id)
+    if known is None:
+        return False
+    context.update(chart=None, tries=(), told=())
+    return True
 
 
 # motion

@@ -14,7 +14,7 @@ SENTENCES: dict[ExplorationMode, str] = {
 }
 
 _HOME = "all explored, out of time, or the model silent for too long"
-_OVER = "cancelled, or the emergency stop"
+_OVER = "cancelled, the emergency stop, or another map"
 _LISTEN = "somebody speaks to the robot"
 _HEARD = "nobody says more: on as before"
 
