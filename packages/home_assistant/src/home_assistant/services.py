@@ -1,20 +1,15 @@
 """coordinator and robot_bridge over HTTP; the emergency stop has a connection pool of its own and no key."""
 
-import uuid
 from collections.abc import Sequence
-from typing import Final
 
 import httpx
-from pydantic import TypeAdapter, ValidationError
 
-from contracts.mission import Heard, Mission, MissionStatus, StartMission
+from clients.missions import start_mission
+from clients.stopping import EmergencyStopClient
+from contracts.mission import Heard, Mission, MissionStatus
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest, RobotState
 from home_assistant.settings import Settings
-from mesh.errors import UnavailableError, UpstreamError
 from mesh.http import ServiceClient
-
-STARTED: Final[TypeAdapter[Mission | Heard]] = TypeAdapter(Mission | Heard)
-STOP_TRIES: Final = 3
 
 
 class Coordinator(ServiceClient):
@@ -36,17 +31,7 @@ class Coordinator(ServiceClient):
 
     async def start(self, command: str) -> Mission | Heard:
         """Raises `UpstreamError` where it asks for nothing known."""
-        answer = await self.call(
-            "POST",
-            "/missions",
-            body=StartMission(command=command),
-            timeout_s=self._command_timeout_s,
-            headers={"Idempotency-Key": uuid.uuid4().hex},
-        )
-        try:
-            return STARTED.validate_json(answer.content)
-        except ValidationError as error:
-            raise UpstreamError("coordinator", answer.status_code, "its answer is not the contract's") from error
+        return await start_mission(self, command, timeout_s=self._command_timeout_s)
 
 
 class Robot(ServiceClient):
@@ -58,8 +43,8 @@ class Robot(ServiceClient):
             timeout_s=settings.call_timeout_s,
             transport=transport,
         )
-        self._stopper = ServiceClient(
-            "robot_bridge", settings.robot_bridge_url, timeout_s=settings.stop_timeout_s, transport=transport
+        self._stopper = EmergencyStopClient(
+            settings.robot_bridge_url, timeout_s=settings.stop_timeout_s, transport=transport
         )
 
     async def state(self) -> RobotState:
@@ -70,13 +55,7 @@ class Robot(ServiceClient):
         return (await self.call("GET", "/camera/frame")).content
 
     async def emergency_stop(self, request: EmergencyStopRequest) -> EmergencyStopReply:
-        """Stopping twice does no harm, so a try that got no answer is followed by another."""
-        for _ in range(STOP_TRIES - 1):
-            try:
-                return await self._stopper.post("/emergency-stop", request, EmergencyStopReply)
-            except UnavailableError:
-                continue
-        return await self._stopper.post("/emergency-stop", request, EmergencyStopReply)
+        return await self._stopper.emergency_stop(request)
 
     async def aclose(self) -> None:
         await self._stopper.aclose()

@@ -1,30 +1,29 @@
 """coordinator, robot_bridge and memory over HTTP; the emergency stop has a connection pool of its own and no key."""
 
-import uuid
 from collections.abc import AsyncIterator, Sequence
 from typing import Final
 
 import httpx
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
+from clients.missions import start_mission
+from clients.stopping import EmergencyStopClient
 from contracts.asking import Answer, Question
 from contracts.intent import Understand, Understood
 from contracts.memory import LabelCount
-from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
+from contracts.mission import Heard, Mission, MissionEvent, MissionStatus
 from contracts.robot import EmergencyStopReply, EmergencyStopRequest
 from ear.ports import Line
 from ear.settings import Settings
 from mesh.clock import Clock
-from mesh.errors import UnavailableError, UpstreamError
+from mesh.errors import UpstreamError
 from mesh.http import ServiceClient, bearer, path_of
 from vocabulary.hot_words import sayable
 
-STARTED: Final[TypeAdapter[Mission | Heard]] = TypeAdapter(Mission | Heard)
 OPEN_S: Final = 2.0
 AGAIN_S: Final = 2.0
-STOP_TRIES: Final = 3
 
 
 class CoordinatorClient(ServiceClient):
@@ -43,17 +42,7 @@ class CoordinatorClient(ServiceClient):
         return await self.post("/understand", body, Understood, timeout_s=self._command_timeout_s)
 
     async def start(self, command: str) -> Mission | Heard:
-        answer = await self.call(
-            "POST",
-            "/missions",
-            body=StartMission(command=command),
-            timeout_s=self._command_timeout_s,
-            headers={"Idempotency-Key": uuid.uuid4().hex},
-        )
-        try:
-            return STARTED.validate_json(answer.content)
-        except ValidationError as error:
-            raise UpstreamError("coordinator", answer.status_code, "its answer is not the contract's") from error
+        return await start_mission(self, command, timeout_s=self._command_timeout_s)
 
     async def ask(self, question: str) -> Answer:
         return await self.post("/ask", Question(question=question), Answer, timeout_s=self._command_timeout_s)
@@ -98,18 +87,12 @@ class RobotClient:
     """The port `Robot`, for real."""
 
     def __init__(self, settings: Settings, *, transport: httpx.AsyncBaseTransport | None = None) -> None:
-        self._stopper = ServiceClient(
-            "robot_bridge", settings.robot_bridge_url, timeout_s=settings.stop_timeout_s, transport=transport
+        self._stopper = EmergencyStopClient(
+            settings.robot_bridge_url, timeout_s=settings.stop_timeout_s, transport=transport
         )
 
     async def emergency_stop(self, request: EmergencyStopRequest) -> EmergencyStopReply:
-        """Stopping twice does no harm, so a try that got no answer is followed by another."""
-        for _ in range(STOP_TRIES - 1):
-            try:
-                return await self._stopper.post("/emergency-stop", request, EmergencyStopReply)
-            except UnavailableError:
-                continue
-        return await self._stopper.post("/emergency-stop", request, EmergencyStopReply)
+        return await self._stopper.emergency_stop(request)
 
     async def aclose(self) -> None:
         await self._stopper.aclose()

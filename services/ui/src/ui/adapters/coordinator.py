@@ -3,17 +3,15 @@
 from collections.abc import Sequence
 
 import httpx
-from pydantic import TypeAdapter, ValidationError
 
+from clients.missions import start_mission
 from contracts.asking import Answer, Question
 from contracts.belief import NoBelief, SearchBelief
 from contracts.intent import Understand, Understood
-from contracts.mission import Heard, Mission, MissionEvent, MissionStatus, StartMission
+from contracts.mission import Heard, Mission, MissionEvent, MissionStatus
 from mesh.errors import NotFoundError, UpstreamError
 from mesh.http import ServiceClient, path_of
 from ui.settings import Settings
-
-STARTED: TypeAdapter[Mission | Heard] = TypeAdapter(Mission | Heard)
 
 
 class CoordinatorClient(ServiceClient):
@@ -30,17 +28,7 @@ class CoordinatorClient(ServiceClient):
         self._command_timeout_s = settings.command_timeout_s
 
     async def start(self, command: str, *, key: str) -> Mission | Heard:
-        answer = await self.call(
-            "POST",
-            "/missions",
-            body=StartMission(command=command),
-            timeout_s=self._command_timeout_s,
-            headers={"Idempotency-Key": key},
-        )
-        try:
-            return STARTED.validate_json(answer.content)
-        except ValidationError as error:
-            raise UpstreamError("coordinator", answer.status_code, "its answer is not the contract's") from error
+        return await start_mission(self, command, timeout_s=self._command_timeout_s, key=key)
 
     async def ask(self, question: str) -> Answer:
         return await self.post("/ask", Question(question=question), Answer, timeout_s=self._command_timeout_s)
