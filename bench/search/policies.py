@@ -6,6 +6,11 @@ from typing import Any
 
 from coordinator.settings import Settings
 
+VIEWPOINTS: dict[str, Any] = {
+    "coverage_rule": "viewpoints", "approach_rule": "localized", "validation_rule": "two_of_three",
+    "approach_speed_m_s": 0.15,
+}  # fmt: skip
+"""What was the default until the belief was."""
 POLICIES: dict[str, dict[str, Any]] = {
     "viewpoints": {},
     "atom": {
@@ -17,6 +22,7 @@ POLICIES: dict[str, dict[str, Any]] = {
     "random": {"coverage_rule": "random", "memory_views_max": 0},
     "belief": {
         "coverage_rule": "belief", "approach_rule": "direct", "validation_rule": "evidence", "approach_speed_m_s": 0.2,
+        "ring_radii_m": (0.52, 0.62, 0.8, 1.0, 1.3), "blocked_alternative_m": 0.5, "confirm_log_odds": 0.2,
     },
 }  # fmt: skip
 """`atom` is A5, A6, A8, A10 and A13 to the letter; `frontier` and `random` know no memory."""
