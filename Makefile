@@ -80,7 +80,7 @@ bench-campaign-mesh: setup ## faulted missions through all services with the rea
 	$(PY) -m bench.campaigning play --missions $(or $(MISSIONS),500) $(if $(JOBS),--jobs $(JOBS)) $(if $(MINUTES),--minutes $(MINUTES))
 
 bench-search: setup ## searches with the robot's own eyes: EPISODES= SETS= POLICY= SETTINGS='name=value ...' HOMES=test|tune DETECTOR=sim|coco JOBS=; goes on where it was ended
-	$(PY) -m bench.search play --episodes $(or $(EPISODES),20) --sets $(or $(SETS),all) --policy $(or $(POLICY),viewpoints) \
+	$(PY) -m bench.search play --episodes $(or $(EPISODES),20) --sets $(or $(SETS),all) --policy $(or $(POLICY),belief) \
 		--homes $(or $(HOMES),test) --detector $(or $(DETECTOR),sim) $(foreach one,$(SETTINGS),--set $(one)) $(if $(JOBS),--jobs $(JOBS))
 
 bench-rooms: setup ## maps cut into rooms, against the simulated homes' own: HOMES=50 FIRST=7020; out/bench/rooms.json and .png, the worst
