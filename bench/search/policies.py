@@ -22,8 +22,8 @@ POLICIES: dict[str, dict[str, Any]] = {
     "frontier": VIEWPOINTS | {"coverage_rule": "frontier", "memory_views_max": 0},
     "random": VIEWPOINTS | {"coverage_rule": "random", "memory_views_max": 0},
 }  # fmt: skip
-"""`belief` is the robot as it is delivered; `atom` is A5, A6, A8, A10 and A13 to the letter; `frontier` and `random` know
-no memory.
+"""`belief` is the robot as it is delivered; `atom` is A5, A6, A8, A10 and A13 to the letter. `frontier` and `random`
+know no memory.
 """
 
 

@@ -19,6 +19,7 @@ from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, Thin
 from support.described import described_bus
 from support.fake_clock import FakeClock
 from support.memory_log import MemoryLog
+from support.mission_script import STEP_BY_STEP
 
 
 @dataclass
@@ -98,7 +99,7 @@ async def opened_mesh(
     robot, inference, memory = FakeRobot(world), FakeInference(world), FakeMemory(views)
     deaths: list[str] = []
     app = create_app(
-        Settings.model_validate(settings),
+        Settings.model_validate(STEP_BY_STEP | settings),
         bus=bus,
         robot=robot,
         inference=inference,
