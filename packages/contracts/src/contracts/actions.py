@@ -159,8 +159,7 @@ class DriveAction(Message):
 
 
 class ExploreAction(Message):
-    """Drives to what the map does not show yet, and home; where nothing unknown is left it looks at all of the map.
-    Nothing is looked for, all is remembered."""
+    """Drives to what the map does not show yet, and home; looks at all of the map where nothing unknown is left."""
 
     action: Literal[ActionName.EXPLORE] = ActionName.EXPLORE
 

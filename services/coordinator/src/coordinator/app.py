@@ -12,10 +12,12 @@ from contracts.problem import Dependency
 from coordinator.action_routes import router as actions_router
 from coordinator.adapters import mcp_server
 from coordinator.adapters.camera import CameraClient
+from coordinator.adapters.camera_eye import CameraEye
 from coordinator.adapters.exploration_journal import ExplorationJournal
 from coordinator.adapters.inference import InferenceClient
 from coordinator.adapters.mcp_resources import Resources
 from coordinator.adapters.memory import MemoryClient
+from coordinator.adapters.ollama_pilot import OllamaPilot
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.commands.action_service import ActionService
@@ -26,6 +28,7 @@ from coordinator.execution.explorer import Exploring
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.execution.newest_view import NewestView
+from coordinator.exploration.rules import ExplorationRules
 from coordinator.exploration_ports import ExploringRobot, Journal
 from coordinator.ports import Camera, Inference, Memory, MissionLog
 from coordinator.questions.question_service import QuestionService
@@ -85,7 +88,7 @@ def create_app(
                 inference=the_inference,
                 log_=the_log,
                 looks=looks,
-                exploring=Exploring(settings=settings, robot=the_robot, journal=the_journal),
+                exploring=await _exploring(settings, stack, the_robot, the_camera, the_journal),
                 queued=queue.records,
                 clock=the_clock,
                 tasks=tasks,
@@ -158,3 +161,16 @@ async def _journal(settings: Settings, stack: contextlib.AsyncExitStack, tasks: 
     stack.push_async_callback(journal.aclose)
     tasks.start("write-exploration", journal.write_forever())
     return journal
+
+
+async def _exploring(
+    settings: Settings, stack: contextlib.AsyncExitStack, robot: ExploringRobot, camera: Camera, journal: Journal
+) -> Exploring:
+    """With a model only where one is set."""
+    if not settings.exploration_model:
+        return Exploring(settings=settings, robot=robot, journal=journal)
+    shown = camera if settings.exploration_pictures else None
+    pilot = await stack.enter_async_context(
+        aclosing(OllamaPilot(settings, timeout_s=ExplorationRules().asking.answer_s, camera=shown))
+    )
+    return Exploring(settings=settings, robot=robot, journal=journal, pilot=pilot, eye=CameraEye(camera))

@@ -57,6 +57,10 @@ class Settings(Policy, ServiceSettings):
     exploration_model: str = Field(
         default="", max_length=100, description="of Ollama, chooses where an exploration goes; '' = the frontiers lead"
     )
+    exploration_model_url: str = Field(default="http://127.0.0.1:11434", description="the Ollama server of that model")
+    exploration_pictures: bool = Field(
+        default=False, description="show that model the camera's newest picture: for models that see"
+    )
     exploration_calls_max: int = Field(default=300, ge=1, description="of the model in one exploration")
     exploration_tokens_max: int = Field(default=300_000, ge=1, description="of the model in one exploration")
     exploration_waited_s_max: float = Field(

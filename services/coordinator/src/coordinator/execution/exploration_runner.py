@@ -151,9 +151,7 @@ class ExplorationRunner:
         self.feed(ev.TimePassed())
 
     async def _view(self, eye: Eye) -> None:
-        view = await eye.view()
-        if view is not None:
-            self.feed(ev.ViewSeen(view))
+        self.feed(ev.ViewSeen(await eye.view()))
 
     async def _look(self) -> None:
         """A robot that tells nothing has neither pose nor scan."""
