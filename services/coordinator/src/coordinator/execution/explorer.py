@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from contracts.description import RobotDescription
-from contracts.exploration import DISCOVERIES_TOLD, ExplorationEnd, ExplorationMode, ExplorationStatus
+from contracts.exploration import DISCOVERIES_TOLD, Discovery, ExplorationEnd, ExplorationMode, ExplorationStatus
 from contracts.mission import MissionState
 from coordinator.core import actions as act
 from coordinator.core import events as ev
@@ -138,6 +138,14 @@ class Explorer:
             explored_m2=round(chart.reachable_m2, 2) if chart is not None else None,
             discoveries=one.memory.discoveries[-DISCOVERIES_TOLD:],
         )
+
+    async def discovered(self, map_id: str | None) -> tuple[Discovery, ...]:
+        """Of the home of that map, oldest first, over restarts; of one without a name what this process still knows.
+        Raises `UnavailableError`."""
+        one = self._runner.exploration if self._runner is not None else None
+        if one is not None and one.map_id == map_id:
+            return one.memory.discoveries
+        return (await self._given.journal.read(map_id)).discoveries if map_id is not None else ()
 
     async def _begin(self, runner: ExplorationRunner, action: act.Explore) -> None:
         """Once it sees where the robot is, and its map. What it never sees the mission gives up on by its own rules."""

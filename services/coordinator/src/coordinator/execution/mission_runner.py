@@ -10,6 +10,7 @@ import structlog
 from contracts import mission as wire
 from contracts.causes import Refusal
 from contracts.description import RobotDescription
+from contracts.exploration import Discovery
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionStatus
 from contracts.motion import Hazard
 from contracts.robot import EmergencyStop, Goal, RobotState
@@ -146,6 +147,10 @@ class MissionRunner:
     def status(self) -> MissionStatus:
         told = mission_status(self.mission, self._clock.now_s(), queue=self._queued(), trace_id=self._trace.id)
         return told.model_copy(update={"exploration": self._explorer.status()})
+
+    async def discovered(self) -> tuple[Discovery, ...]:
+        """By explorations of the home it is in, oldest first. Raises `UnavailableError`."""
+        return await self._explorer.discovered(self.mission.robot.map_id)
 
     @property
     def robot_state_age_s(self) -> float:
