@@ -1,4 +1,4 @@
-"""What a worker process does: plays one mission, and writes its record. (A spawned process cannot import `__main__`.)"""
+"""What a worker process does: plays one mission and writes its record. (A spawned one cannot import `__main__`.)"""
 
 import json
 import time
