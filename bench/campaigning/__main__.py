@@ -16,8 +16,9 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from bench.campaigning.episode import FaultedEpisode, faulted
+from bench.campaigning.episode import FaultedEpisode
 from bench.campaigning.play import played
+from bench.campaigning.running import worked
 from bench.search.__main__ import differences
 from bench.search.running import begin, loaded, prepare_exports, say
 
@@ -57,18 +58,6 @@ def play(options: argparse.Namespace) -> int:
     (options.out / "campaign.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     say(json.dumps(figures, indent=1))
     return 1 if figures["dishonest"] or any(figures[name] for name in PROBLEMS) else 0
-
-
-def worked(seed: int, out: Path, until_s: float) -> dict[str, Any] | None:
-    """In a process of its own; none where it is too late to begin."""
-    if time.monotonic() > until_s:
-        return None
-    models, settings = loaded("sim")
-    record = played(faulted(seed), models, settings, tours=out / "tours")
-    partial = out / f"{seed:04d}.partial"
-    partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
-    partial.replace(partial.with_suffix(".json"))
-    return record
 
 
 def again(file: Path, out: Path) -> int:

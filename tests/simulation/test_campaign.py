@@ -1,6 +1,8 @@
 """A slice of the fault campaign, the failures the source documents name, and missions decided again."""
 
 import asyncio
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from contracts.mission import Outcome
 from coordinator import replay
 from coordinator.core.recording import MalformedRecordingError, read
 from inference.perception.models import Loaded
+from support.source import ROOT
 
 SLICE = (2, 4, 11)
 """Missions of the campaign; `make bench-campaign` plays hundreds."""
@@ -97,6 +100,15 @@ def test_a_recorded_mission_is_decided_again_step_by_step(
     path.write_text("\n".join([other, *lines[1:]]), encoding="utf-8")
     assert replay.main() == 1
     assert "RECORDED" in capsys.readouterr().out
+
+
+def test_worker_processes_find_what_they_are_to_play(models: tuple[Loaded, MeshSettings], tmp_path: Path) -> None:
+    asked = ("-m", "bench.campaigning", "--out", str(tmp_path), "play", "--missions", "1", "--jobs", "1")
+    over = subprocess.run(
+        (sys.executable, *asked, "--minutes", "0"), cwd=ROOT, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert over.returncode == 0, over.stderr
+    assert '"missions": 0' in over.stdout
 
 
 def test_a_file_that_is_no_recording_is_refused(

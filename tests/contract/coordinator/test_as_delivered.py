@@ -85,6 +85,18 @@ async def test_a_bridge_that_stays_away_aborts_it_with_the_cause(open_mesh: Open
         assert mission.report.ended_by in {EndCause.SERVICE, EndCause.NAVIGATION}
 
 
+async def test_a_robot_that_loses_its_place_for_long_aborts_and_says_so(open_mesh: OpenMesh) -> None:
+    async with open_mesh(**AS_DELIVERED) as mesh:
+        mission = await mesh.post_mission()
+        await mesh.clock.advance(1.0)
+        mesh.world.lost = True
+        ended = await mesh.until_over(mission.id, within_s=120.0)
+        assert ended.outcome is Outcome.ABORTED
+        assert "has not known its position on the map" in ended.reason
+        waits = [one for one in await mesh.timeline(mission.id) if "does not know where it is" in one.text]
+        assert len(waits) == 1
+
+
 async def test_a_memory_that_is_away_costs_its_hints_and_nothing_more(open_mesh: OpenMesh) -> None:
     async with open_mesh(RED, views=(SEEN_FROM,), **AS_DELIVERED) as mesh:
         mesh.memory.away = True

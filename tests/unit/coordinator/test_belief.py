@@ -39,6 +39,12 @@ def belief_of(*clues: Clue, grid: OccupancyGrid = GRID) -> BeliefMap:
     return BeliefMap(grid, label="cup", clues=clues, radius_m=RADIUS_M, start=START)
 
 
+def in_the_last_room(*, of: OccupancyGrid = GRID) -> BeliefMap:
+    within = np.zeros(of.cells.shape, dtype=bool)
+    within[:, 160:] = True
+    return BeliefMap(of, label="cup", clues=(), radius_m=RADIUS_M, start=START, within=within)
+
+
 def total(belief: BeliefMap) -> float:
     return float(belief.cells.sum()) + belief.absent
 
@@ -290,3 +296,19 @@ def test_a_thing_inside_furniture_is_looked_for_at_the_edge_nearest_to_it() -> N
     belief.look(Glance(Pose2D(x=2.5, y=0.8, yaw=math.pi / 2), HFOV_RAD))
     assert belief.absent > 1.8 * before
     assert belief_of(Clue(2.5, -5.0, 0.15, 0.8, "beyond the wall")).absent == pytest.approx(belief_of().absent)
+
+
+def test_what_is_looked_for_in_one_room_is_not_looked_for_from_another() -> None:
+    beside_the_door = Pose2D(x=7.6, y=2.0, yaw=0.0)
+    for here in (START, beside_the_door):
+        view = next_view(in_the_last_room(), here, PACE).view
+        assert view is not None
+        assert view.pose.x > 8.0
+
+
+def test_a_room_that_nobody_can_stand_in_is_looked_into_from_outside() -> None:
+    cells = GRID.cells.copy()
+    cells[:, 166:] = 100
+    view = next_view(in_the_last_room(of=OccupancyGrid(cells, 0.05, GRID.origin)), START, PACE).view
+    assert view is not None
+    assert view.pose.x < 8.0

@@ -77,6 +77,17 @@ def test_it_looks_while_it_drives_each_time_the_view_is_another() -> None:
     assert all(one.moving for one in glances)
 
 
+def test_lost_it_waits_and_chooses_once_it_knows_its_place_again() -> None:
+    script = by_belief()
+    script.robot(pose=None)
+    script.begin(AWAY).wait(10.0)
+    assert script.said().count("does not know where it is") == 1
+    assert not script.asked(do.PlanCoverage)
+    assert script.mission.failures == 0
+    script.robot().wait(0.2)
+    assert len(script.asked(do.PlanCoverage)) == 1
+
+
 def test_a_place_that_cannot_be_reached_is_told_to_the_next_choice() -> None:
     script = chosen(by_belief().begin(), AWAY, *QUARTER).unreachable()
     assert script.last(do.PlanCoverage).avoid == (AWAY,)

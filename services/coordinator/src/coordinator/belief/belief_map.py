@@ -192,6 +192,13 @@ class BeliefMap:
         at_x, at_y = self.grid.points((columns + 0.5) * self.coarse.factor, (rows + 0.5) * self.coarse.factor)
         return np.hypot(at_x - x, at_y - y)
 
+    @property
+    def looked_from(self) -> NDArray[np.bool_]:
+        """(rows, columns): whence it is to be looked for, as far as the robot fits there."""
+        if self._within is None:
+            return np.ones(self.coarse.free.shape, dtype=bool)
+        return blocks_of(self._within, self.coarse.factor)
+
     def _believed_before(self) -> Cells:
         """What memory is sure of stands where it stood; the rest is spread over where a thing can stand."""
         coarse = self.coarse

@@ -114,9 +114,11 @@ class _Views:
         padded = np.pad(belief.cells, reach)
         self._mass = padded.ravel()
         self._doubt = np.pad(belief.looked, ((0, 0), (reach, reach), (reach, reach))).ravel()
-        place, disc = np.nonzero(index.seen & (self._mass[index.cells] > 0.0))
-        chance = by_distance(belief.label, np.hypot(rows, columns) * coarse.resolution_m)
         self._places = np.vstack([[start], lattice])
+        meant = belief.looked_from[tuple(self._places.T)]
+        meant |= not meant.any()  # a room in which the robot fits nowhere is looked into from outside
+        place, disc = np.nonzero(index.seen & (self._mass[index.cells] > 0.0) & meant[:, None])
+        chance = by_distance(belief.label, np.hypot(rows, columns) * coarse.resolution_m)
         self._place, self._bin = place, bins[disc]
         """Of each cell that a place sees: which place, in which direction, which cell and from which side, and how
         probably a look shows it."""

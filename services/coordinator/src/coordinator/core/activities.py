@@ -49,6 +49,11 @@ class Waiting:
 
 
 @dataclass(frozen=True, slots=True)
+class Lost(Waiting):
+    """The robot does not know where it is: until it does, or `lost_pose_s` ends the mission."""
+
+
+@dataclass(frozen=True, slots=True)
 class Undocking:
     call: int
     until_s: float

@@ -4,8 +4,8 @@ from contracts.geometry import Pose2D
 from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.robot import CandidatePose
 from coordinator.core import actions as do
-from coordinator.core.activities import Navigating, PlanningCoverage
-from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event
+from coordinator.core.activities import Lost, Navigating, PlanningCoverage
+from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, Tick
 from coordinator.core.mission import Loss
 from coordinator.core.outcomes import give_up
 from coordinator.core.states.travelling import MovingToScan, is_here
@@ -19,6 +19,9 @@ GLANCE_M, GLANCE_RAD = 0.35, 0.3
 class ByBelief(MovingToScan):
     def begin(self, context: StepContext) -> None:
         search, rules = context.search, context.rules
+        if context.mission.robot.pose is None:
+            _wait_for_its_place(context)
+            return
         refused = tuple(one.map_xy for one in search.rejections if one.map_xy is not None)
         expected = tuple((at.x, at.y) for one in search.losses if (at := _confirmed_at(one)) is not None)
         action = do.PlanCoverage(context.call(), search.unreachable, rules.plan_timeout_s, refused, expected)
@@ -27,6 +30,9 @@ class ByBelief(MovingToScan):
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
+            case Lost(), Tick():
+                if context.mission.robot.pose is not None:
+                    self.begin(context)
             case PlanningCoverage(), CoveragePlanned(points=(), trouble=None, why=why):
                 if not revisit(context):
                     give_up(context, EndCause.ALL_LOOKED, why)
@@ -53,6 +59,13 @@ class ByBelief(MovingToScan):
             self.arrive(context)
         else:
             context.navigate((CandidatePose(pose=goal),))
+
+
+def _wait_for_its_place(context: StepContext) -> None:
+    """No call failed: a robot that stays lost for `lost_pose_s` has its mission ended with that as the cause."""
+    text = "the robot does not know where it is: waiting until it does"
+    context.log_event(EventKind.FAILURE, text, EventFacts(service="robot_bridge"))
+    context.set_activity(Lost(context.now_s + context.rules.lost_pose_s, "robot_bridge"))
 
 
 def _confirmed_at(loss: Loss) -> Pose2D | None:
