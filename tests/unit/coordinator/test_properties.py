@@ -96,6 +96,7 @@ noise = st.one_of(
     st.tuples(st.just("validated"), calls, st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
     st.tuples(st.just("told"), calls, st.sampled_from(ExplorationMode)),
+    st.tuples(st.just("discovered"), calls),
     st.tuples(st.just("explored"), calls, st.sampled_from(ExplorationEnd), st.integers(0, 2)),
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
 )
@@ -148,6 +149,7 @@ ANSWERS: dict[str, Callable[..., ev.Event]] = {
     "validated": validated,
     "coverage": lambda call, points: ev.CoveragePlanned(call, points, 10.0),
     "told": lambda call, mode: ev.ExplorationTold(call, mode, "as it is"),
+    "discovered": lambda call: ev.Discovered(call, "stairs", "down"),
     "explored": ev.ExplorationEnded,
     "failed": lambda call, service: ev.CallFailed(call, service, "away"),
 }

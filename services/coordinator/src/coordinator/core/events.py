@@ -185,6 +185,15 @@ class ExplorationTold:
 
 
 @dataclass(frozen=True, slots=True)
+class Discovered:
+    """Whoever leads reported something worth knowing."""
+
+    call: int
+    label: str
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class ExplorationEnded:
     """`actions`: motions it made, whoever led; `discoveries`: their labels; `calls`: of the model."""
 
@@ -211,8 +220,8 @@ class CallFailed:
 
 
 Answer = (
-    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | ExplorationTold | ExplorationEnded
-    | CallFailed
+    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | ExplorationTold | Discovered
+    | ExplorationEnded | CallFailed
 )  # fmt: skip
 """To a call the core asked for, by its number."""
 

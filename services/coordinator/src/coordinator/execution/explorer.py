@@ -76,6 +76,7 @@ class Explorer:
         self._runner: ExplorationRunner | None = None
         self._senses: asyncio.Task[None] | None = None
         self._mission = ""
+        self._last_told: Discovery | None = None
         self._call = 0
         """The mission's that is answered; 0 while it is held or over."""
 
@@ -162,23 +163,33 @@ class Explorer:
         if still() and not runner.exploration.running:  # the emergency stop is on, and the mission was not told yet
             self._feed(ev.ExplorationEnded(action.call, ExplorationEnd.STOPPED))
 
-    def _told(self, command: do.TellMode | do.Finish) -> None:
-        """In a task of its own: the mission may be in the middle of a step."""
+    def _told(self, command: do.TellMode | do.Remember | do.Finish) -> None:
         if self._call == 0 or self._runner is None:
             return
         match command:
+            case do.TellMode(mode=ExplorationMode.IDLE):
+                pass  # the end says it
             case do.TellMode(mode=mode, why=why):
-                if mode is ExplorationMode.IDLE:
-                    return  # the end says it
-                event: ev.Event = ev.ExplorationTold(self._call, mode, why)
+                self._tell(ev.ExplorationTold(self._call, mode, why))
+            case do.Remember(memory=memory):
+                began_s, last = self._runner.exploration.started_s, memory.discoveries[-1:]
+                for one in last:
+                    if one != self._last_told and one.stamp_s >= began_s:
+                        self._last_told = one
+                        self._tell(ev.Discovered(self._call, one.label, one.note))
             case do.Finish(end=end):
                 one = self._runner.exploration
                 found = tuple(each.label for each in one.memory.discoveries if each.stamp_s >= one.started_s)
-                event = ev.ExplorationEnded(self._call, end, self._actions(self._runner), one.spent.calls, found)
-        self._tasks.start("exploration-told", self._tell(event), forever=False)
+                actions = self._actions(self._runner)
+                self._tell(ev.ExplorationEnded(self._call, end, actions, one.spent.calls, found))
 
-    async def _tell(self, event: ev.Event) -> None:
-        self._feed(event)
+    def _tell(self, event: ev.Event) -> None:
+        """In a task of its own: the mission may be in the middle of a step."""
+
+        async def feed() -> None:
+            self._feed(event)
+
+        self._tasks.start("exploration-told", feed(), forever=False)
 
     def _actions(self, runner: ExplorationRunner) -> int:
         return max(0, runner.exploration.memory.actions_done - runner.actions_before)

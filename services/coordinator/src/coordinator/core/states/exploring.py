@@ -6,7 +6,7 @@ from contracts.exploration import ExplorationEnd
 from contracts.mission import EndCause, EventKind, MapTrouble, Outcome
 from coordinator.core import actions as do
 from coordinator.core.activities import BeingExplored, Waiting
-from coordinator.core.events import DetectionsSeen, Event, ExplorationEnded, ExplorationTold
+from coordinator.core.events import DetectionsSeen, Discovered, Event, ExplorationEnded, ExplorationTold
 from coordinator.core.outcomes import abort, abort_for_the_map, end
 from coordinator.core.report import others_in_words
 from coordinator.core.search import new_scan
@@ -35,6 +35,8 @@ class Exploring(State):
                 count_other_objects(context, seen)
             case ExplorationTold(mode=mode, why=why):
                 context.log_event(EventKind.NAVIGATION, f"exploring, {mode.value}: {why}")
+            case Discovered(label=label, note=note):
+                context.log_event(EventKind.SIGHTING, f"discovered: {label}{f' ({note})' if note else ''}")
             case ExplorationEnded():
                 _ended(context, event)
             case _:
