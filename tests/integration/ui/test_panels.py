@@ -191,7 +191,6 @@ async def test_the_end_of_a_mission_is_told_wherever_one_looks(page: Page, site:
     await expect(page.get_by_text("Found: “find the red bottle”. found the red bottle.")).to_be_visible()
 
 
-@pytest.mark.parametrize(("size", "dark"), [(DESKTOP, False), (DESKTOP, True), (PHONE, False)])
 async def test_an_exploration_is_shown_with_what_it_may_ask_and_what_it_discovered(page: Page, site: Site) -> None:
     await page.get_by_role("tab", name="Robot").click()
     await expect(page.get_by_role("heading", name="Exploration")).to_be_hidden()
@@ -208,6 +207,7 @@ async def test_an_exploration_is_shown_with_what_it_may_ask_and_what_it_discover
         await expect(panel.get_by_text(text)).to_be_visible()
 
 
+@pytest.mark.parametrize(("size", "dark"), [(DESKTOP, False), (DESKTOP, True), (PHONE, False)])
 async def test_axe_finds_nothing_serious(site: Site, browser: Browser, size: dict[str, int], dark: bool) -> None:
     found: list[str] = []
     async with site.opened(browser, size, dark=dark) as page:
