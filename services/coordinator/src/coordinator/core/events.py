@@ -176,7 +176,7 @@ class CoverageLooked:
 
 
 @dataclass(frozen=True, slots=True)
-class ExplorationTold:
+class LeadChanged:
     """Who leads it from now on, and why, for a person."""
 
     call: int
@@ -185,7 +185,7 @@ class ExplorationTold:
 
 
 @dataclass(frozen=True, slots=True)
-class Discovered:
+class DiscoverySeen:
     """Whoever leads reported something worth knowing."""
 
     call: int
@@ -220,7 +220,7 @@ class CallFailed:
 
 
 Answer = (
-    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | ExplorationTold | Discovered
+    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | LeadChanged | DiscoverySeen
     | ExplorationEnded | CallFailed
 )  # fmt: skip
 """To a call the core asked for, by its number."""
