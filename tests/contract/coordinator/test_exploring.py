@@ -43,12 +43,13 @@ async def test_it_drives_to_the_borders_of_a_growing_map_and_home_again(open_mes
         await until_it_drives(mesh)
         under_way = await told(mesh)
         assert (under_way.mission_id, under_way.mode, under_way.model) == (mission.id, M.FRONTIERS, "")
+        assert under_way.frontiers >= 1
         over = await mesh.until_over(mission.id)
         assert over.outcome is Outcome.DONE
         assert "nothing unknown is left that can be reached" in over.reason
         assert abs(mesh.world.pose.x - home.x) + abs(mesh.world.pose.y - home.y) < 0.6
         after = await told(mesh)
-        assert (after.mode, after.calls) == (M.IDLE, 0)
+        assert (after.mode, after.calls, after.frontiers) == (M.IDLE, 0, 0)
         assert after.goals >= 2
         assert (after.explored_m2 or 0.0) > 40.0
         assert mesh.journal.of["flat"].actions_done == after.actions

@@ -77,7 +77,7 @@ async def led(server: LanguageServer, rules: ExplorationRules = QUICK) -> AsyncI
     died: list[str] = []
     modes: list[ExplorationMode] = []
 
-    def told(command: do.TellMode | do.Finish) -> None:
+    def told(command: do.TellMode | do.Remember | do.Finish) -> None:
         if isinstance(command, do.TellMode):
             modes.append(command.mode)
 
@@ -220,6 +220,7 @@ async def test_the_model_that_is_set_leads_and_is_told_of(server: LanguageServer
         mission = (await client.get("/missions")).json()[0]
         lines = [each["text"] for each in (await client.get(f"/missions/{mission['id']}/events")).json()]
         assert "exploring, model: begun" in lines
+        assert [line for line in lines if line.startswith("discovered")] == ["discovered: kitchen (a fridge)"]
     assert sum("images" in each["messages"][1] for each in server.asked) >= 1
 
 

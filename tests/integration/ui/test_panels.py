@@ -4,8 +4,9 @@ import pytest
 from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import Browser, Page, expect
 
+from contracts.exploration import Discovery, ExplorationMode, ExplorationStatus
 from contracts.mission import Outcome
-from contracts.topics import MISSION_EVENTS, ROBOT_STATE, VISION_DETECTIONS
+from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_STATE, VISION_DETECTIONS
 from contracts.vision import Detection, Detections
 from support.browser import DESKTOP, PHONE
 from support.ui_world import STARTED_S, event, mission, robot_state, thing
@@ -188,6 +189,22 @@ async def test_the_end_of_a_mission_is_told_wherever_one_looks(page: Page, site:
     await page.get_by_role("tab", name="Robot").click()
     await site.mission_is(outcome=Outcome.FOUND, reason="found the red bottle")
     await expect(page.get_by_text("Found: “find the red bottle”. found the red bottle.")).to_be_visible()
+
+
+async def test_an_exploration_is_shown_with_what_it_may_ask_and_what_it_discovered(page: Page, site: Site) -> None:
+    await page.get_by_role("tab", name="Robot").click()
+    await expect(page.get_by_role("heading", name="Exploration")).to_be_hidden()
+    found = Discovery(label="kitchen", note="a fridge", x_m=1.0, y_m=2.0, stamp_s=STARTED_S)
+    told = ExplorationStatus(
+        mission_id=site.mission_id, mode=ExplorationMode.MODEL, why="begun", model="small",
+        calls=3, calls_max=300, tokens=900, tokens_max=300_000, discoveries=(found,),
+    )  # fmt: skip
+    await site.mission_is()
+    await site.world.bus.publish(MISSION_STATE, site.world.missions.current.model_copy(update={"exploration": told}))
+    await expect(page.get_by_role("heading", name="Exploration")).to_be_visible()
+    panel = page.locator(".exploration")
+    for text in ("the model leads", "3 / 300", "900 / 300000", "kitchen: a fridge (x 1.0 m, y 2.0 m)"):
+        await expect(panel.get_by_text(text)).to_be_visible()
 
 
 @pytest.mark.parametrize(("size", "dark"), [(DESKTOP, False), (DESKTOP, True), (PHONE, False)])

@@ -7,7 +7,7 @@ from contracts.geometry import Pose2D
 from contracts.mission import EndCause, EventKind, MissionState, Outcome
 from coordinator.core import actions as do
 from coordinator.core import events as ev
-from coordinator.core.activities import BeingExplored, Paused
+from coordinator.core.activities import Paused, UnderExploration
 from coordinator.core.motions import PlainMotion
 from coordinator.core.rules import CoverageRule, ScanRule
 from support.mission_script import ORIGIN, Script, box
@@ -21,7 +21,7 @@ def exploring(*, pose: Pose2D | None = ORIGIN, docked: bool = False, **rules: ob
 
 
 def over(script: Script, end: ExplorationEnd, actions: int = 3, **facts: object) -> Script:
-    return script.feed(ev.ExplorationEnded(script.last(do.Explore).call, end, actions, **facts))  # pyright: ignore[reportArgumentType]
+    return script.feed(ev.ExplorationEnded(script.last(do.BeginExploration).call, end, actions, **facts))  # pyright: ignore[reportArgumentType]
 
 
 def ended(script: Script) -> tuple[Outcome | None, EndCause | None]:
@@ -32,29 +32,29 @@ def ended(script: Script) -> tuple[Outcome | None, EndCause | None]:
 def test_it_begins_an_exploration_that_comes_home_to_where_the_robot_stands() -> None:
     script = exploring(pose=Pose2D(x=1.0, y=2.0, yaw=0.5))
     assert script.mission.state is MissionState.EXPLORING
-    assert script.last(do.Explore).home == Pose2D(x=1.0, y=2.0, yaw=0.5)
-    assert isinstance(script.mission.activity, BeingExplored)
+    assert script.last(do.BeginExploration).home == Pose2D(x=1.0, y=2.0, yaw=0.5)
+    assert isinstance(script.mission.activity, UnderExploration)
 
 
 def test_on_the_dock_it_leaves_the_dock_first() -> None:
     script = exploring(docked=True)
-    assert not script.asked(do.Explore)
+    assert not script.asked(do.BeginExploration)
     script.feed(ev.Undocked(script.last(do.Undock).call)).see()
-    assert len(script.asked(do.Explore)) == 1
+    assert len(script.asked(do.BeginExploration)) == 1
 
 
 def test_a_robot_that_does_not_know_where_it_is_waits_for_it_and_gives_up_in_time() -> None:
     script = exploring(pose=None, lost_pose_s=20.0).wait(5.0)
-    assert not script.asked(do.Explore)
-    assert len(script.robot(ORIGIN).wait(1.5).asked(do.Explore)) == 1
+    assert not script.asked(do.BeginExploration)
+    assert len(script.robot(ORIGIN).wait(1.5).asked(do.BeginExploration)) == 1
     lost = exploring(pose=None, lost_pose_s=20.0).wait(21.0)
     assert ended(lost) == (Outcome.ABORTED, EndCause.LOST)
 
 
 def test_who_leads_it_and_why_are_lines_of_the_timeline() -> None:
     script = exploring()
-    call = script.last(do.Explore).call
-    script.feed(ev.ExplorationTold(call, ExplorationMode.FRONTIERS, "no answer for 11 s"))
+    call = script.last(do.BeginExploration).call
+    script.feed(ev.LeadChanged(call, ExplorationMode.FRONTIERS, "no answer for 11 s"))
     line = script.last(do.Say)
     assert (line.kind, line.text) == (EventKind.NAVIGATION, "exploring, frontiers: no answer for 11 s")
     assert script.mission.activity.call == call
@@ -88,23 +88,23 @@ def test_the_ending_says_what_was_done_and_found() -> None:
 @pytest.mark.parametrize("for_s", [None, 30.0])
 def test_a_pause_holds_it_and_it_goes_on_afterwards(for_s: float | None) -> None:
     script = exploring()
-    first = script.last(do.Explore).call
+    first = script.last(do.BeginExploration).call
     script.feed(ev.PauseRequested(for_s))
     assert isinstance(script.mission.activity, Paused)
     assert isinstance(script.actions[-2], do.StopMotion)
-    script.feed(ev.ExplorationTold(first, ExplorationMode.LISTENING, "somebody speaks"))
+    script.feed(ev.LeadChanged(first, ExplorationMode.LISTENING, "somebody speaks"))
     script.feed(ev.ExplorationEnded(first, E.EXPLORED, 3))
     assert isinstance(script.mission.activity, Paused), "what the held exploration says is too late"
     script.feed(ev.ResumeRequested()) if for_s is None else script.wait(31.0)
-    assert len(script.asked(do.Explore)) == 2
-    assert script.mission.activity.call == script.last(do.Explore).call != first
+    assert len(script.asked(do.BeginExploration)) == 2
+    assert script.mission.activity.call == script.last(do.BeginExploration).call != first
 
 
 def test_the_emergency_stop_ends_it_and_a_reset_lets_nothing_go_on() -> None:
     script = exploring().feed(ev.StopLatched(1, "pressed"))
     assert ended(script) == (Outcome.ABORTED, EndCause.STOPPED)
     script.feed(ev.StopReset(1)).wait(5.0)
-    assert (script.mission.state, len(script.asked(do.Explore))) == (MissionState.IDLE, 1)
+    assert (script.mission.state, len(script.asked(do.BeginExploration))) == (MissionState.IDLE, 1)
 
 
 def test_it_ends_with_the_time_that_the_action_may_take() -> None:

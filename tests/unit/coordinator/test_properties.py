@@ -21,7 +21,6 @@ from coordinator.core import recording
 from coordinator.core.actions import MOTION
 from coordinator.core.activities import (
     AwaitingFrame,
-    BeingExplored,
     Docking,
     Driving,
     Idle,
@@ -31,6 +30,7 @@ from coordinator.core.activities import (
     Rotating,
     Starting,
     Steering,
+    UnderExploration,
     Undocking,
     Validating,
     Waiting,
@@ -96,6 +96,7 @@ noise = st.one_of(
     st.tuples(st.just("validated"), calls, st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
     st.tuples(st.just("told"), calls, st.sampled_from(ExplorationMode)),
+    st.tuples(st.just("discovered"), calls),
     st.tuples(st.just("explored"), calls, st.sampled_from(ExplorationEnd), st.integers(0, 2)),
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
 )
@@ -147,7 +148,8 @@ ANSWERS: dict[str, Callable[..., ev.Event]] = {
     "motion": lambda call, end, metres: ev.MotionEnded(call, end, driven_m=metres),
     "validated": validated,
     "coverage": lambda call, points: ev.CoveragePlanned(call, points, 10.0),
-    "told": lambda call, mode: ev.ExplorationTold(call, mode, "as it is"),
+    "told": lambda call, mode: ev.LeadChanged(call, mode, "as it is"),
+    "discovered": lambda call: ev.DiscoverySeen(call, "stairs", "down"),
     "explored": ev.ExplorationEnded,
     "failed": lambda call, service: ev.CallFailed(call, service, "away"),
 }
@@ -225,7 +227,7 @@ class Player:
                 return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
             case Rotating() | Driving():
                 return ev.MotionEnded(call, MotionEnd.COMPLETED if good else MotionEnd.BLOCKED, driven_m=0.3)
-            case BeingExplored():
+            case UnderExploration():
                 return ev.ExplorationEnded(call, ExplorationEnd.EXPLORED, 0 if good else 3)
             case Validating():
                 return validated(call, good, 0.38)

@@ -24,7 +24,7 @@ from coordinator.commands.action_service import ActionService
 from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.mission_service import MissionService
-from coordinator.execution.explorer import Exploring
+from coordinator.execution.explorer import ExplorationNeeds
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.execution.newest_view import NewestView
@@ -165,12 +165,12 @@ async def _journal(settings: Settings, stack: contextlib.AsyncExitStack, tasks: 
 
 async def _exploring(
     settings: Settings, stack: contextlib.AsyncExitStack, robot: ExploringRobot, camera: Camera, journal: Journal
-) -> Exploring:
+) -> ExplorationNeeds:
     """With a model only where one is set."""
     if not settings.exploration_model:
-        return Exploring(settings=settings, robot=robot, journal=journal)
+        return ExplorationNeeds(settings=settings, robot=robot, journal=journal)
     shown = camera if settings.exploration_pictures else None
     pilot = await stack.enter_async_context(
         aclosing(OllamaPilot(settings, timeout_s=ExplorationRules().asking.answer_s, camera=shown))
     )
-    return Exploring(settings=settings, robot=robot, journal=journal, pilot=pilot, eye=CameraEye(camera))
+    return ExplorationNeeds(settings=settings, robot=robot, journal=journal, pilot=pilot, eye=CameraEye(camera))

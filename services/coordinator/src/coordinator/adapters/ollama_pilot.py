@@ -44,7 +44,7 @@ class OllamaPilot:
             host=settings.exploration_model_url,
             timeout=httpx.Timeout(timeout_s, connect=CONNECT_S),
             trust_env=False,
-            transport=BoundedTransport(),
+            transport=_BoundedTransport(),
         )
 
     async def decide(self, question: AskModel) -> PilotAnswer:
@@ -142,7 +142,7 @@ def _counted(reply: Any, text: str) -> int:
     return sum(max(0, one or 0) for one in told)
 
 
-class BoundedTransport(httpx.AsyncHTTPTransport):
+class _BoundedTransport(httpx.AsyncHTTPTransport):
     """An answer of more than `ANSWER_BYTES_MAX` bytes is read no further: `httpx.ReadError`."""
 
     async def handle_async_request(self, request: httpx.Request) -> httpx.Response:

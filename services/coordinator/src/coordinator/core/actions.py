@@ -100,7 +100,7 @@ class KeepPicture:
 
 
 @dataclass(frozen=True, slots=True)
-class Explore:
+class BeginExploration:
     """Begins an exploration that comes home to `home`, or lets the one that is held go on."""
 
     call: int
@@ -124,7 +124,7 @@ class Say:
 
 Action = (
     Undock | Dock | Navigate | Rotate | Drive | SetVelocity | StopMotion | Validate | PlanCoverage
-    | RecordLook | KeepPicture | Explore | Celebrate | Say
+    | RecordLook | KeepPicture | BeginExploration | Celebrate | Say
 )  # fmt: skip
 
-MOTION: tuple[type[Action], ...] = (Undock, Dock, Navigate, Rotate, Drive, SetVelocity, Explore)
+MOTION: tuple[type[Action], ...] = (Undock, Dock, Navigate, Rotate, Drive, SetVelocity, BeginExploration)

@@ -123,7 +123,7 @@ class Driving:
 
 
 @dataclass(frozen=True, slots=True)
-class BeingExplored:
+class UnderExploration:
     """The exploration leads (`coordinator.exploration`); it has its own deadlines, and the mission's."""
 
     call: int
@@ -144,7 +144,7 @@ class Steering:
 
 Activity = (
     Idle | Starting | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | Navigating
-    | Rotating | AwaitingFrame | Validating | Driving | BeingExplored | Steering
+    | Rotating | AwaitingFrame | Validating | Driving | UnderExploration | Steering
 )  # fmt: skip
 
 

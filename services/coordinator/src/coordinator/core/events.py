@@ -176,12 +176,21 @@ class CoverageLooked:
 
 
 @dataclass(frozen=True, slots=True)
-class ExplorationTold:
+class LeadChanged:
     """Who leads it from now on, and why, for a person."""
 
     call: int
     mode: ExplorationMode
     why: str
+
+
+@dataclass(frozen=True, slots=True)
+class DiscoverySeen:
+    """Whoever leads reported something worth knowing."""
+
+    call: int
+    label: str
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,8 +220,8 @@ class CallFailed:
 
 
 Answer = (
-    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | ExplorationTold | ExplorationEnded
-    | CallFailed
+    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | LeadChanged | DiscoverySeen
+    | ExplorationEnded | CallFailed
 )  # fmt: skip
 """To a call the core asked for, by its number."""
 

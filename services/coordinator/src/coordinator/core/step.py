@@ -8,7 +8,6 @@ from coordinator.core import events as ev
 from coordinator.core import operator_commands, robot_updates
 from coordinator.core.activities import (
     AwaitingFrame,
-    BeingExplored,
     Docking,
     Driving,
     Idle,
@@ -18,6 +17,7 @@ from coordinator.core.activities import (
     Rotating,
     Starting,
     Steering,
+    UnderExploration,
     Undocking,
     Validating,
     Waiting,
@@ -177,7 +177,7 @@ def _overdue(context: StepContext) -> None:
             _call_failed(context, "inference", "no validation in time")
         case PlanningCoverage():
             _call_failed(context, "robot_bridge", "no map in time")
-        case Idle() | Starting() | Paused() | BeingExplored():
+        case Idle() | Starting() | Paused() | UnderExploration():
             pass
         case _:
             assert_never(context.mission.activity)

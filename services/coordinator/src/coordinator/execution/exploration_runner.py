@@ -45,7 +45,8 @@ GOAL_POLL_S = 1.0
 class ExplorationRunner:
     """`run` for ever; `begin`, `listen`, `cancel` from outside. One exploration at a time, and no mission beside it.
 
-    `motion` is its owner's where others move the robot by turns with it. `told` hears who leads, and the end.
+    `motion` is its owner's where others move the robot by turns with it. `told` hears who leads, what is
+    remembered, and the end.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class ExplorationRunner:
         journal: Journal,
         eye: Eye | None = None,
         motion: MotionClient | None = None,
-        told: Callable[[do.TellMode | do.Finish], None] = lambda _: None,
+        told: Callable[[do.TellMode | do.Remember | do.Finish], None] = lambda _: None,
     ) -> None:
         self.goals_reached = 0
         self.actions_before = 0
@@ -201,6 +202,7 @@ class ExplorationRunner:
             case do.Remember(memory=memory):
                 if self._home is not None:
                     self._journal.write(self._home, memory)
+                self._told(command)
             case do.TellMode(mode=mode, why=why):
                 log.info("exploration", mode=mode.value, why=why)
                 self._told(command)

@@ -9,12 +9,13 @@ from contracts.exploration import DISCOVERIES_TOLD, Discovery, ExplorationEnd, E
 from contracts.mission import MissionState
 from coordinator.core import actions as act
 from coordinator.core import events as ev
-from coordinator.core.activities import BeingExplored
+from coordinator.core.activities import UnderExploration
 from coordinator.core.mission import Mission
 from coordinator.execution.exploration_runner import LOOK_S, ExplorationRunner
 from coordinator.execution.motion_client import MotionClient
 from coordinator.exploration import commands as do
 from coordinator.exploration.decision_check import CheckLimits
+from coordinator.exploration.local import frontiers_left
 from coordinator.exploration.rules import ExplorationRules, SpendingLimits
 from coordinator.exploration_ports import ExploringRobot, Eye, Journal, Pilot, PilotAnswer
 from coordinator.settings import Settings
@@ -28,7 +29,7 @@ UNTIL_TOLD_S = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
-class Exploring:
+class ExplorationNeeds:
     """What explorations need; without a `pilot` no model is set, and the frontiers lead."""
 
     settings: Settings
@@ -66,7 +67,12 @@ class Explorer:
     """
 
     def __init__(
-        self, given: Exploring, motion: MotionClient, feed: Callable[[ev.Event], None], clock: Clock, tasks: Tasks
+        self,
+        given: ExplorationNeeds,
+        motion: MotionClient,
+        feed: Callable[[ev.Event], None],
+        clock: Clock,
+        tasks: Tasks,
     ) -> None:
         self._given = given
         self._motion = motion
@@ -76,10 +82,11 @@ class Explorer:
         self._runner: ExplorationRunner | None = None
         self._senses: asyncio.Task[None] | None = None
         self._mission = ""
+        self._last_told: Discovery | None = None
         self._call = 0
         """The mission's that is answered; 0 while it is held or over."""
 
-    def explore(self, action: act.Explore, mission: Mission, body: RobotDescription | None) -> None:
+    def explore(self, action: act.BeginExploration, mission: Mission, body: RobotDescription | None) -> None:
         """Begins one, or lets the one that is held go on. Returns at once."""
         self._call = action.call
         if self._runner is not None and self._runner.exploration.running:
@@ -109,7 +116,7 @@ class Explorer:
             self._call = 0
             runner.cancel()
             self._end_senses()
-        elif not isinstance(mission.activity, BeingExplored):
+        elif not isinstance(mission.activity, UnderExploration):
             self._call = 0
             runner.listen(UNTIL_TOLD_S)
 
@@ -134,7 +141,7 @@ class Explorer:
             refused=sum(count for verdict, count in one.verdicts if not verdict.moves),
             actions=self._actions(self._runner),
             goals=self._runner.goals_reached,
-            frontiers=len(one.memory.frontiers),
+            frontiers=len(frontiers_left(one)),
             explored_m2=round(chart.reachable_m2, 2) if chart is not None else None,
             discoveries=one.memory.discoveries[-DISCOVERIES_TOLD:],
         )
@@ -147,7 +154,7 @@ class Explorer:
             return one.memory.discoveries
         return (await self._given.journal.read(map_id)).discoveries if map_id is not None else ()
 
-    async def _begin(self, runner: ExplorationRunner, action: act.Explore) -> None:
+    async def _begin(self, runner: ExplorationRunner, action: act.BeginExploration) -> None:
         """Once it sees where the robot is, and its map. What it never sees the mission gives up on by its own rules."""
 
         def still() -> bool:
@@ -162,23 +169,33 @@ class Explorer:
         if still() and not runner.exploration.running:  # the emergency stop is on, and the mission was not told yet
             self._feed(ev.ExplorationEnded(action.call, ExplorationEnd.STOPPED))
 
-    def _told(self, command: do.TellMode | do.Finish) -> None:
-        """In a task of its own: the mission may be in the middle of a step."""
+    def _told(self, command: do.TellMode | do.Remember | do.Finish) -> None:
         if self._call == 0 or self._runner is None:
             return
         match command:
+            case do.TellMode(mode=ExplorationMode.IDLE):
+                pass  # the end says it
             case do.TellMode(mode=mode, why=why):
-                if mode is ExplorationMode.IDLE:
-                    return  # the end says it
-                event: ev.Event = ev.ExplorationTold(self._call, mode, why)
+                self._tell(ev.LeadChanged(self._call, mode, why))
+            case do.Remember(memory=memory):
+                began_s, last = self._runner.exploration.started_s, memory.discoveries[-1:]
+                for one in last:
+                    if one != self._last_told and one.stamp_s >= began_s:
+                        self._last_told = one
+                        self._tell(ev.DiscoverySeen(self._call, one.label, one.note))
             case do.Finish(end=end):
                 one = self._runner.exploration
                 found = tuple(each.label for each in one.memory.discoveries if each.stamp_s >= one.started_s)
-                event = ev.ExplorationEnded(self._call, end, self._actions(self._runner), one.spent.calls, found)
-        self._tasks.start("exploration-told", self._tell(event), forever=False)
+                actions = self._actions(self._runner)
+                self._tell(ev.ExplorationEnded(self._call, end, actions, one.spent.calls, found))
 
-    async def _tell(self, event: ev.Event) -> None:
-        self._feed(event)
+    def _tell(self, event: ev.Event) -> None:
+        """In a task of its own: the mission may be in the middle of a step."""
+
+        async def feed() -> None:
+            self._feed(event)
+
+        self._tasks.start("exploration-told", feed(), forever=False)
 
     def _actions(self, runner: ExplorationRunner) -> int:
         return max(0, runner.exploration.memory.actions_done - runner.actions_before)

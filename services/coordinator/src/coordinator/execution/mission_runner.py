@@ -31,7 +31,7 @@ from coordinator.core.rules import Rules
 from coordinator.core.step import step
 from coordinator.coverage.explored_space import ExploredSpace
 from coordinator.execution.believed_space import BelievedSpace, believed
-from coordinator.execution.explorer import Explorer, Exploring
+from coordinator.execution.explorer import ExplorationNeeds, Explorer
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
 from coordinator.execution.mission_trace import MissionTrace
@@ -63,7 +63,7 @@ class MissionRunner:
         inference: Inference,
         log_: MissionLog,
         looks: LookReporter,
-        exploring: Exploring,
+        exploring: ExplorationNeeds,
         queued: Callable[[], tuple[wire.Mission, ...]],
         clock: Clock,
         tasks: Tasks,
@@ -215,7 +215,7 @@ class MissionRunner:
                 self._keep(action)
             case do.StopMotion():
                 self._motion.stop(epoch)
-            case do.Explore():
+            case do.BeginExploration():
                 self._explorer.explore(action, self.mission, self.description)
             case do.SetVelocity(twist=twist, duration_s=duration_s):
                 self._motion.send_velocity(twist, duration_s, epoch)

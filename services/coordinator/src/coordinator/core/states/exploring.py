@@ -5,8 +5,8 @@ from typing import assert_never
 from contracts.exploration import ExplorationEnd
 from contracts.mission import EndCause, EventKind, MapTrouble, Outcome
 from coordinator.core import actions as do
-from coordinator.core.activities import BeingExplored, Waiting
-from coordinator.core.events import DetectionsSeen, Event, ExplorationEnded, ExplorationTold
+from coordinator.core.activities import UnderExploration, Waiting
+from coordinator.core.events import DetectionsSeen, DiscoverySeen, Event, ExplorationEnded, LeadChanged
 from coordinator.core.outcomes import abort, abort_for_the_map, end
 from coordinator.core.report import others_in_words
 from coordinator.core.search import new_scan
@@ -19,22 +19,24 @@ NO_PLACE_S = 1.0
 DISCOVERIES_TOLD = 5
 
 
-class Exploring(State):
+class ExplorationState(State):
     def begin(self, context: StepContext) -> None:
         home = context.mission.robot.pose
         if home is None:
             context.set_activity(Waiting(context.now_s + NO_PLACE_S, "localisation"))
             return
         call = context.call()
-        context.request(do.Explore(call, home))
-        context.set_activity(BeingExplored(call))
+        context.request(do.BeginExploration(call, home))
+        context.set_activity(UnderExploration(call))
 
     def handle(self, context: StepContext, event: Event) -> None:
         match event:
             case DetectionsSeen(detections=seen):
                 count_other_objects(context, seen)
-            case ExplorationTold(mode=mode, why=why):
+            case LeadChanged(mode=mode, why=why):
                 context.log_event(EventKind.NAVIGATION, f"exploring, {mode.value}: {why}")
+            case DiscoverySeen(label=label, note=note):
+                context.log_event(EventKind.SIGHTING, f"discovered: {label}{f' ({note})' if note else ''}")
             case ExplorationEnded():
                 _ended(context, event)
             case _:

@@ -15,7 +15,7 @@ from coordinator.core.states.depth_check import DepthCheck
 from coordinator.core.states.direct import DirectApproach, DirectCentering
 from coordinator.core.states.docking import GoingToDock
 from coordinator.core.states.driving_1m import Driving1m
-from coordinator.core.states.exploring import Exploring
+from coordinator.core.states.exploring import ExplorationState
 from coordinator.core.states.moving import Moving
 from coordinator.core.states.resting import Resting
 from coordinator.core.states.scanning import Scanning
@@ -24,7 +24,7 @@ from coordinator.core.states.travelling import MemoryNav, MovingToScan
 from coordinator.core.states.weighing import WeighingDepthCheck
 
 RESTING, DOCKING, MOVING_TO_SCAN = Resting(), GoingToDock(), MovingToScan()
-MOVING, EXPLORING = Moving(), Exploring()
+MOVING, EXPLORING = Moving(), ExplorationState()
 TRAVELLING = {CoverageRule.LAWNMOWER: PlannedOnce(), CoverageRule.BELIEF: ByBelief()}
 
 
