@@ -17,7 +17,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-campaign-mesh bench-scan bench-memory bench-calls bench-search bench-rooms bench-explore bench-trace trace
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-rooms bench-explore bench-trace trace
 .PHONY: docs sbom audit
 .PHONY: bench-hostile bench-soak bench-calibration test-ui screens bench-ui
 
@@ -73,14 +73,11 @@ test-e2e: setup ## the whole mesh with the simulated robot
 bench-coordinator: setup ## how long a step and a coverage plan take: out/bench/coordinator.json and .png
 	$(PY) -m bench.coordinator
 
-bench-campaign: setup ## hundreds of simulated missions with faults injected, judged: out/bench/campaign.json
-	$(PY) -m bench.campaign --missions $(or $(MISSIONS),500)
-
-bench-campaign-mesh: setup ## faulted missions through all services with the real eyes, judged: MISSIONS=500 JOBS= MINUTES=; out/bench/campaigning; goes on where it was ended
+bench-campaign: setup ## faulted missions through all services with the real eyes, judged: MISSIONS=500 JOBS= MINUTES=; out/bench/campaign; goes on where it was ended
 	$(PY) -m bench.campaigning play --missions $(or $(MISSIONS),500) $(if $(JOBS),--jobs $(JOBS)) $(if $(MINUTES),--minutes $(MINUTES))
 
 bench-search: setup ## searches with the robot's own eyes: EPISODES= SETS= POLICY= SETTINGS='name=value ...' HOMES=test|tune DETECTOR=sim|coco JOBS=; goes on where it was ended
-	$(PY) -m bench.search play --episodes $(or $(EPISODES),20) --sets $(or $(SETS),all) --policy $(or $(POLICY),viewpoints) \
+	$(PY) -m bench.search play --episodes $(or $(EPISODES),20) --sets $(or $(SETS),all) --policy $(or $(POLICY),belief) \
 		--homes $(or $(HOMES),test) --detector $(or $(DETECTOR),sim) $(foreach one,$(SETTINGS),--set $(one)) $(if $(JOBS),--jobs $(JOBS))
 
 bench-rooms: setup ## maps cut into rooms, against the simulated homes' own: HOMES=50 FIRST=7020; out/bench/rooms.json and .png, the worst

@@ -1,7 +1,8 @@
 """How long the coordinator thinks: one step of the mission core, and one coverage plan, by the size of the map.
 
-`make bench-coordinator`. Steps are those of whole simulated missions; coverage is the viewpoint planner on a generated
-floor plan with nothing looked at yet. Writes out/bench/coordinator.json, and coordinator.png with the lawnmower beside.
+`make bench-coordinator`. Steps are those of whole episodes of `bench/search`, through all services; coverage is the
+viewpoint planner on a generated floor plan with nothing looked at yet. Writes out/bench/coordinator.json, and
+coordinator.png with the lawnmower beside.
 """
 
 import argparse
@@ -13,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from bench.campaign import played
 from bench.floors import floor_plan
-from bench.missions.place import SimulatedPlace
-from bench.missions.scenario import HOMES, scenario, wanted_in
-from bench.results import pyplot, quiet, save
-from bench.world.faults import Faults
+from bench.results import pyplot, save
+from bench.search.play import played
+from bench.search.running import begin, loaded, prepare_exports
+from bench.search.sets import TUNE_HOMES, episode
 from contracts.geometry import Pose2D
 from coordinator.core.rules import Policy
 from coordinator.coverage.lawnmower import lawnmower
@@ -27,12 +27,15 @@ from coordinator.coverage.visibility import VisibilityIndex  # noqa: F401 - load
 from coordinator.execution import mission_runner
 from sim.world.robot import ROBOT_RADIUS_M
 
+TOURS = Path("out/bench/search/tours")
 SIZES_M = ((10, 8), (20, 16), (30, 30), (50, 50), (70, 70), (100, 100))
 AIM_STEP_P99_MS, AIM_HOME_MS, AIM_HALL_MS = 1.0, 50.0, 2000.0
 
 
 def step_times_ms(missions: int) -> list[float]:
-    """Of every step of that many missions without faults."""
+    """Of every step of that many missions in homes that the robot has not seen."""
+    prepare_exports("sim")
+    models, settings = loaded("sim")
     took: list[float] = []
     real = mission_runner.step
 
@@ -44,10 +47,8 @@ def step_times_ms(missions: int) -> list[float]:
 
     mission_runner.step = timed
     try:
-        for seed in range(missions):
-            place = SimulatedPlace(seed % HOMES, *wanted_in(seed % HOMES))
-            played(scenario(seed, faults=Faults()), place)
-            place.close()
+        for number in range(missions):
+            played(episode("unseen", number, TUNE_HOMES), models, settings, tours=TOURS)
     finally:
         mission_runner.step = real
     return took
@@ -110,15 +111,17 @@ def plot(steps_ms: list[float], coverage: dict[str, tuple[float, float, int]], p
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--missions", type=int, default=12, help="simulated missions whose steps are timed")
+    parser.add_argument(
+        "--missions", type=int, default=3, help="simulated missions whose steps are timed: a minute or two each"
+    )
     parser.add_argument("--repeats", type=int, default=7, help="plans for each size; the median counts")
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
-    parser.add_argument("--quick", action="store_true", help="two missions and the two smallest maps")
+    parser.add_argument("--quick", action="store_true", help="one mission and the two smallest maps")
     options = parser.parse_args()
-    quiet()
+    begin()
     sizes = SIZES_M[:2] if options.quick else SIZES_M
     coverage = coverage_times_ms(sizes, options.repeats)
-    steps_ms = step_times_ms(2 if options.quick else options.missions)
+    steps_ms = step_times_ms(1 if options.quick else options.missions)
     figures = {
         "step_p50_ms": round(float(np.percentile(steps_ms, 50)), 4),
         "step_p99_ms": round(float(np.percentile(steps_ms, 99)), 4),

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.memory_eyes import Eyes
-from bench.missions.bridge import DESCRIPTION
+from bench.world.body import DESCRIPTION
 from contracts.geometry import Pose2D
 from contracts.memory import RecallRequest
 from contracts.vision import Target

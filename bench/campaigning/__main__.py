@@ -1,7 +1,7 @@
 """Hundreds of seeded missions through the whole mesh with faults injected, each one judged; or one again.
 
 python -m bench.campaigning play --missions 500 --first 0 --jobs 2
-python -m bench.campaigning replay out/bench/campaigning/0007.json
+python -m bench.campaigning replay out/bench/campaign/0007.json
 Goes on where it was ended. Status 1 when a mission hung, crashed, moved the robot while stopped, or ended dishonestly.
 """
 
@@ -21,7 +21,7 @@ from bench.campaigning.play import played
 from bench.search.__main__ import differences
 from bench.search.running import begin, loaded, prepare_exports, say
 
-OUT = Path("out/bench/campaigning")
+OUT = Path("out/bench/campaign")
 PROBLEMS = ("hang", "crash", "motion", "replay")
 
 

@@ -6,15 +6,18 @@ import numpy as np
 from pydantic import Field
 
 from bench.search.episode import Episode
-from bench.search.sets import TUNE_HOMES, episode
-from bench.world.faults import WITH_REAL_EYES, Faults, draw
+from bench.search.sets import DARK, TUNE_HOMES, episode, site
+from bench.world.faults import Faults, draw
 from contracts.base import Message
 
 SETS = ("mapped", "moved", "removed", "distractor", "unseen", "occluded", "absent")
 """One command for one thing each."""
-POLICIES = ("viewpoints", "belief", "direct", "atom")
+POLICIES = {"belief": 0.5, "viewpoints": 0.2, "direct": 0.15, "atom": 0.15}
+"""How often each is drawn: the robot as it is delivered the most."""
 PATIENCE_S = 240.0
 FAULTLESS = 0.2
+DOCKED = 0.2
+"""So often it begins on its dock."""
 KINDS_MOST = 4
 
 
@@ -36,14 +39,20 @@ def faulted(seed: int, homes: tuple[int, ...] = TUNE_HOMES, *, faults: Faults | 
 
     `faults`: these instead; `changes`: of the episode.
     """
-    policy, fated = drawn(seed)
-    plain = episode(SETS[seed % len(SETS)], seed // len(SETS), homes)
-    like = {"policy": policy, "changes": (f"mission_timeout_s={PATIENCE_S:g}",)} | changes
-    return FaultedEpisode(seed=seed, episode=plain.model_copy(update=like), faults=fated if faults is None else faults)
+    policy, fated, docked = drawn(seed)
+    fated = fated if faults is None else faults
+    one = episode(SETS[seed % len(SETS)], seed // len(SETS), homes)
+    like: dict[str, Any] = {"policy": policy, "changes": (f"mission_timeout_s={PATIENCE_S:g}",)}
+    if docked:
+        like["start"] = site(one.home_seed).world.scene.dock
+    if fated.errors.dark:
+        like |= DARK
+    return FaultedEpisode(seed=seed, episode=one.model_copy(update=like | changes), faults=fated)
 
 
-def drawn(seed: int) -> tuple[str, Faults]:
-    """The policy and what goes wrong."""
+def drawn(seed: int) -> tuple[str, Faults, bool]:
+    """The policy, what goes wrong, and whether it begins on its dock."""
     rng = np.random.default_rng([seed, 1])
-    policy, count = str(rng.choice(POLICIES)), 0 if rng.random() < FAULTLESS else int(rng.integers(1, KINDS_MOST + 1))
-    return policy, draw(rng, count, WITH_REAL_EYES)
+    count = 0 if rng.random() < FAULTLESS else int(rng.integers(1, KINDS_MOST + 1))
+    policy = str(rng.choice(list(POLICIES), p=list(POLICIES.values())))
+    return policy, draw(rng, count), bool(rng.random() < DOCKED)

@@ -12,6 +12,7 @@ from bench.campaigning.verdict import judged
 from bench.search.play import STARTED_S, circumstances, digest, scored, without_wall_time
 from bench.search.staging import staged
 from bench.world.clock import TOOK_S, NothingLeftError, SpinningError, run_simulated
+from bench.world.eyes import erring
 from bench.world.fate import Fate
 from bench.world.line import Line
 from bench.world.mesh import Mesh, MeshSettings, open_mesh
@@ -43,18 +44,26 @@ class Played:
     metres: float = 0.0
     problems: list[str] = field(default_factory=list[str])
     timeline: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
+    recording: tuple[str, ...] = ()
 
 
-def played(one: FaultedEpisode, models: Loaded, settings: MeshSettings, *, tours: Path) -> dict[str, Any]:
-    """The record of a faulted mission. What the simulation cannot go on with counts as a hang or a crash."""
+def played(
+    one: FaultedEpisode, models: Loaded, settings: MeshSettings, *, tours: Path, recording: Path | None = None
+) -> dict[str, Any]:
+    """The record of a faulted mission. What the simulation cannot go on with counts as a hang or a crash.
+
+    `recording`: a file for what the coordinator recorded.
+    """
     began_s = time.perf_counter()
     run = Played()
     line, troubles = Line(one.faults, one.seed), RobotTroubles(one.faults, one.seed)
+    (asked,) = one.episode.commands[0].asked
+    eyes = erring(models, one.faults.errors, asked.kind, asked.colour, one.seed)
     with staged(one.episode, models, settings, tours) as stage:
 
         async def main() -> None:
             async with open_mesh(
-                stage.world, stage.recorded, models, stage.settings, line=line, troubles=troubles
+                stage.world, stage.recorded, eyes, stage.settings, line=line, troubles=troubles
             ) as mesh:
                 await _play(one, mesh, run)
 
@@ -66,6 +75,8 @@ def played(one: FaultedEpisode, models: Loaded, settings: MeshSettings, *, tours
             log.exception("mission %d", one.seed)
             run.problems.append(f"crash: {type(error).__name__}: {error}")
         run.metres = round(stage.world.truth.path_length_m, 2)
+    if recording is not None:
+        recording.write_text("\n".join(run.recording), encoding="utf-8")
     record = _told(one, run) | {"on": circumstances(models)}
     return record | {"digest": digest(record), "wall": {"seconds": round(time.perf_counter() - began_s, 2)}}
 
@@ -145,7 +156,7 @@ def _rested(mesh: Mesh, fate: Fate, run: Played) -> None:
 
 async def _replayed(mesh: Mesh, mission_id: str, run: Played) -> list[str]:
     """Decided again from its recording, step by step. That of a coordinator that died ends in the middle."""
-    recording = await mesh.missions.log.recording(mission_id)
+    recording = run.recording = await mesh.missions.log.recording(mission_id)
     if not recording or (run.mission is not None and run.mission.outcome is Outcome.INTERRUPTED):
         return []
     other = sum(not step.same for step in replay(read(recording)))

@@ -1,7 +1,7 @@
 """Plays episodes, plays one again, or tells what was played: `make bench-search`, see README.md beside this.
 
 python -m bench.search play --sets mapped,moved --episodes 20
-python -m bench.search replay out/bench/search/viewpoints/mapped/0003.json
+python -m bench.search replay out/bench/search/belief/mapped/0003.json
 python -m bench.search report
 """
 
@@ -37,7 +37,7 @@ def main() -> int:
     playing.add_argument("--sets", default="all", help="with commas, or 'all'")
     playing.add_argument("--episodes", type=int, default=20, help="of each set")
     playing.add_argument("--first", type=int, default=0)
-    playing.add_argument("--policy", choices=POLICIES, default="viewpoints")
+    playing.add_argument("--policy", choices=POLICIES, default="belief")
     playing.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="of the coordinator's settings"
     )

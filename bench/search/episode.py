@@ -72,7 +72,7 @@ class Episode(Message):
     light: float = 1.0
     grain: float = 0.0
     commands: tuple[Command, ...]
-    policy: str = "viewpoints"
+    policy: str = "belief"
     changes: tuple[str, ...] = ()
     """Settings of the coordinator beside the policy's, as NAME=VALUE."""
     detector: str = "sim"

@@ -6,20 +6,25 @@ from typing import Any
 
 from coordinator.settings import Settings
 
+VIEWPOINTS: dict[str, Any] = {
+    "coverage_rule": "viewpoints", "approach_rule": "localized", "validation_rule": "two_of_three",
+    "approach_speed_m_s": 0.15,
+}  # fmt: skip
+"""Each step on its own: drive to a viewpoint, stand and look round, vote on one picture, drive up."""
 POLICIES: dict[str, dict[str, Any]] = {
-    "viewpoints": {},
-    "atom": {
+    "belief": {},
+    "viewpoints": VIEWPOINTS,
+    "direct": VIEWPOINTS | {"approach_rule": "direct"},
+    "atom": VIEWPOINTS | {
         "coverage_rule": "lawnmower", "scan_rule": "slow_turn", "centering_rule": "proportional",
         "approach_rule": "straight", "moving_twice": False,
     },
-    "direct": {"approach_rule": "direct"},
-    "frontier": {"coverage_rule": "frontier", "memory_views_max": 0},
-    "random": {"coverage_rule": "random", "memory_views_max": 0},
-    "belief": {
-        "coverage_rule": "belief", "approach_rule": "direct", "validation_rule": "evidence", "approach_speed_m_s": 0.2,
-    },
+    "frontier": VIEWPOINTS | {"coverage_rule": "frontier", "memory_views_max": 0},
+    "random": VIEWPOINTS | {"coverage_rule": "random", "memory_views_max": 0},
 }  # fmt: skip
-"""`atom` is A5, A6, A8, A10 and A13 to the letter; `frontier` and `random` know no memory."""
+"""`belief` is the robot as it is delivered; `atom` is A5, A6, A8, A10 and A13 to the letter. `frontier` and `random`
+know no memory.
+"""
 
 
 def deciding(settings: Settings, policy: str, changes: Sequence[str]) -> Settings:

@@ -26,6 +26,7 @@ START_WAY_M = 2.0
 LIFELONG_COMMANDS = 10
 LIFELONG_MOVES = (4, 7)
 SEEN_FROM_M = 2.3
+DARK = {"light": 0.33, "grain": 6.0}
 
 
 class Site:
@@ -115,7 +116,7 @@ def unseen(at: Site, rng: np.random.Generator) -> Episode:
 
 
 def dark(at: Site, rng: np.random.Generator) -> Episode:
-    return mapped(at, rng).model_copy(update={"light": 0.33, "grain": 6.0})
+    return mapped(at, rng).model_copy(update=DARK)
 
 
 def moved(at: Site, rng: np.random.Generator) -> Episode:

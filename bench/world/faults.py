@@ -10,17 +10,17 @@ SERVICES = ("robot_bridge", "inference", "memory")
 
 @dataclass(frozen=True)
 class Errors:
-    """How wrong eyes made from ground truth are. `liar` always says yes; in the dark both visual models say no."""
+    """How wrong the eyes are beyond the real models' own errors. `liar` (a voter) always says yes."""
 
     false_boxes: float = 0.0
     """Boxes of the target's class on nothing, a frame."""
-    missed: float = 0.03
-    wrong_colour: float = 0.02
-    unknown_colour: float = 0.2
-    clip_sigma: float = 0.06
+    missed: float = 0.0
+    """Of the boxes there are, the share that is left out."""
+    wrong_colour: float = 0.0
+    """Of the crops that are looked at, the share that is taken for the target in another colour."""
     liar: str = ""
     dark: bool = False
-    vlm: bool = False
+    """A third of the light, and grain."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ Kinds = Mapping[str, Callable[[Faults, np.random.Generator], Faults]]
 
 
 def draw(rng: np.random.Generator, count: int, kinds: Kinds | None = None) -> Faults:
-    """`count` kinds of fault together; `kinds`: out of these, none = of all that ground-truth eyes can have."""
+    """`count` kinds of fault together; `kinds`: out of these, none = of all."""
     kinds = KINDS if kinds is None else kinds
     chosen = tuple(sorted(rng.choice(len(kinds), size=count, replace=False).tolist()))
     names = tuple(list(kinds)[k] for k in chosen)
@@ -103,6 +103,7 @@ KINDS: Kinds = {
     "bus duplicate": lambda f, r: replace(f, bus_duplicate=float(r.uniform(0.1, 0.5))),
     "slow replies": lambda f, r: replace(f, reply_delay_s_max=float(r.uniform(0.5, 6.0))),
     "lost replies": lambda f, r: replace(f, reply_lost=float(r.uniform(0.02, 0.15))),
+    "senseless replies": lambda f, r: replace(f, reply_senseless=float(r.uniform(0.02, 0.15))),
     "bridge down": lambda f, r: _outage(f, r, "robot_bridge"),
     "inference down": lambda f, r: _outage(f, r, "inference"),
     "memory down": lambda f, r: replace(f, outages=(*f.outages, Outage("memory", -10.0, 1e9))),
@@ -111,10 +112,9 @@ KINDS: Kinds = {
     "false boxes": lambda f, r: _errors(f, false_boxes=float(r.uniform(0.05, 0.3))),
     "missed boxes": lambda f, r: _errors(f, missed=float(r.uniform(0.2, 0.6))),
     "wrong colours": lambda f, r: _errors(f, wrong_colour=float(r.uniform(0.1, 0.4))),
-    "a lying CLIP": lambda f, r: _errors(f, liar="clip", vlm=True),
-    "a lying VLM": lambda f, r: _errors(f, liar="vlm", vlm=True),
-    "a lying detector": lambda f, r: _errors(f, liar="detector", vlm=bool(r.random() < 0.5)),
-    "poor light": lambda f, r: _errors(f, dark=True, vlm=bool(r.random() < 0.5)),
+    "a lying CLIP": lambda f, r: _errors(f, liar="clip"),
+    "a lying detector": lambda f, r: _errors(f, liar="detector"),
+    "poor light": lambda f, r: _errors(f, dark=True),
     "Nav2 rejects": lambda f, r: replace(f, goal_rejected=float(r.choice([0.2, 0.5, 1.0], p=[0.5, 0.35, 0.15]))),
     "Nav2 aborts 104": lambda f, r: replace(f, goal_aborted_104=float(r.choice([0.3, 0.6, 1.0], p=[0.5, 0.3, 0.2]))),
     "Nav2 aborts 2xx": lambda f, r: replace(f, goal_aborted_2xx=float(r.choice([0.3, 0.6, 1.0], p=[0.5, 0.3, 0.2]))),
@@ -126,13 +126,6 @@ KINDS: Kinds = {
     "cancel": lambda f, r: replace(f, cancel_s=float(r.uniform(2.0, 60.0))),
 }
 """Every kind of fault by its name; each changes a plan by its own numbers."""
-OF_EYES = frozenset({
-    "false boxes", "missed boxes", "wrong colours", "a lying CLIP", "a lying VLM", "a lying detector", "poor light"
-})  # fmt: skip
-WITH_REAL_EYES: Kinds = {name: kind for name, kind in KINDS.items() if name not in OF_EYES} | {
-    "senseless replies": lambda f, r: replace(f, reply_senseless=float(r.uniform(0.02, 0.15))),
-}
-"""Kinds for a world whose eyes are the real models: those bring their own errors."""
 SERVICE_FAULTS = frozenset({
     "bus delay", "bus drop", "bus duplicate", "slow replies", "lost replies", "senseless replies", "bridge down",
     "inference down", "memory down", "Nav2 rejects", "Nav2 aborts 104", "Nav2 aborts 2xx", "Nav2 says done too soon",

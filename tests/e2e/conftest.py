@@ -29,7 +29,7 @@ def mesh(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
         process = stack.start()
     try:
         wait_until_ready(
-            stack, timeout_s=120.0, on_ready=lambda part, seconds: None, alive=lambda: process.poll() is None
+            stack, timeout_s=240.0, on_ready=lambda part, seconds: None, alive=lambda: process.poll() is None
         )
         with MeshRun(stack) as run:
             yield run

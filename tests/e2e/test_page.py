@@ -184,7 +184,7 @@ def test_a_service_that_hangs_and_is_killed_is_named_and_recovers_by_itself(mesh
     finally:
         mesh.kill("memory")
     expect(away).not_to_contain_text("memory")
-    mesh.until(mesh.ready, timeout_s=120.0, what="the mesh ready again")
+    mesh.until(mesh.ready, timeout_s=240.0, what="the mesh ready again")
 
 
 def test_two_people_see_the_same_robot_and_either_may_stop_it(mesh: MeshRun, seat: Seat, browser: Browser) -> None:

@@ -369,6 +369,37 @@ class BridgeBehaviour:
         assert rig.toy.cleared >= 1
         assert rig.toy.goals[0] == rig.toy.goals[1]
 
+    async def test_before_another_try_a_robot_that_stands_too_near_a_wall_backs_off(self, rig: Rig) -> None:
+        await rig.stands_before_a_wall()
+        rig.toy.navigation, rig.toy.give_ups, rig.toy.give_up_code = "succeeds", 1, 105
+        goal = (await rig.goal(pose=NEAR, clear_costmaps=False)).json()["id"]
+        ended = await rig.ended(goal, GoalStatus.SUCCEEDED)
+        assert ended.attempt == 2
+        assert -0.35 < rig.toy.x < -0.15
+        assert len(rig.toy.goals) == 2
+
+    async def test_nav2_is_not_waited_for_where_the_safety_filter_holds_the_robot(self, rig: Rig) -> None:
+        """It drives against the wall for ever; the robot backs off, twice, and says what held it."""
+        await rig.stands_before_a_wall()
+        goal = (await rig.goal(pose=NEAR, clear_costmaps=False)).json()["id"]
+        ended = await rig.ended(goal, GoalStatus.ABORTED)
+        assert (ended.attempt, ended.cause, len(rig.toy.goals)) == (3, GoalCause.HELD, 3)
+        assert "obstacle ahead" in ended.error_msg
+        assert not rig.toy.has_driven
+        assert rig.toy.x < -0.3
+        await until(lambda: rig.toy.at_rest)
+
+    async def test_a_goal_cancelled_while_the_robot_backs_off_ends_that_too(self, rig: Rig) -> None:
+        await rig.stands_before_a_wall()
+        rig.toy.give_ups, rig.toy.give_up_code = 1, 105
+        goal = (await rig.goal(pose=NEAR, clear_costmaps=False)).json()["id"]
+        await until(lambda: any(linear_x < 0.0 for linear_x, _ in rig.toy.velocities), timeout_s=LONG_S)
+        await rig.client.delete(f"/navigation/goals/{goal}")
+        assert (await rig.ended(goal, GoalStatus.CANCELED)).attempt == 2
+        await until(lambda: rig.toy.at_rest)
+        assert rig.toy.x > -0.2
+        assert len(rig.toy.goals) == 1
+
     async def test_an_abort_without_a_code_is_tried_again_and_told_in_words(self, rig: Rig) -> None:
         rig.toy.navigation, rig.toy.give_ups, rig.toy.give_up_code = "succeeds", 1, 0
         goal = (await rig.goal(pose=NEAR, clear_costmaps=False)).json()["id"]

@@ -17,8 +17,10 @@ from coordinator.settings import Settings
 from support.bus import MemoryBus
 from support.coordinator_world import FakeInference, FakeMemory, FakeRobot, Thing, World
 from support.described import described_bus
+from support.exploration_memory import KeptHomes
 from support.fake_clock import FakeClock
 from support.memory_log import MemoryLog
+from support.mission_script import STEP_BY_STEP
 
 
 @dataclass
@@ -31,6 +33,7 @@ class Mesh:
     clock: FakeClock
     bus: MemoryBus
     running: asyncio.Task[None]
+    journal: KeptHomes
     transport: httpx.ASGITransport
     """To the service, for a client of another's."""
 
@@ -96,15 +99,17 @@ async def opened_mesh(
     clock, bus = FakeClock(), described_bus() if described else MemoryBus()
     world = World(clock, bus, things=list(things), keep_out=list(keep_out), colours_unknown=colours_unknown)
     robot, inference, memory = FakeRobot(world), FakeInference(world), FakeMemory(views)
+    journal = KeptHomes()
     deaths: list[str] = []
     app = create_app(
-        Settings.model_validate(settings),
+        Settings.model_validate(STEP_BY_STEP | settings),
         bus=bus,
         robot=robot,
         inference=inference,
         memory=memory,
         clock=clock,
         log=MemoryLog() if log is None else log,
+        journal=journal,
         on_death=lambda: deaths.append("a task died"),
     )
     async with LifespanManager(app) as manager:
@@ -112,7 +117,7 @@ async def opened_mesh(
         transport = httpx.ASGITransport(app=manager.app)
         async with httpx.AsyncClient(transport=transport, base_url="http://coordinator") as client:
             await clock.advance(0.3)
-            yield Mesh(client, world, robot, inference, memory, clock, bus, running, transport)
+            yield Mesh(client, world, robot, inference, memory, clock, bus, running, journal, transport)
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
     assert deaths == []

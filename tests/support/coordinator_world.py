@@ -13,6 +13,7 @@ from contracts.causes import GoalCause, Refusal
 from contracts.colours import Colour
 from contracts.geometry import Point3D, Pose2D, Twist2D
 from contracts.language import ReasonReply, ReasonRequest
+from contracts.laser import LaserScan
 from contracts.measuring import Measurement, NotMeasured, not_measured
 from contracts.memory import (
     LabelCount,
@@ -26,6 +27,7 @@ from contracts.memory import (
     View,
 )
 from contracts.motion import BaseEnd, BaseReply, DriveReply, MotionEnd, RotateReply
+from contracts.obstacles import Obstacles
 from contracts.problem import Dependency
 from contracts.robot import (
     Battery,
@@ -106,6 +108,9 @@ class World:
     range_m: float = 2.5
     speed_m_s: float = 0.0
     map_id: str | None = None
+    mapped_m: float | None = None
+    """The map shows only what lies this near to where the robot has been; none: all of it."""
+    been: list[Pose2D] = field(default_factory=list[Pose2D])
     moves: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -127,7 +132,11 @@ class World:
         x, y = turned.points(columns + 0.5, rows + 0.5)
         cells = np.where(self.free, 0, 100).astype(np.int8)
         whole = OccupancyGrid(cells, RESOLUTION_M, Pose2D(x=0.0, y=0.0, yaw=0.0))
-        free, wall = whole.at(x, y, whole.free), whole.at(x, y, whole.occupied)
+        known = np.full(x.shape, self.mapped_m is None)
+        self.been += [self.pose] if self.mapped_m is not None else []
+        for one in self.been:
+            known |= np.hypot(x - one.x, y - one.y) < (self.mapped_m or 0.0)
+        free, wall = known & whole.at(x, y, whole.free), known & whole.at(x, y, whole.occupied)
         return replace(turned, cells=np.where(free, 0, np.where(wall, 100, -1)).astype(np.int8))
 
     def is_free(self, x: float, y: float, clearance_m: float = 0.2) -> bool:
@@ -300,6 +309,19 @@ class FakeRobot:
             if epoch != self.world.stop.epoch:
                 raise UpstreamError("robot_bridge", 409, "of an older epoch", code=Refusal.OLD_EPOCH)
             self.world.moves.append(name)
+
+    async def state(self) -> RobotState:
+        await self._check("state")
+        return self.world.state()
+
+    async def scan(self) -> LaserScan:
+        """Nothing in the laser's reach."""
+        await self._check("scan")
+        return LaserScan(stamp_s=self.world.clock.now_s(), pose=self.world.pose)
+
+    async def obstacles(self) -> Obstacles:
+        await self._check("obstacles")
+        return Obstacles(stamp_s=self.world.clock.now_s(), sectors_m={}, emergency=False)
 
     async def map(self) -> Map:
         await self._check("map")

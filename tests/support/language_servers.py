@@ -36,6 +36,7 @@ class LanguageServer(ThreadingHTTPServer):
         self.headers_seen: list[dict[str, str]] = []
         self.refuses_named_format = False
         self.refuses_think = False
+        self.refuses_tools = False
         self.may_answer = threading.Event()
 
     @property
@@ -98,6 +99,15 @@ class _Handler(BaseHTTPRequestHandler):
     def missing(self, body: dict[str, Any]) -> None:
         self.send(404, self.problem(f"model '{body['model']}' not found"))
 
+    def floods(self, body: dict[str, Any]) -> None:
+        """One answer that never ends."""
+        self.send_response(200)
+        self.send_header("Content-Length", str(10**12))
+        self.end_headers()
+        self.wfile.write(b'{"message": {"role": "assistant", "content": "')
+        while not self.server.may_answer.is_set():
+            self.wfile.write(b"go on " * 10_000)
+
     def dies_mid_answer(self, body: dict[str, Any]) -> None:
         self.send_response(200)
         self.send_header("Content-Length", "5000")
@@ -127,6 +137,8 @@ class OllamaHandler(_Handler):
     def valid(self, body: dict[str, Any]) -> None:
         if self.server.refuses_think and "think" in body:
             self.send(400, self.problem("invalid think value"))
+        elif self.server.refuses_tools and body.get("tools"):
+            self.send(400, self.problem(f"{body['model']} does not support tools"))
         else:
             super().valid(body)
 

@@ -14,7 +14,7 @@ from contracts.vision import Detection, Detections, Target, Validation, Verdict,
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core.mission import Mission, SearchPose
-from coordinator.core.rules import Rules
+from coordinator.core.rules import Policy, Rules
 from coordinator.core.step import step
 
 A = TypeVar("A", bound=do.Action)
@@ -23,9 +23,17 @@ ORIGIN = Pose2D(x=0.0, y=0.0, yaw=0.0)
 TARGET = Target(label="bottle", description="red bottle")
 
 
+STEP_BY_STEP: dict[str, object] = {
+    "coverage_rule": "viewpoints", "approach_rule": "localized", "validation_rule": "two_of_three",
+    "approach_speed_m_s": 0.15,
+}  # fmt: skip
+"""Drive, stop, look, vote: each on its own. As delivered it does more than one of these at once."""
+AS_DELIVERED: dict[str, object] = {name: Policy.model_fields[name].default for name in STEP_BY_STEP}
+
+
 def rules_of(**changes: object) -> Rules:
-    """The standard ones, for the robot most tests are about."""
-    return Rules.model_validate({"camera_hfov_rad": 0.942, "camera_forward_m": 0.06} | changes)
+    """For the robot most tests are about, step by step: a test of what is done at once names the rule."""
+    return Rules.model_validate(STEP_BY_STEP | {"camera_hfov_rad": 0.942, "camera_forward_m": 0.06} | changes)
 
 
 class Script:

@@ -125,7 +125,7 @@ def _start(stack: Stack, *, with_tour: bool) -> Any:
         unless_started.callback(stack.stop, process)
         seconds = wait_until_ready(
             stack,
-            timeout_s=120.0,
+            timeout_s=240.0,
             on_ready=lambda part, s: _say("ready", f"{part} after {s:.1f} s"),
             alive=lambda: process.poll() is None,
         )

@@ -37,6 +37,9 @@ class SimSettings(BaseSettings):
     amcl_initial_pose: bool = Field(
         default=True, description="the localiser knows where it starts, else waits to be told"
     )
+    mapping: bool = Field(
+        default=False, description="nobody has mapped the home: the map grows as it is seen, as with slam_toolbox"
+    )
     odom_hz: RateHz = Field(default=20.0, description="odometry, tf and the Nav2 stand-in's control loop a second")
     cmd_vel_stamped: bool = Field(default=True, description="TwistStamped on cmd_vel and cmd_vel_nav, else Twist")
     namespace: str = Field(default="", description="ROS namespace of everything the robot says and hears")

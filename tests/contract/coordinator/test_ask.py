@@ -3,6 +3,7 @@
 import pytest
 
 from contracts.asking import About, Answer
+from contracts.exploration import Discovery, ExplorationMemory
 from contracts.geometry import Pose2D
 from contracts.memory import ObjectState
 from contracts.mission import Outcome
@@ -186,3 +187,25 @@ async def test_what_is_no_question_is_told_so(open_mesh: OpenMesh, said: str) ->
         mesh.memory.things = KITCHEN
         answer = await ask(mesh, said)
         assert (answer.about, answer.records) == (About.UNKNOWN, ())
+
+
+async def test_what_was_discovered_comes_from_the_explorations_of_this_home(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        asked = "What did you discover?"
+        assert (await ask(mesh, asked)).answer == "I have discovered nothing in this home yet."
+        found = (
+            Discovery(label="kitchen", note="a fridge", x_m=2.0, y_m=1.0, stamp_s=mesh.clock.now_s() - 600.0),
+            Discovery(label="stairs", x_m=4.0, y_m=1.0, stamp_s=mesh.clock.now_s()),
+        )
+        mesh.journal.of["flat"] = ExplorationMemory(discoveries=found)
+        mesh.world.map_id = "flat"
+        await mesh.clock.advance(0.5)
+        answer = await ask(mesh, asked)
+        assert (answer.about, [one.source for one in answer.records]) == (About.DISCOVERIES, ["exploration"] * 2)
+        assert answer.answer == (
+            "I discovered: stairs at x 4.0 m, y 1.0 m, just now. "
+            "kitchen (a fridge) at x 2.0 m, y 1.0 m, 10 minutes ago."
+        )
+        mesh.world.map_id = "garden house"
+        await mesh.clock.advance(0.5)
+        assert (await ask(mesh, asked)).records == ()

@@ -11,6 +11,7 @@ from websockets.asyncio.client import connect
 
 from contracts.mission import Mission, MissionEvent, Outcome
 from contracts.vision import ParsedTarget, ParsedTask
+from coordinator.adapters.exploration_journal import ExplorationJournal
 from coordinator.app import create_app
 from coordinator.core import recording
 from coordinator.settings import Settings
@@ -34,6 +35,7 @@ KEY = {"Idempotency-Key": "once"}
 class Life:
     client: httpx.AsyncClient
     url: str
+    world: World
 
 
 @asynccontextmanager
@@ -48,7 +50,7 @@ async def one_life(path: Path) -> AsyncIterator[Life]:
         running = asyncio.create_task(world.run())
         try:
             await until_true(lambda: ready(client))
-            yield Life(client, url)
+            yield Life(client, url, world)
         finally:
             running.cancel()
             await asyncio.gather(running, return_exceptions=True)
@@ -87,3 +89,23 @@ async def test_after_a_restart_nothing_resumes_and_everything_is_still_told(tmp_
         assert [event.id for event in missed] == list(range(seen.id + 1, seen.id + 1 + len(missed)))
         written = (await life.client.get(f"/missions/{first.id}/recording")).text.splitlines()
         assert all(one.same for one in recording.replay(recording.read(written)))
+
+
+async def test_an_exploration_that_a_restart_ends_is_told_and_moves_nothing_any_more(tmp_path: Path) -> None:
+    path = tmp_path / "coordinator.db"
+    async with one_life(path) as life:
+        life.world.map_id, life.world.mapped_m = "flat", 1.5
+        assert (await life.client.post("/actions", json={"action": "explore"})).status_code == 201
+        await until_true(lambda: something_was_done(life))
+    async with one_life(path) as life:
+        assert [one.outcome for one in await listed(life)] == [Outcome.INTERRUPTED]
+        state = (await life.client.get("/state")).json()
+        assert (state["state"], state["exploration"], life.world.moves) == ("IDLE", None, [])
+    journal = ExplorationJournal(tmp_path / "exploration.db", busy_timeout_s=1.0)
+    assert (await journal.read("flat")).actions_done >= 1
+    await journal.aclose()
+
+
+async def something_was_done(life: Life) -> bool:
+    exploration = (await life.client.get("/state")).json()["exploration"]
+    return exploration is not None and exploration["actions"] >= 1

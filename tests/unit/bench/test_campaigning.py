@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 from bench.campaigning.__main__ import summary
-from bench.campaigning.episode import FaultedEpisode, drawn
+from bench.campaigning.episode import FaultedEpisode, drawn, faulted
 from bench.campaigning.verdict import judged
 from bench.search.episode import Asked, Command, Episode
-from bench.world.faults import WITH_REAL_EYES, Faults, Outage
+from bench.world.faults import KINDS, Errors, Faults, Outage
 from contracts.geometry import Pose2D
 from contracts.mission import EndCause, Mission, Outcome, Report
 from contracts.vision import Verdict as Said
@@ -49,8 +49,14 @@ def test_a_seed_is_one_mission_and_survives_its_json(plain: FaultedEpisode) -> N
 
 def test_every_kind_of_fault_is_drawn_and_a_fifth_has_none() -> None:
     plans = [drawn(seed)[1] for seed in range(200)]
-    assert {name for faults in plans for name in faults.names} == set(WITH_REAL_EYES)
+    assert {name for faults in plans for name in faults.names} == set(KINDS)
     assert 20 < sum(not faults.names for faults in plans) < 60
+
+
+def test_poor_light_is_the_light_of_the_home_and_some_missions_begin_on_the_dock() -> None:
+    dark = faulted(0, faults=Faults(names=("poor light",), errors=Errors(dark=True)))
+    assert dark.episode.light < 0.5 < faulted(0, faults=Faults()).episode.light
+    assert 20 < sum(drawn(seed)[2] for seed in range(200)) < 60
 
 
 @pytest.mark.parametrize(

@@ -119,4 +119,4 @@ def test_a_policy_can_be_changed_by_name_and_an_unknown_name_is_refused() -> Non
     with pytest.raises(KeyError, match="approach_rul"):
         deciding(Settings(), "atom", ("approach_rul=localized",))
     one = drawn("mapped").model_copy(update={"changes": ("reach_m=0.5",), "detector": "coco"})
-    assert one.name == "viewpoints+reach_m=0.5+detector=coco/mapped/0000"
+    assert one.name == "belief+reach_m=0.5+detector=coco/mapped/0000"

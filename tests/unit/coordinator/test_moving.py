@@ -1,4 +1,4 @@
-"""MOVING: plain motions, leg by leg; and exploring, where nothing is looked for."""
+"""MOVING: plain motions, leg by leg."""
 
 import math
 from itertools import pairwise
@@ -14,18 +14,13 @@ from coordinator.core import events as ev
 from coordinator.core import recording
 from coordinator.core.activities import Driving, Paused, Waiting
 from coordinator.core.motions import Leg, PlaceLeg, PlainMotion, RoundLeg, StraightLeg, TurnLeg
-from coordinator.core.rules import CoverageRule, ScanRule
 from support.mission_script import ORIGIN, Script, box
 
 
-def moving(
-    *legs: Leg, limit_s: float | None = None, docked: bool = False, explores: bool = False, **rules: object
-) -> Script:
+def moving(*legs: Leg, limit_s: float | None = None, docked: bool = False, **rules: object) -> Script:
     script = Script(**rules)
     script.robot(docked=docked)
-    return script.feed(
-        ev.MotionStarted("m1", "as asked", PlainMotion("as asked", legs, limit_s=limit_s, explores=explores))
-    )
+    return script.feed(ev.MotionStarted("m1", "as asked", PlainMotion("as asked", legs, limit_s=limit_s)))
 
 
 def kitchen(*, may_miss: bool = False) -> PlaceLeg:
@@ -216,27 +211,6 @@ def test_cancelling_stops_it() -> None:
     assert ended(script) == (Outcome.CANCELED, EndCause.PERSON)
     assert isinstance(script.actions[-2], do.StopMotion) or script.asked(do.StopMotion)
     assert not isinstance(script.mission.activity, Driving)
-
-
-@pytest.mark.parametrize("coverage", CoverageRule)
-@pytest.mark.parametrize("scan", ScanRule)
-def test_exploring_looks_from_place_to_place_and_says_what_it_saw(coverage: CoverageRule, scan: ScanRule) -> None:
-    script = moving(explores=True, coverage_rule=coverage, scan_rule=scan)
-    place, planned = Pose2D(x=2.0, y=0.0, yaw=0.0), 0
-    for _ in range(200):
-        activity = type(script.mission.activity).__name__
-        if activity == "Rotating":
-            script.turned()
-        elif activity == "AwaitingFrame":
-            script.see(box(label="chair"))
-        elif activity == "PlanningCoverage":
-            script.feed(ev.CoverageLooked(0.9)).planned(*((place,) if planned == 0 else ()))
-            planned += 1
-        elif activity == "Navigating":
-            script.arrived()
-    assert ended(script) == (Outcome.DONE, None)
-    assert "90 % of the free space searched from 2 places; seen: red chair" in script.mission.reason
-    assert script.mission.search.visited[1] == place
 
 
 def test_a_recorded_motion_decides_the_same_again() -> None:

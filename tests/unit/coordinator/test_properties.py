@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contracts.causes import GoalCause
+from contracts.exploration import ExplorationEnd, ExplorationMode
 from contracts.geometry import Point3D, Pose2D
 from contracts.measuring import Measurement
 from contracts.mission import MissionKind, MissionState, Outcome
@@ -20,6 +21,7 @@ from coordinator.core import recording
 from coordinator.core.actions import MOTION
 from coordinator.core.activities import (
     AwaitingFrame,
+    BeingExplored,
     Docking,
     Driving,
     Idle,
@@ -93,6 +95,8 @@ noise = st.one_of(
     st.tuples(st.just("motion"), calls, st.sampled_from(MotionEnd), st.floats(-1, 2)),
     st.tuples(st.just("validated"), calls, st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("coverage"), calls, st.lists(poses, max_size=3).map(tuple)),
+    st.tuples(st.just("told"), calls, st.sampled_from(ExplorationMode)),
+    st.tuples(st.just("explored"), calls, st.sampled_from(ExplorationEnd), st.integers(0, 2)),
     st.tuples(st.just("failed"), calls, st.sampled_from(["inference", "robot_bridge"])),
 )
 places = st.builds(PlaceLeg, metres, metres, st.none() | st.floats(-3.0, 3.0), st.just("there"), st.booleans())
@@ -143,6 +147,8 @@ ANSWERS: dict[str, Callable[..., ev.Event]] = {
     "motion": lambda call, end, metres: ev.MotionEnded(call, end, driven_m=metres),
     "validated": validated,
     "coverage": lambda call, points: ev.CoveragePlanned(call, points, 10.0),
+    "told": lambda call, mode: ev.ExplorationTold(call, mode, "as it is"),
+    "explored": ev.ExplorationEnded,
     "failed": lambda call, service: ev.CallFailed(call, service, "away"),
 }
 
@@ -219,6 +225,8 @@ class Player:
                 return ev.GoalEnded(call, GoalStatus.SUCCEEDED if good else GoalStatus.ABORTED, 104)
             case Rotating() | Driving():
                 return ev.MotionEnded(call, MotionEnd.COMPLETED if good else MotionEnd.BLOCKED, driven_m=0.3)
+            case BeingExplored():
+                return ev.ExplorationEnded(call, ExplorationEnd.EXPLORED, 0 if good else 3)
             case Validating():
                 return validated(call, good, 0.38)
             case Steering(next_depth_s=due_s) if self.now_s < due_s:

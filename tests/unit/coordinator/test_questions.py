@@ -20,6 +20,8 @@ from vocabulary.labels import label_in
         ("What are you doing?", ParsedQuestion(About.DOING)),
         ("did you find the cup", ParsedQuestion(About.HISTORY, "cup")),
         ("How full is the battery?", ParsedQuestion(About.BATTERY)),
+        ("What did you discover?", ParsedQuestion(About.DISCOVERIES)),
+        ("what have you explored so far", ParsedQuestion(About.DISCOVERIES)),
         ("sing a song", ParsedQuestion(About.UNKNOWN)),
         ("", ParsedQuestion(About.UNKNOWN)),
         ("where is the orange", ParsedQuestion(About.LAST_SEEN, "orange")),

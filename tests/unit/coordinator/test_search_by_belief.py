@@ -54,6 +54,13 @@ def test_a_choice_is_one_line_and_its_looks_are_taken_there_and_no_more() -> Non
     assert script.mission.robot.yaw == pytest.approx(QUARTER[1], abs=0.01)
 
 
+def test_a_place_that_was_only_chosen_from_does_not_count_as_looked_at() -> None:
+    script = chosen(by_belief().begin(), AWAY, *QUARTER)
+    assert script.mission.search.visited == ()
+    assert "nothing found" not in script.said()
+    assert looked(script.arrived(), 2).mission.search.visited == (AWAY,)
+
+
 def test_it_looks_from_where_it_stands_without_driving() -> None:
     script = looked(chosen(by_belief().begin(), ORIGIN, *QUARTER), 2)
     assert not script.asked(do.Navigate)

@@ -61,7 +61,7 @@ def test_a_find_is_not_settled_until_it_was_celebrated() -> None:
 
 
 def test_it_looks_often_while_it_searches_or_nears_and_seldom_while_it_drives_or_rests() -> None:
-    seldom = {S.IDLE, S.MEMORY_NAV, S.MOVING_TO_SCAN, S.DONE, S.EMERGENCY_STOP}
+    seldom = {S.IDLE, S.MEMORY_NAV, S.MOVING_TO_SCAN, S.EXPLORING, S.DONE, S.EMERGENCY_STOP}
     assert {state for state in MissionState if not state.fast_detection} == seldom
 
 

@@ -19,6 +19,7 @@ from robot_bridge.motion.velocity_mux import VelocityMux
 from robot_bridge.navigation.goal_executor import GoalExecutor, GoalLimits
 from robot_bridge.navigation.goal_phases import FOLLOWS, GoalPhase, page
 from robot_bridge.navigation.goal_states import ALLOWED, is_over
+from robot_bridge.navigation.recovery import Recovery
 from robot_bridge.ports import GoalEnd, Path, Robot
 from robot_bridge.sensing.sensor_readings import Grid, SensorReadings
 from support.fake_clock import FakeClock
@@ -95,12 +96,31 @@ class Wheels:
         self.hold_navigation(goal_id)
         self.goal = None if goal_id == self.goal else self.goal
 
+    def navigation_hold(self) -> None:
+        return None
+
+
+class Recoveries:
+    """Each waits until a rule ends it."""
+
+    def __init__(self) -> None:
+        self.begun: list[asyncio.Future[None]] = []
+
+    async def make_room(self, active: object, hold: object) -> None:
+        self.begun.append(asyncio.get_running_loop().create_future())
+        await self.begun[-1]
+
+    @property
+    def waiting(self) -> list[asyncio.Future[None]]:
+        return [recovery for recovery in self.begun if not recovery.done()]
+
 
 class Goals(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.loop = asyncio.new_event_loop()
         self.nav2, self.wheels, self.clock = Nav2(), Wheels(), FakeClock()
+        self.recoveries = Recoveries()
         self.told: dict[str, list[Goal]] = defaultdict(list)
         self.died = 0
         self.executor = self.loop.run_until_complete(self.begin())
@@ -109,6 +129,7 @@ class Goals(RuleBasedStateMachine):
         return GoalExecutor(
             robot=cast("Robot", self.nav2),
             wheels=cast("VelocityMux", self.wheels),
+            recovery=cast("Recovery", self.recoveries),
             clock=self.clock,
             tasks=Tasks(on_death=self.die),
             limits=GoalLimits(fresh_scan_wait_s_max=0.0),
@@ -148,6 +169,13 @@ class Goals(RuleBasedStateMachine):
     def nav2_ends_it(self, status: GoalStatus, code: int) -> None:
         goal = self.nav2.taken[-1]
         goal.ended.set_result(GoalEnd(GoalStatus.CANCELED) if goal.cancelled else GoalEnd(status, code))
+        self.settle()
+
+    @precondition(lambda self: self.recoveries.waiting)
+    @rule()
+    def the_robot_has_room(self) -> None:
+        for recovery in self.recoveries.waiting:
+            recovery.set_result(None)
         self.settle()
 
     @rule()
@@ -195,6 +223,7 @@ class Goals(RuleBasedStateMachine):
             self.the_emergency_stop()
             while self.nav2.asked:
                 self.nav2_takes_it()
+            self.the_robot_has_room()
         for goal in {goal for goal in self.nav2.taken if not goal.ended.done()}:
             goal.ended.set_result(GoalEnd(GoalStatus.CANCELED))
         self.settle()

@@ -43,7 +43,7 @@ def test_progress_is_told_twice_a_second_whatever_else_is_told_meanwhile() -> No
     told: list[Goal] = []
     goals = GoalStore(told.append)
     goals.keep(with_status(GOAL, GoalStatus.EXECUTING, stamp_s=10.0))
-    active = ActiveGoal("g", GoalRegion((CandidatePose(pose=GOAL.pose),), 0.0), None, begun_s=10.0, deadline_s=100.0)
+    active = ActiveGoal("g", GoalRegion((CandidatePose(pose=GOAL.pose),), 0.0), 0, None, begun_s=10.0, deadline_s=100.0)
     for tenth in range(21):
         now_s = 10.0 + tenth / 10.0
         goals.keep(goals.get("g").model_copy(update={"stamp_s": now_s}))

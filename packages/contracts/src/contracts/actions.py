@@ -159,7 +159,7 @@ class DriveAction(Message):
 
 
 class ExploreAction(Message):
-    """Drives through all of the map that can be reached and looks at it; nothing is looked for, all is remembered."""
+    """Drives to what the map does not show yet, and home; looks at all of the map where nothing unknown is left."""
 
     action: Literal[ActionName.EXPLORE] = ActionName.EXPLORE
 

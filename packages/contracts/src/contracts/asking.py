@@ -25,6 +25,8 @@ class About(StrEnum):
     """How many bottles have you seen?"""
     CHANGES = "changes"
     """What changed?"""
+    DISCOVERIES = "discoveries"
+    """What did you discover? What have you explored?"""
     UNKNOWN = "unknown"
     """None of these: the answer says what can be asked."""
 
@@ -36,7 +38,7 @@ class Question(Message):
 class Record(Message):
     """One fact an answer rests on, and where it can be looked up."""
 
-    source: str = Field(description="memory, mission, robot or queue")
+    source: str = Field(description="memory, mission, robot, queue or exploration")
     id: str = Field(default="", description="of the view, object or mission in its service")
     text: str = Field(max_length=300)
     label: Label | None = None

@@ -87,6 +87,8 @@ class Refusal(StrEnum):
     """A rotation or a drive has to end first."""
     GOAL_UNDER_WAY = "goal_under_way"
     """A navigation goal has to end first."""
+    GOAL_OVER = "goal_over"
+    """The navigation goal that a recovery is part of has ended."""
     DOCKING_UNDER_WAY = "docking_under_way"
     """It docks or undocks already."""
     NO_REVERSE = "no_reverse"
@@ -120,6 +122,8 @@ class GoalCause(StrEnum):
     """Nav2 gave up, or cancelled it; `error_code` says why."""
     NAV2_SILENT = "nav2_silent"
     """Nav2 aborted it and gave no code: an everyday end on a busy computer."""
+    HELD = "held"
+    """Nav2 gave up because the safety filter let nothing of what it wanted to drive pass."""
     FOREIGN_GOAL = "foreign_goal"
     """Another client of Nav2 sent a goal, which ended this one."""
     REJECTED = "rejected"
@@ -173,6 +177,7 @@ _LIMITS: dict[LimitCause, str] = {
 _GOAL_CAUSES: dict[GoalCause, str] = {
     GoalCause.NAV2: "Nav2 gave it up and said no reason",
     GoalCause.NAV2_SILENT: "Nav2 gave no reason; its tree may have waited too long for a server",
+    GoalCause.HELD: "the safety filter held the robot",
     GoalCause.FOREIGN_GOAL: "another client of Nav2 sent a goal",
     GoalCause.REJECTED: "Nav2 rejected the goal",
     GoalCause.UNREACHABLE: "there is no path to it",

@@ -250,3 +250,29 @@ class ExplorationMemory(Message):
     trail: tuple[MapPoint, ...] = Field(
         default=(), max_length=PLACES_KEPT, description="where it has been, 0.5 m apart"
     )
+
+
+DISCOVERIES_TOLD: Final = 10
+
+
+class ExplorationStatus(Message):
+    """What an exploration is at: who leads and why, and what of the bounds on the model is used up."""
+
+    mission_id: str = Field(max_length=64)
+    mode: ExplorationMode
+    why: str = Field(default="", max_length=200, description="why that mode leads, for a person")
+    model: str = Field(default="", max_length=100, description="the model that may lead; '' = none is set")
+    calls: int = Field(default=0, ge=0, description="of the model so far")
+    calls_max: int = Field(default=0, ge=0)
+    tokens: int = Field(default=0, ge=0)
+    tokens_max: int = Field(default=0, ge=0)
+    waited_s: float = Field(default=0.0, ge=0.0, description="s that the model was waited for in all")
+    waited_s_max: float = Field(default=0.0, ge=0.0, description="s")
+    refused: int = Field(default=0, ge=0, description="decisions of the model that the check refused")
+    actions: int = Field(default=0, ge=0, description="motions that are over, in this exploration")
+    goals: int = Field(default=0, ge=0, description="of those, goals of Nav2 that were reached")
+    frontiers: int = Field(default=0, ge=0, description="borders of the known that are left and can be reached")
+    explored_m2: float | None = Field(default=None, ge=0.0, description="m2 of floor that the map shows a way to")
+    discoveries: tuple[Discovery, ...] = Field(
+        default=(), max_length=DISCOVERIES_TOLD, description="the newest of this home, newest last"
+    )

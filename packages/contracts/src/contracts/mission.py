@@ -6,6 +6,7 @@ from pydantic import Field
 
 from contracts.base import Confidence, Message, StampS
 from contracts.colours import Colour
+from contracts.exploration import ExplorationStatus
 from contracts.geometry import Pose2D
 from contracts.intent import WantedAction
 from contracts.motion import MotionEnd
@@ -30,6 +31,8 @@ class MissionState(StrEnum):
     DEPTH_CHECK = "DEPTH_CHECK"  # standing still: measuring the distance and validating
     APPROACHING = "APPROACHING"  # driving up to a validated target
     MOVING = "MOVING"  # doing the plain motions that were asked for: drives, turns, looks
+    EXPLORING = "EXPLORING"
+    """Going where nobody has mapped yet: led by a model, by the frontiers, or by the laser."""
     DRIVING_1M = "DRIVING_1M"
     """Taking one step of a metre towards a far target."""
     DONE = "DONE"
@@ -50,7 +53,8 @@ class MissionState(StrEnum):
     @property
     def fast_detection(self) -> bool:
         """The detector looks as often as it can: the robot searches, or nears its target."""
-        return not self.resting and self not in {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN}
+        driven = {MissionState.MEMORY_NAV, MissionState.MOVING_TO_SCAN, MissionState.EXPLORING}
+        return not self.resting and self not in driven
 
 
 class MissionKind(StrEnum):
@@ -168,6 +172,9 @@ class MissionStatus(Message):
         default=(), max_length=2000, description="still to be looked at, next first"
     )
     scan_points_done: tuple[Pose2D, ...] = Field(default=(), max_length=2000)
+    exploration: ExplorationStatus | None = Field(
+        default=None, description="of the exploration under way, or of the last one; none while there was none"
+    )
 
 
 class MissionTarget(Message):

@@ -12,19 +12,25 @@ from contracts.problem import Dependency
 from coordinator.action_routes import router as actions_router
 from coordinator.adapters import mcp_server
 from coordinator.adapters.camera import CameraClient
+from coordinator.adapters.camera_eye import CameraEye
+from coordinator.adapters.exploration_journal import ExplorationJournal
 from coordinator.adapters.inference import InferenceClient
 from coordinator.adapters.mcp_resources import Resources
 from coordinator.adapters.memory import MemoryClient
+from coordinator.adapters.ollama_pilot import OllamaPilot
 from coordinator.adapters.robot_bridge import RobotBridgeClient
 from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.commands.action_service import ActionService
 from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.mission_service import MissionService
+from coordinator.execution.explorer import Exploring
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.execution.newest_view import NewestView
-from coordinator.ports import Camera, Inference, Memory, MissionLog, Robot
+from coordinator.exploration.rules import ExplorationRules
+from coordinator.exploration_ports import ExploringRobot, Journal
+from coordinator.ports import Camera, Inference, Memory, MissionLog
 from coordinator.questions.question_service import QuestionService
 from coordinator.queue.mission_queue import MissionQueue
 from coordinator.routes import get_missions, router
@@ -47,11 +53,12 @@ def create_app(
     settings: Settings,
     *,
     bus: Bus | None = None,
-    robot: Robot | None = None,
+    robot: ExploringRobot | None = None,
     inference: Inference | None = None,
     memory: Memory | None = None,
     camera: Camera | None = None,
     log: MissionLog | None = None,
+    journal: Journal | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
@@ -71,6 +78,7 @@ def create_app(
             the_camera = camera if camera is not None else await closing(aclosing(CameraClient(settings)))
             tasks = await closing(Tasks(on_death=on_death))
             the_log = log if log is not None else await _log(settings, stack, tasks, the_clock)
+            the_journal = journal if journal is not None else await _journal(settings, stack, tasks)
             queue = MissionQueue(settings.queue_max)
             looks = LookReporter(the_memory, the_clock)
             runner = MissionRunner(
@@ -80,6 +88,7 @@ def create_app(
                 inference=the_inference,
                 log_=the_log,
                 looks=looks,
+                exploring=await _exploring(settings, stack, the_robot, the_camera, the_journal),
                 queued=queue.records,
                 clock=the_clock,
                 tasks=tasks,
@@ -145,3 +154,23 @@ async def _log(settings: Settings, stack: contextlib.AsyncExitStack, tasks: Task
     stack.push_async_callback(log.aclose)
     tasks.start("write-history", log.write_forever())
     return log
+
+
+async def _journal(settings: Settings, stack: contextlib.AsyncExitStack, tasks: Tasks) -> ExplorationJournal:
+    journal = ExplorationJournal(settings.exploration_file, busy_timeout_s=settings.busy_timeout_s)
+    stack.push_async_callback(journal.aclose)
+    tasks.start("write-exploration", journal.write_forever())
+    return journal
+
+
+async def _exploring(
+    settings: Settings, stack: contextlib.AsyncExitStack, robot: ExploringRobot, camera: Camera, journal: Journal
+) -> Exploring:
+    """With a model only where one is set."""
+    if not settings.exploration_model:
+        return Exploring(settings=settings, robot=robot, journal=journal)
+    shown = camera if settings.exploration_pictures else None
+    pilot = await stack.enter_async_context(
+        aclosing(OllamaPilot(settings, timeout_s=ExplorationRules().asking.answer_s, camera=shown))
+    )
+    return Exploring(settings=settings, robot=robot, journal=journal, pilot=pilot, eye=CameraEye(camera))

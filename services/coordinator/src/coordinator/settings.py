@@ -51,6 +51,22 @@ class Settings(Policy, ServiceSettings):
         default=4_000_000_000, ge=1_000, le=1_000_000_000_000, description="largest history that can be restored"
     )
 
+    exploration_s: float = Field(
+        default=600.0, gt=0.0, le=800.0, description="an exploration drives home after so long"
+    )
+    exploration_model: str = Field(
+        default="", max_length=100, description="of Ollama, chooses where an exploration goes; '' = the frontiers lead"
+    )
+    exploration_model_url: str = Field(default="http://127.0.0.1:11434", description="the Ollama server of that model")
+    exploration_pictures: bool = Field(
+        default=False, description="show that model the camera's newest picture: for models that see"
+    )
+    exploration_calls_max: int = Field(default=300, ge=1, description="of the model in one exploration")
+    exploration_tokens_max: int = Field(default=300_000, ge=1, description="of the model in one exploration")
+    exploration_waited_s_max: float = Field(
+        default=1800.0, gt=0.0, description="that one exploration waits for the model in all"
+    )
+
     queue_max: int = Field(default=20, ge=1, le=50, description="missions that may wait")
     battery_low_percent: float = Field(default=20.0, ge=0.0, le=100.0, description="below: no mission, and to the dock")
     battery_period_s: float = Field(
@@ -71,3 +87,8 @@ class Settings(Policy, ServiceSettings):
     @property
     def database_file(self) -> Path:
         return Path(unquote(self.database_url.partition(":///")[2]))
+
+    @property
+    def exploration_file(self) -> Path:
+        """Beside the history: what explorations know of each home."""
+        return self.database_file.with_name("exploration.db")

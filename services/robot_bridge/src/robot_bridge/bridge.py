@@ -5,14 +5,13 @@ import contextlib
 from collections import deque
 from collections.abc import AsyncGenerator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import structlog
 
 from contracts.arm import ArmEnd
 from contracts.causes import GoalCause
 from contracts.description import RobotDescription
-from contracts.motion import BaseEnd, MotionEnd
+from contracts.motion import BaseEnd
 from contracts.obstacles import Obstacles
 from contracts.problem import Dependency
 from contracts.robot import BaseStopState, Goal, RobotState
@@ -27,13 +26,14 @@ from robot_bridge.arm.arm_service import ArmService
 from robot_bridge.arm.port import RobotArm
 from robot_bridge.emergency_stop_service import EmergencyStopService
 from robot_bridge.motion.first_twist import tell_first_twist
-from robot_bridge.motion.motion_executor import ActiveMotion
 from robot_bridge.motion.motions import Motion, Tuning
+from robot_bridge.motion.run_motion import R, run_motion
 from robot_bridge.motion.sessions import Sessions
 from robot_bridge.motion.velocity_mux import VelocityMux
 from robot_bridge.navigation.docking import Docking
 from robot_bridge.navigation.goal_executor import GoalExecutor
 from robot_bridge.navigation.map_book import MapBook
+from robot_bridge.navigation.recovery import Recovery
 from robot_bridge.ports import LiveView, Robot
 from robot_bridge.recording.feed import Feed
 from robot_bridge.recording.recordings import Recordings
@@ -49,7 +49,6 @@ from robot_bridge.settings import Settings
 
 log = structlog.get_logger()
 
-R = TypeVar("R")
 
 TRACER = Tracer(__name__)
 
@@ -96,26 +95,10 @@ class Bridge:
 
     async def move(self, motion: Motion[R], *, name: str, epoch: int, session_id: str | None) -> R:
         """Runs a closed-loop motion to its end. Cancelled with the awaiting task."""
-        loop = asyncio.get_running_loop()
-        reply: asyncio.Future[R] = loop.create_future()
-
-        def settle(value: R) -> None:
-            if not reply.done():
-                reply.set_result(value)
-
-        def done(value: R) -> None:  # called by the robot's thread
-            loop.call_soon_threadsafe(settle, value)
-
-        running = ActiveMotion(motion, name, epoch, session_id, done)
         with TRACER.command(name) as span:
-            self.wheels.begin(running)
             begun_s = self.clock.now_s()
             tell_first_twist(self.tasks, self.wheels, span, source=name, since_s=begun_s, within_s=MOTION_S_MAX)
-            try:
-                return await reply
-            except asyncio.CancelledError:
-                self.wheels.end_motion(MotionEnd.CLIENT_LEFT, only=running)
-                raise
+            return await run_motion(self.wheels, motion, name=name, epoch=epoch, session_id=session_id)
 
     def state(self) -> RobotState:
         """What `GET /state` and the topic tell."""
@@ -258,9 +241,11 @@ async def open_bridge(
         limits=settings,
     )
     events = NavigationEvents()
+    tuning = Tuning(settings.gains)
     navigator = GoalExecutor(
         robot=robot,
         wheels=wheels,
+        recovery=Recovery(senses=senses, wheels=wheels, clock=clock, tuning=tuning, limits=settings),
         clock=clock,
         tasks=tasks,
         limits=settings,
@@ -303,7 +288,7 @@ async def open_bridge(
         goals=navigator,
         camera=Camera(senses.rgb, jpeg_quality=settings.jpeg_quality),
         emergency_stop=stopping,
-        tuning=Tuning(settings.gains),
+        tuning=tuning,
         docking=docking,
         arm=arm_service,
         maps=maps,

@@ -17,6 +17,7 @@ from mesh.access import Role, current_principal, requires_role
 from ui import i18n, timeline_lines
 from ui import page_model as words
 from ui.desk import Desk
+from ui.exploration_view import exploration_view
 from ui.i18n import _
 from ui.operator_actions import OperatorActions
 from ui.panels.camera_panel import CameraPanel
@@ -129,7 +130,7 @@ class OperatorPage:
         self._command.show(view, facts.remembered)
         self._stopped.show(view)
         self._live.show(timeline_lines.vote_chips(mission.votes) if mission is not None else ())
-        self._machine.show(view)
+        self._machine.show(view, exploration_view(facts.mission))
         self._map.show(view)
         self._timeline.show()
         for item in self._desk.notifications.after(self._news_shown):

@@ -64,6 +64,7 @@ PHASES: Final[dict[MissionState, tuple[str, Tone]]] = {
     MissionState.DEPTH_CHECK: (N_("Checking the object"), Tone.BUSY),
     MissionState.APPROACHING: (N_("Approaching the object"), Tone.BUSY),
     MissionState.MOVING: (N_("Moving as asked"), Tone.BUSY),
+    MissionState.EXPLORING: (N_("Exploring"), Tone.BUSY),
     MissionState.DRIVING_1M: (N_("Moving closer"), Tone.BUSY),
     MissionState.DONE: (N_("Done"), Tone.GOOD),
     MissionState.EMERGENCY_STOP: (N_("Stopped"), Tone.BAD),

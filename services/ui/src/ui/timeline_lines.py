@@ -46,6 +46,7 @@ ABOUT_STATE: Final = {
     MissionState.APPROACHING: Show.DRIVING,
     MissionState.DRIVING_1M: Show.DRIVING,
     MissionState.MOVING: Show.DRIVING,
+    MissionState.EXPLORING: Show.DRIVING,
     MissionState.SCANNING: Show.SEEING,
     MissionState.CENTERING: Show.SEEING,
     MissionState.DEPTH_CHECK: Show.SEEING,

@@ -29,7 +29,7 @@ from sim.ros.drives import DEACTIVATED_S, Drive, DriveEnding, Drives, Habits
 from sim.ros.lifecycle import Parameters, make_lifecycle
 from sim.ros.realtime import RealTime
 from sim.settings import SimSettings
-from sim.world import Scan, World
+from sim.world import OccupancyGrid, Scan, World
 
 log = structlog.get_logger()
 
@@ -83,10 +83,11 @@ class Nav2StandIn:
 
     # --- the World's thread
 
-    def open(self, world: World) -> None:
+    def open(self, grid: OccupancyGrid) -> None:
+        """With its first map."""
         settings = self._settings
         self._navigator = Navigator(
-            Costmap.from_map(world.grid),
+            Costmap.from_map(grid),
             limits=Limits(
                 goal_tolerance_m=settings.nav2_goal_tolerance_m, goal_tolerance_rad=settings.nav2_goal_tolerance_rad
             ),
@@ -99,6 +100,11 @@ class Nav2StandIn:
             dies_after_s=settings.nav2_dies_after_s or math.inf,
         )
         self._drives = Drives(self._navigator, self._publish_velocity, habits)
+
+    def take_map(self, grid: OccupancyGrid) -> None:
+        """As from SLAM: goals go on."""
+        if self._navigator is not None:
+            self._navigator.take_map(Costmap.from_map(grid))
 
     def on_scan(self, scan: Scan, laser: Pose2D) -> None:
         if self._navigator is not None:

@@ -14,11 +14,12 @@ from rclpy.utilities import try_shutdown
 from contracts.geometry import Pose2D
 from mesh.dds import use_mesh_profile
 from sim.ros.lifecycle import LOCALISER, make_lifecycle
+from sim.ros.mapping import Mapping
 from sim.ros.nav2_stand_in import Nav2StandIn
 from sim.ros.realtime import Duty, RealTime
 from sim.ros.robot import RobotInterface
 from sim.settings import SimSettings
-from sim.world import World
+from sim.world import OccupancyGrid, Scan, World
 from sim.world.arm.models import ARMS
 
 log = structlog.get_logger()
@@ -112,11 +113,30 @@ class SimulatedRobot:
     def _set_up(self, world: World) -> list[Duty]:
         """In the World's thread, once."""
         assert self.interface is not None
-        stand_in = self._stand_in
-        if stand_in is None:
-            return self.interface.duties(world, on_scan=lambda *_: None, on_control=lambda *_: None)
-        stand_in.open(world)
-        return self.interface.duties(world, on_scan=stand_in.on_scan, on_control=stand_in.on_control)
+        interface, stand_in = self.interface, self._stand_in
+        mapping = Mapping(self._take_map) if self._settings.mapping else None
+        grid = world.grid if mapping is None else mapping.begin(world, world.localization().pose)
+        if stand_in is not None:
+            stand_in.open(grid)
+
+        def on_scan(scan: Scan, laser: Pose2D) -> None:
+            if mapping is not None:
+                mapping.on_scan(scan, laser)
+            if stand_in is not None:
+                stand_in.on_scan(scan, laser)
+
+        def on_control(world: World, stamp_ns: int) -> None:
+            if stand_in is not None:
+                stand_in.on_control(world, stamp_ns)
+
+        duties = interface.duties(world, grid, on_scan=on_scan, on_control=on_control)
+        return duties if mapping is None else [*duties, mapping.duty()]
+
+    def _take_map(self, grid: OccupancyGrid, stamp_ns: int) -> None:
+        assert self.interface is not None
+        self.interface.publish_map(grid, stamp_ns)
+        if self._stand_in is not None:
+            self._stand_in.take_map(grid)
 
     def _spin(self, executor: Executor) -> None:
         try:

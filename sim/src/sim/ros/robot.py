@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import structlog
 from irobot_create_msgs.action import LedAnimation
 from irobot_create_msgs.msg import AudioNoteVector
-from nav_msgs.msg import OccupancyGrid, Odometry
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.msg import Odometry
 from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
@@ -23,7 +24,7 @@ from sim.ros.localiser import LocaliserInterface
 from sim.ros.quality import COMMAND, DRIVER, REPUBLISHED
 from sim.ros.realtime import Duty, RealTime
 from sim.settings import SimSettings
-from sim.world import Scan, World
+from sim.world import OccupancyGrid, Scan, World
 from sim.world.arm.models import ARMS
 from sim.world.robot import LIDAR, LIDAR_Z_M
 
@@ -64,14 +65,20 @@ class RobotInterface:
     # --- the World's thread
 
     def duties(
-        self, world: World, *, on_scan: Callable[[Scan, Pose2D], None], on_control: Callable[[World, int], None]
+        self,
+        world: World,
+        grid: OccupancyGrid,
+        *,
+        on_scan: Callable[[Scan, Pose2D], None],
+        on_control: Callable[[World, int], None],
     ) -> list[Duty]:
-        """What to do at which rate. `on_scan` gets each scan with the lidar's pose in the map."""
+        """What to do at which rate. `grid` is the map it begins with; `on_scan` gets each scan with the lidar's pose in
+        the map."""
         world.rgb()  # the first pictures take long: before time starts to count
         world.depth()
         self._localiser.begin(world)
         now_ns = time.time_ns()
-        self._map.publish(messages.occupancy_grid(world.grid, now_ns))
+        self.publish_map(grid, now_ns)
         fixed = messages.fixed_frames(world.rgb_camera, world.depth_camera, LIDAR, LIDAR_Z_M, now_ns)
         self._tf_static.publish(fixed)
         period_s = 1.0 / self._settings.scan_hz
@@ -98,6 +105,9 @@ class RobotInterface:
             Duty("rgb", self._settings.rgb_hz, self._publish_rgb, costly=True),
             Duty("depth", self._settings.depth_hz, self._publish_depth, costly=True),
         ]
+
+    def publish_map(self, grid: OccupancyGrid, stamp_ns: int) -> None:
+        self._map.publish(messages.occupancy_grid(grid, stamp_ns))
 
     def _believed(self, world: World) -> Pose2D:
         return compose(self._localiser.map_to_odom, world.odometry().pose)
@@ -147,7 +157,7 @@ class RobotInterface:
         self._imu = node.create_publisher(Imu, "imu", REPUBLISHED)
         self._tf = node.create_publisher(TFMessage, "tf", 100)
         self._tf_static = node.create_publisher(TFMessage, "tf_static", REPUBLISHED)
-        self._map = node.create_publisher(OccupancyGrid, "map", REPUBLISHED)
+        self._map = node.create_publisher(OccupancyGridMessage, "map", REPUBLISHED)
 
     def _on_audio(self, message: AudioNoteVector) -> None:
         self.last_audio = tuple((note.frequency, messages.seconds(note.max_runtime)) for note in message.notes)

@@ -116,6 +116,29 @@ def test_standing_before_the_same_view_it_turns_by_itself_and_then_asks() -> Non
     assert [one.reason for one in played.told(do.AskModel)] == [AskingReason.BEGUN, AskingReason.DONE]
 
 
+def test_a_view_that_stays_the_same_all_round_makes_one_stretch_without_the_model() -> None:
+    played = Played()
+    played.sees = False
+    played.tell(ev.ViewSeen(5))
+    played.begin(open_chart()).answer(StopRobot())
+    turns = ExplorationRules().asking.unchanged_max
+    played.pass_time(60.0, lambda: len(played.modes()) > 2)
+    assert played.modes() == [M.MODEL, M.FRONTIERS, M.MODEL]
+    moves = [type(one) for one in played.told(do.MOTION)]  # pyright: ignore[reportArgumentType]
+    assert moves.index(do.NavigateRobot) == turns
+    assert len(played.told(do.AskModel)) == 1
+
+
+def test_a_camera_that_goes_away_leaves_the_view_to_its_own_way() -> None:
+    played = Played()
+    played.sees = False
+    played.tell(ev.ViewSeen(5))
+    played.begin(open_chart()).answer(StopRobot())
+    played.tell(ev.ViewSeen(None))
+    played.pass_time(2.0)
+    assert len(played.told(do.AskModel)) == 2
+
+
 def test_without_a_camera_its_own_way_and_turn_are_the_view() -> None:
     played = Played(obeys=False)
     played.sees = False

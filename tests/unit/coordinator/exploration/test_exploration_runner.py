@@ -5,9 +5,6 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
 from contracts.exploration import Discovery, ExplorationEnd, ExplorationMemory, ExplorationMode, MapPoint
-from contracts.laser import LaserScan
-from contracts.obstacles import Obstacles
-from contracts.robot import RobotState
 from coordinator.execution.exploration_runner import LOOK_S, ExplorationRunner
 from coordinator.exploration.commands import AskModel
 from coordinator.exploration.rules import ExplorationRules
@@ -22,22 +19,6 @@ M = ExplorationMode
 WANDERS = ExplorationRules(pilot=M.REACTIVE)
 
 
-class SensingRobot(FakeRobot):
-    """The port `ExploringRobot`: nothing in the laser's reach."""
-
-    async def state(self) -> RobotState:
-        await self._check("state")
-        return self.world.state()
-
-    async def scan(self) -> LaserScan:
-        await self._check("scan")
-        return LaserScan(stamp_s=self.world.clock.now_s(), pose=self.world.pose)
-
-    async def obstacles(self) -> Obstacles:
-        await self._check("obstacles")
-        return Obstacles(stamp_s=self.world.clock.now_s(), sectors_m={}, emergency=False)
-
-
 class NobodyToAsk:
     async def decide(self, question: AskModel) -> PilotAnswer:
         raise AssertionError(f"nobody is asked {question.reason}")
@@ -49,7 +30,7 @@ class Run:
     def __init__(self, tasks: Tasks, rules: ExplorationRules) -> None:
         self.clock = FakeClock()
         self.world = World(self.clock, MemoryBus())
-        self.robot = SensingRobot(self.world)
+        self.robot = FakeRobot(self.world)
         self.homes = KeptHomes()
         self.runner = ExplorationRunner(
             self.robot, NobodyToAsk(), rules=rules, clock=self.clock, tasks=tasks, journal=self.homes

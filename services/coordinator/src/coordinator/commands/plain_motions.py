@@ -44,7 +44,7 @@ def motion_of(action: Moving, rooms: KnownRooms) -> PlainMotion:  # noqa: PLR091
         case DriveAction(distance_m=distance):
             return PlainMotion(f"driven {distance:.2f} m straight ahead", (StraightLeg(distance),), limit_s=limit_s)
         case ExploreAction():
-            return PlainMotion("looking at all of the map", limit_s=limit_s, explores=True)
+            return PlainMotion("exploring what the map does not show yet", limit_s=limit_s, explores=True)
         case PatrolAction(rooms=names):
             return _tour([one_room(name, rooms) for name in names], limit_s)
         case UndockAction():

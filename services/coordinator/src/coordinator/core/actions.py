@@ -100,6 +100,14 @@ class KeepPicture:
 
 
 @dataclass(frozen=True, slots=True)
+class Explore:
+    """Begins an exploration that comes home to `home`, or lets the one that is held go on."""
+
+    call: int
+    home: Pose2D
+
+
+@dataclass(frozen=True, slots=True)
 class Celebrate:
     pass
 
@@ -116,7 +124,7 @@ class Say:
 
 Action = (
     Undock | Dock | Navigate | Rotate | Drive | SetVelocity | StopMotion | Validate | PlanCoverage
-    | RecordLook | KeepPicture | Celebrate | Say
+    | RecordLook | KeepPicture | Explore | Celebrate | Say
 )  # fmt: skip
 
-MOTION: tuple[type[Action], ...] = (Undock, Dock, Navigate, Rotate, Drive, SetVelocity)
+MOTION: tuple[type[Action], ...] = (Undock, Dock, Navigate, Rotate, Drive, SetVelocity, Explore)

@@ -118,6 +118,14 @@ class Driving:
 
 
 @dataclass(frozen=True, slots=True)
+class BeingExplored:
+    """The exploration leads (`coordinator.exploration`); it has its own deadlines, and the mission's."""
+
+    call: int
+    until_s: float = FOREVER_S
+
+
+@dataclass(frozen=True, slots=True)
 class Steering:
     """Straight ahead by short leases (the plain rule), with a depth check every so often."""
 
@@ -131,7 +139,7 @@ class Steering:
 
 Activity = (
     Idle | Starting | Paused | Waiting | Undocking | Waking | Docking | PlanningCoverage | Navigating
-    | Rotating | AwaitingFrame | Validating | Driving | Steering
+    | Rotating | AwaitingFrame | Validating | Driving | BeingExplored | Steering
 )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from contracts.causes import GoalCause, Refusal
+from contracts.exploration import ExplorationEnd, ExplorationMode
 from contracts.geometry import Pose2D
 from contracts.intent import WantedAction
 from contracts.mission import LastSeen, MapTrouble, SeenElsewhere
@@ -175,6 +176,26 @@ class CoverageLooked:
 
 
 @dataclass(frozen=True, slots=True)
+class ExplorationTold:
+    """Who leads it from now on, and why, for a person."""
+
+    call: int
+    mode: ExplorationMode
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class ExplorationEnded:
+    """`actions`: motions it made, whoever led; `discoveries`: their labels; `calls`: of the model."""
+
+    call: int
+    end: ExplorationEnd
+    actions: int = 0
+    calls: int = 0
+    discoveries: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class CallFailed:
     """`code` tells which refusal or end it was, where that is known; `detail` is for a person."""
 
@@ -190,7 +211,8 @@ class CallFailed:
 
 
 Answer = (
-    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | CallFailed
+    Undocked | Docked | GoalEnded | MotionEnded | Validated | CoveragePlanned | ExplorationTold | ExplorationEnded
+    | CallFailed
 )  # fmt: skip
 """To a call the core asked for, by its number."""
 

@@ -70,7 +70,7 @@ Leg = PlaceLeg | TurnLeg | FaceLeg | StraightLeg | RoundLeg | LookLeg
 
 @dataclass(frozen=True, slots=True)
 class PlainMotion:
-    """`what` tells it to a person. No legs: it only leaves the dock. `explores`: all of the map is looked at."""
+    """`what` tells it to a person. No legs: it only leaves the dock. `explores`: an exploration leads."""
 
     what: str
     legs: tuple[Leg, ...] = ()

@@ -100,7 +100,7 @@ def _start_motion(context: StepContext, event: ev.MotionStarted) -> None:
     )
     context.log_event(EventKind.START, event.motion.what)
     if event.motion.explores:
-        new_scan(context, "looking around here first")
+        context.transition_to(MissionState.EXPLORING, "going to what the map does not show yet")
     else:
         context.transition_to(MissionState.MOVING, "doing what was asked for")
 

@@ -68,6 +68,7 @@ REACTIONS: dict[MissionState, dict[MotionEnd, Reaction]] = {
     _S.MEMORY_NAV: _NO_MOTION,
     _S.MOVING_TO_SCAN: _NO_MOTION,
     _S.DEPTH_CHECK: _NO_MOTION,
+    _S.EXPLORING: _NO_MOTION,
     _S.DONE: _NO_MOTION,
     _S.EMERGENCY_STOP: _NO_MOTION,
     _S.SCANNING: _MOVING,

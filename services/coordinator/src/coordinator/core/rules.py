@@ -43,7 +43,7 @@ class Policy(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     coverage_rule: CoverageRule = Field(
-        default=CoverageRule.VIEWPOINTS,
+        default=CoverageRule.BELIEF,
         description="where to look next: computed viewpoints, the lawnmower of requirement A6, or what is worth most a "
         "second by one belief (docs/search.md); to compare with: the "
         "nearest frontier, or viewpoints in random order",
@@ -54,12 +54,12 @@ class Policy(BaseModel):
         description="turn by the measured bearing, or by the pixel error of requirement A8",
     )
     approach_rule: ApproachRule = Field(
-        default=ApproachRule.LOCALIZED,
+        default=ApproachRule.DIRECT,
         description="drive to a measured place on the map, at once (direct) or when judged, or straight ahead (A10)",
     )
 
     validation_rule: ValidationRule = Field(
-        default=ValidationRule.TWO_OF_THREE,
+        default=ValidationRule.EVIDENCE,
         description="two of three votes on one picture (requirement A11), or those and what all looks at it come to",
     )
 
@@ -142,7 +142,7 @@ class Policy(BaseModel):
         default=2.5, gt=0.0, description="farther than this it goes closer before it asks for the votes"
     )
     step_m: float = Field(default=1.0, gt=0.0, le=2.0, description="of one drive closer (DRIVING_1M)")
-    approach_speed_m_s: float = Field(default=0.15, gt=0.0, le=2.0, description="of the last drive, or as it can")
+    approach_speed_m_s: float = Field(default=0.2, gt=0.0, le=2.0, description="of the last drive, or as it can")
     depth_period_s: float = Field(default=0.5, gt=0.0, description="between two measurements")
     drift_px: float = Field(default=50.0, gt=0.0, description="of a 320 px wide frame")
     depth_samples: int = Field(default=3, ge=1, le=9, description="measurements of one distance")

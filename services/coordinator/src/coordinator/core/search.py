@@ -13,6 +13,7 @@ from geometry.poses import apart_m
 MOVED_AWAY_M = 1.0
 OFF_THE_DOCK = frozenset({
     MissionState.MEMORY_NAV, MissionState.SCANNING, MissionState.MOVING_TO_SCAN, MissionState.MOVING,
+    MissionState.EXPLORING,
 })  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from coordinator.core import events as ev
 from coordinator.core import operator_commands, robot_updates
 from coordinator.core.activities import (
     AwaitingFrame,
+    BeingExplored,
     Docking,
     Driving,
     Idle,
@@ -176,7 +177,7 @@ def _overdue(context: StepContext) -> None:
             _call_failed(context, "inference", "no validation in time")
         case PlanningCoverage():
             _call_failed(context, "robot_bridge", "no map in time")
-        case Idle() | Starting() | Paused():
+        case Idle() | Starting() | Paused() | BeingExplored():
             pass
         case _:
             assert_never(context.mission.activity)

@@ -1,4 +1,4 @@
-"""The mission states (the ten of requirement A12, and MOVING), what each means, and which may follow which and why."""
+"""The mission states (the ten of requirement A12, MOVING, EXPLORING): what each means, which may follow which, why."""
 
 from contracts.mission import MissionState
 
@@ -11,6 +11,7 @@ SENTENCES: dict[MissionState, str] = {
     MissionState.DEPTH_CHECK: "Standing still: measuring the distance and validating.",
     MissionState.APPROACHING: "Driving up to a target that was validated, or is on the way (the direct approach).",
     MissionState.MOVING: "Doing the plain motions that were asked for: drives, turns, looks.",
+    MissionState.EXPLORING: "Going where nobody has mapped yet: led by a model, the frontiers, or the laser alone.",
     MissionState.DRIVING_1M: "Taking one step of about a metre towards a far target.",
     MissionState.DONE: "The target was found; resets by itself.",
     MissionState.EMERGENCY_STOP: "Stopped until RESUME.",
@@ -24,9 +25,10 @@ _STOP = "emergency stop"
 TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
     _S.IDLE: {
         _S.MEMORY_NAV: "a mission with remembered places, or a low battery and no mission left",
-        _S.SCANNING: "a mission without remembered places, or one that only explores",
+        _S.SCANNING: "a mission without remembered places",
         _S.MOVING_TO_SCAN: "the same, of a room that the robot is not in",
         _S.MOVING: "plain motions were asked for",
+        _S.EXPLORING: "an exploration was asked for",
         _S.EMERGENCY_STOP: _STOP,
     },
     _S.MEMORY_NAV: {
@@ -76,6 +78,11 @@ TRANSITIONS: dict[MissionState, dict[MissionState, str]] = {
         _S.EMERGENCY_STOP: _STOP,
     },
     _S.MOVING: {_S.IDLE: f"all of it is done, or an obstacle stands in the way; {_OVER}", _S.EMERGENCY_STOP: _STOP},
+    _S.EXPLORING: {
+        _S.SCANNING: "the map shows nothing unknown that can be reached: all of it is looked at instead",
+        _S.IDLE: f"explored, or the model silent for too long; {_OVER}",
+        _S.EMERGENCY_STOP: _STOP,
+    },
     _S.DRIVING_1M: {
         _S.CENTERING: "the step is over, or it drifted from the middle",
         _S.SCANNING: "it cannot be driven up to",

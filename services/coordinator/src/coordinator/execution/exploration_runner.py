@@ -43,7 +43,10 @@ GOAL_POLL_S = 1.0
 
 
 class ExplorationRunner:
-    """`run` for ever; `begin`, `listen`, `cancel` from outside. One exploration at a time, and no mission beside it."""
+    """`run` for ever; `begin`, `listen`, `cancel` from outside. One exploration at a time, and no mission beside it.
+
+    `motion` is its owner's where others move the robot by turns with it. `told` hears who leads, and the end.
+    """
 
     def __init__(
         self,
@@ -55,7 +58,12 @@ class ExplorationRunner:
         tasks: Tasks,
         journal: Journal,
         eye: Eye | None = None,
+        motion: MotionClient | None = None,
+        told: Callable[[do.TellMode | do.Finish], None] = lambda _: None,
     ) -> None:
+        self.goals_reached = 0
+        self.actions_before = 0
+        """What was done in this home before this exploration."""
         self.exploration = Exploration(rules=rules)
         self.ended = asyncio.Event()
         self._robot = robot
@@ -64,9 +72,10 @@ class ExplorationRunner:
         self._tasks = tasks
         self._journal = journal
         self._eye = eye
+        self._told = told
         self._home: str | None = None
         """The map that the exploration began in, and what is remembered belongs to; none = it has no name."""
-        self._motion = MotionClient(
+        self._motion = motion or MotionClient(
             robot, clock, self._spawn, goal_poll_s=GOAL_POLL_S, on_lease=_no_lease
         )  # fmt: skip
 
@@ -87,16 +96,19 @@ class ExplorationRunner:
             await work()
             await self._clock.sleep(pause_s)
 
-    async def begin(self, home: Pose2D) -> None:
+    async def begin(self, home: Pose2D, still: Callable[[], bool] = lambda: True) -> None:
         """With what is remembered of this map; without it where the journal is away. Of a map without a name nothing is
-        remembered, and nothing is kept."""
+        remembered, and nothing is kept. Nothing begins where it is not `still` wanted once that was read."""
         map_id = self.exploration.map_id
         memory = await self._remembered(map_id)
         while map_id != self.exploration.map_id:  # it was named, or changed, meanwhile
             map_id = self.exploration.map_id
             memory = await self._remembered(map_id)
+        if not still():
+            return
         if not self.exploration.running:
             self._home = map_id
+            self.goals_reached, self.actions_before = 0, memory.actions_done
             self.exploration = replace(self.exploration, memory=memory)
         self.ended.clear()
         self.feed(ev.Begun(home))
@@ -139,9 +151,7 @@ class ExplorationRunner:
         self.feed(ev.TimePassed())
 
     async def _view(self, eye: Eye) -> None:
-        view = await eye.view()
-        if view is not None:
-            self.feed(ev.ViewSeen(view))
+        self.feed(ev.ViewSeen(await eye.view()))
 
     async def _look(self) -> None:
         """A robot that tells nothing has neither pose nor scan."""
@@ -193,8 +203,10 @@ class ExplorationRunner:
                     self._journal.write(self._home, memory)
             case do.TellMode(mode=mode, why=why):
                 log.info("exploration", mode=mode.value, why=why)
+                self._told(command)
             case do.Finish(end=end):
                 self._finished(end)
+                self._told(command)
             case _:
                 assert_never(command)
 
@@ -244,6 +256,7 @@ class ExplorationRunner:
             reached = (await self._motion.navigate(request)).status is GoalStatus.SUCCEEDED
         except MeshError as error:
             log.warning("a goal of the exploration failed", error=error.detail)
+        self.goals_reached += reached
         self.feed(ev.GoalOver(call, reached))
 
     def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":

@@ -10,9 +10,10 @@ import structlog
 from contracts import mission as wire
 from contracts.causes import Refusal
 from contracts.description import RobotDescription
+from contracts.exploration import Discovery
 from contracts.mission import NO_FACTS, EventFacts, EventKind, MissionStatus
-from contracts.motion import BaseReply, Hazard
-from contracts.robot import EmergencyStop, Goal, GoalRequest, RobotState
+from contracts.motion import Hazard
+from contracts.robot import EmergencyStop, Goal, RobotState
 from contracts.topics import (
     ROBOT_DESCRIPTION,
     ROBOT_EMERGENCY_STOP,
@@ -30,10 +31,12 @@ from coordinator.core.rules import Rules
 from coordinator.core.step import step
 from coordinator.coverage.explored_space import ExploredSpace
 from coordinator.execution.believed_space import BelievedSpace, believed
+from coordinator.execution.explorer import Explorer, Exploring
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_messages import mission_record, mission_status, mission_target
 from coordinator.execution.mission_trace import MissionTrace
 from coordinator.execution.motion_client import MotionClient
+from coordinator.execution.robot_calls import Motion, moved
 from coordinator.execution.status_publisher import StatusPublisher
 from coordinator.metrics import DETECTIONS_AGE, FAILURES, STEPS
 from coordinator.ports import Inference, MissionLog, Robot
@@ -60,6 +63,7 @@ class MissionRunner:
         inference: Inference,
         log_: MissionLog,
         looks: LookReporter,
+        exploring: Exploring,
         queued: Callable[[], tuple[wire.Mission, ...]],
         clock: Clock,
         tasks: Tasks,
@@ -81,6 +85,7 @@ class MissionRunner:
             robot, clock, self._spawn, goal_poll_s=settings.goal_poll_s,
             on_lease=lambda held: self.feed(ev.LeaseAnswered(held)),
         )  # fmt: skip
+        self._explorer = Explorer(exploring, self._motion, self.feed, clock, tasks)
         self._explored = ExploredSpace(robot, self.mission.rules, None)
         self.believed: BelievedSpace | None = None  # of the newest mission; none by another rule
         self._query: asyncio.Task[None] | None = None
@@ -134,12 +139,18 @@ class MissionRunner:
             with self._trace.inside():
                 for action in actions:
                     self._act(action)
+        self._explorer.follow(self.mission)
         self._trace.leave(self.mission, now_s)
         if self.mission is not before and (actions or not isinstance(event, ev.Tick | ev.RobotUpdated)):
             self._note()
 
     def status(self) -> MissionStatus:
-        return mission_status(self.mission, self._clock.now_s(), queue=self._queued(), trace_id=self._trace.id)
+        told = mission_status(self.mission, self._clock.now_s(), queue=self._queued(), trace_id=self._trace.id)
+        return told.model_copy(update={"exploration": self._explorer.status()})
+
+    async def discovered(self) -> tuple[Discovery, ...]:
+        """By explorations of the home it is in, oldest first. Raises `UnavailableError`."""
+        return await self._explorer.discovered(self.mission.robot.map_id)
 
     @property
     def robot_state_age_s(self) -> float:
@@ -204,6 +215,8 @@ class MissionRunner:
                 self._keep(action)
             case do.StopMotion():
                 self._motion.stop(epoch)
+            case do.Explore():
+                self._explorer.explore(action, self.mission, self.description)
             case do.SetVelocity(twist=twist, duration_s=duration_s):
                 self._motion.send_velocity(twist, duration_s, epoch)
             case do.Celebrate():
@@ -245,37 +258,12 @@ class MissionRunner:
             FAILURES.labels(event.service).inc()
         self.feed(event)
 
-    async def _move(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
+    async def _move(self, action: Motion, epoch: int) -> ev.Event:
         try:
-            return await self._moved(action, epoch)
+            return await moved(action, self._robot, self._motion, epoch)
         except UnavailableError:
             self._motion.mark_uncertain(epoch)
             raise
-
-    async def _moved(self, action: do.Undock | do.Dock | do.Navigate | do.Rotate | do.Drive, epoch: int) -> ev.Event:
-        match action:
-            case do.Undock(call=call, timeout_s=timeout_s):
-                reply = await self._robot.undock(timeout_s=timeout_s)
-                return ev.Undocked(call) if reply.end.completed else _base_gave_up(call, reply)
-            case do.Dock(call=call, timeout_s=timeout_s):
-                reply = await self._robot.dock(timeout_s=timeout_s)
-                return ev.Docked(call) if reply.end.completed else _base_gave_up(call, reply)
-            case do.Navigate(call=call):
-                goal = await self._motion.navigate(
-                    GoalRequest(
-                        candidates=action.candidates,
-                        epoch=epoch,
-                        timeout_s=action.timeout_s,
-                        ring_radius_m=action.ring_radius_m,
-                    )
-                )
-                return ev.GoalEnded(call, goal.status, goal.error_code, goal.error_msg, goal.cause)
-            case do.Rotate(call=call, angle_rad=angle, speed_rad_s=speed, timeout_s=timeout_s):
-                reply = await self._robot.rotate(angle, speed_rad_s=speed, timeout_s=timeout_s, epoch=epoch)
-                return ev.MotionEnded(call, reply.end, turned_rad=reply.turned_rad, text=reply.text)
-            case do.Drive(call=call, distance_m=distance, speed_m_s=speed, timeout_s=timeout_s):
-                reply = await self._robot.drive(distance, speed_m_s=speed, timeout_s=timeout_s, epoch=epoch)
-                return ev.MotionEnded(call, reply.end, driven_m=reply.driven_m, text=reply.text)
 
     async def _ask(self, action: do.Validate | do.PlanCoverage) -> ev.Event:
         async with asyncio.timeout(action.timeout_s):
@@ -341,7 +329,3 @@ class MissionRunner:
 def _refusal(error: MeshError) -> Refusal | None:
     """Which refusal it was, where the other service is robot_bridge and says so."""
     return Refusal(error.code) if error.code in set(Refusal) else None
-
-
-def _base_gave_up(call: int, reply: BaseReply) -> ev.CallFailed:
-    return ev.CallFailed(call, "robot_bridge", reply.text, reply.end)

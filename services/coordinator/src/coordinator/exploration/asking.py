@@ -102,6 +102,7 @@ def ask(context: Context, reason: AskingReason, *, answer: str = "", turns: int 
         asked=Asked(now_s, one.pose, one.view, place, reason),
         silent_since_s=now_s if since_s is None else since_s,
         told=told,
+        looked_elsewhere=0,
         spent=_asked_once_more(one.spent, reason),
     )
     situation = described(one.memory, one.pose, one.surroundings, told, half_width_m)
@@ -117,8 +118,13 @@ def look_elsewhere(context: Context) -> None:
     """The view has not changed, and it is not asked about twice: the robot turns by itself to see something new."""
     one = context.exploration
     scan = one.surroundings
+    if one.looked_elsewhere >= one.rules.asking.unchanged_max:
+        context.update(looked_elsewhere=0, fallback=Fallback.REFUSED)
+        context.become(ExplorationMode.FRONTIERS, "the view does not change")
+        return
     if scan is None or not 0.0 <= context.now_s - scan.stamp_s <= one.rules.limits.scan_age_s_max:
         return
+    context.update(looked_elsewhere=one.looked_elsewhere + 1)
     context.turn(LOOK_ELSEWHERE_RAD, "look_elsewhere")
 
 

@@ -37,9 +37,9 @@ class ChartSeen:
 
 @dataclass(frozen=True, slots=True)
 class ViewSeen:
-    """The hash of the newest picture; see `views`."""
+    """The hash of the newest picture; see `views`. None: there is no picture any more."""
 
-    view: int
+    view: int | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -92,7 +92,8 @@ class Fallback(StrEnum):
     SILENT = "silent"
     """It owes an answer."""
     REFUSED = "refused"
-    """Too many of its decisions were refused in a row: one stretch goes without it."""
+    """Too many of its decisions were refused in a row, or there was nothing new to ask it about however the robot
+    turned: one stretch goes without it."""
     SPENT = "spent"
     """Its calls, tokens or seconds are used up."""
 
@@ -129,6 +130,8 @@ class Exploration:
     link_up: bool = True
     ask_again_s: float = NEVER_S
     refusals: int = 0
+    looked_elsewhere: int = 0
+    """Turns in a row for a view that does not change."""
     fallback: Fallback | None = None
     spent: Spent = field(default_factory=Spent)
     told: tuple[Frontier, ...] = ()

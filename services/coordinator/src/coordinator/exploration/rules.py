@@ -28,6 +28,9 @@ class AskingRules:
     """Tools that move nothing, one after another, within one question."""
     refusals_max: int = 3
     """Refused in a row: one stretch is explored without the model."""
+    unchanged_max: int = 7
+    """Turns in a row, more than once round, after which the view is still the same (a dark room, a covered camera):
+    one stretch is explored without the model."""
 
 
 @dataclass(frozen=True, slots=True)

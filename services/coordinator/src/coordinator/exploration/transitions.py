@@ -25,7 +25,7 @@ TRANSITIONS: dict[ExplorationMode, dict[ExplorationMode, str]] = {
         _M.REACTIVE: "begun by the laser alone",
     },
     _M.MODEL: {
-        _M.FRONTIERS: "no answer for 10 s, refused three times in a row, or nothing left to spend",
+        _M.FRONTIERS: "no answer for 10 s, refused three times in a row, nothing new to see, or nothing left to spend",
         _M.REACTIVE: "the same, and no frontier can be reached",
         _M.LISTENING: _LISTEN,
         _M.RETURNING: _HOME,

@@ -6,6 +6,7 @@ from http import HTTPStatus
 import structlog
 
 from contracts.asking import About, Record
+from contracts.exploration import Discovery
 from contracts.memory import RememberedObject, View
 from contracts.mission import Mission, MissionKind
 from contracts.rooms import NamedRoom
@@ -29,7 +30,7 @@ ROOM_M = 3.0
 DAY_S = 86400.0
 HELP = (
     "I can say where I last saw a thing, how many there are, what changed, what is in a room, what I am doing, what I "
-    "did, and how full the battery is."
+    "did, what I discovered, and how full the battery is."
 )
 
 
@@ -70,6 +71,8 @@ class QuestionFacts:
                 return await self._changes(asked)
             case About.DOING:
                 return self._doing(), "Now:"
+            case About.DISCOVERIES:
+                return await self._discoveries()
             case About.HISTORY:
                 return await self._history(asked)
             case About.BATTERY:
@@ -191,6 +194,10 @@ class QuestionFacts:
         waiting = [Record(source="queue", id=one.id, text=f"'{one.command}' waits"[:300]) for one in status.queue]
         return [first, *waiting][:RECORDS_MAX]
 
+    async def _discoveries(self) -> tuple[Sequence[Record], str]:
+        found = [self._of_discovery(one) for one in reversed(await self._runner.discovered())]
+        return found[:RECORDS_MAX], "I discovered:" if found else "I have discovered nothing in this home yet."
+
     async def _history(self, asked: ParsedQuestion) -> tuple[Sequence[Record], str]:
         missions = [one for one in await self._log.newest(50) if one.outcome is not None]
         if asked.label is not None:
@@ -226,6 +233,11 @@ class QuestionFacts:
         text = f"{what} seen {self._ago(one.stamp_s)} from x {one.pose.x:.1f} m, y {one.pose.y:.1f} m"
         return Record(source="memory", id=f"view {one.id}", text=text, label=one.label, stamp_s=one.stamp_s,
                       pose=one.pose)  # fmt: skip
+
+    def _of_discovery(self, one: Discovery) -> Record:
+        note = f" ({one.note})" if one.note else ""
+        text = f"{one.label}{note} at x {one.x_m:.1f} m, y {one.y_m:.1f} m, {self._ago(one.stamp_s)}"
+        return Record(source="exploration", text=text[:300], label=one.label, stamp_s=one.stamp_s)
 
     def _of_mission(self, one: Mission) -> Record:
         ended_s = one.ended_s if one.ended_s is not None else one.started_s

@@ -16,6 +16,7 @@ from vocabulary.rooms import named_in, speaks_of_a_place
 SPOKEN: tuple[tuple[About, str], ...] = (
     (About.BATTERY, r"\bbatter(y|ies)\b|\bcharg(e|ed|ing)\b|\bpower\b"),
     (About.DOING, r"\b(are you doing|you up to|going on|your status|busy|queue|what is next)\b"),
+    (About.DISCOVERIES, r"\bdiscover(y|ies|ed)?\b|\bexplor(ed|ing|ation)\b"),
     (About.HISTORY, r"\b(did you|have you|last mission|history|why did|why not|yesterday|so far)\b"),
 )
 """First match wins."""
@@ -57,7 +58,7 @@ def parse_question(question: str, rooms: Iterable[str] = ()) -> ParsedQuestion:
 
 def needs_rooms(question: str, asked: ParsedQuestion) -> bool:
     """Whether the names of the home's rooms could change what it is read as, or belong to the answer."""
-    if asked.about in {About.BATTERY, About.DOING, About.HISTORY}:
+    if asked.about in {About.BATTERY, About.DOING, About.DISCOVERIES, About.HISTORY}:
         return False
     return asked.about is not About.UNKNOWN or speaks_of_a_place(question)
 

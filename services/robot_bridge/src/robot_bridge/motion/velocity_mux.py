@@ -24,6 +24,7 @@ from mesh.metrics import Rounds
 from robot_bridge.motion.arbiter import NO_COMMAND, STOPPED, ZERO, Arbiter, ArbiterLimits, ArbitratedCommand, Request
 from robot_bridge.motion.motion_executor import ActiveMotion, MotionExecutor
 from robot_bridge.motion.motions import Ending
+from robot_bridge.motion.navigation_hold import NavigationHold, next_hold
 from robot_bridge.motion.sessions import Sessions
 from robot_bridge.motion.words import refusal_in_words
 from robot_bridge.safety import emergency_stop
@@ -35,7 +36,8 @@ NAVIGATION_SOURCE = "cmd_vel_nav"
 NAVIGATION_LEASE_S = 0.35
 """Gaps of 187 ms were seen in a real Nav2's velocity on a busy computer. The price of 0.35 s instead of 0.25 s: a Nav2
 that falls silent drives on for 0.1 s more, 2.6 cm at its 0.26 m/s."""
-OWN_SOURCES = frozenset({NAVIGATION_SOURCE, "rotate", "drive", STOPPED.source, NO_COMMAND.source})
+RECOVERY_SOURCE = "recovery"
+OWN_SOURCES = frozenset({NAVIGATION_SOURCE, RECOVERY_SOURCE, "rotate", "drive", STOPPED.source, NO_COMMAND.source})
 """Names that nobody outside may ask under: he would replace the bridge's own lease."""
 STOP_BURST = 10
 REFUSED = Counter("robot_bridge_velocity_refused_total", "velocity requests that never became a lease", ["reason"])
@@ -72,6 +74,7 @@ class VelocityMux:
         self._motions = MotionExecutor()
         self._goal: tuple[str, int, str | None] | None = None
         self._goal_held = False
+        self._hold: NavigationHold | None = None
         self._base_is_busy = False
         self._rounds = Rounds("wheels")
 
@@ -117,6 +120,8 @@ class VelocityMux:
             if self._stop.latched or not self._base_is_busy:
                 self._send(choice.twist)
             self.commanded.put(choice, now_s)
+            if choice.source == NAVIGATION_SOURCE:
+                self._hold = next_hold(self._hold, choice, now_s)
         self._rounds.turn()
         for cause in choice.kinds:
             CHANGED.labels(cause.value).inc()
@@ -190,12 +195,18 @@ class VelocityMux:
             self._drop_session(session_id)
 
     def begin(self, running: ActiveMotion[Any]) -> None:
-        """Starts a closed-loop motion. Raises `ConflictError` when one runs, or the robot navigates."""
+        """Starts a closed-loop motion. Raises `ConflictError` when one runs, or the robot navigates.
+
+        A recovery is part of a goal: it runs while the goal is held, and ends with it.
+        """
         with self._lock:
             self.check(running.epoch, running.session_id)
             if self._motions.running is not None:
                 raise ConflictError(f"a {self._motions.running.name} is under way", code=Refusal.MOTION_UNDER_WAY)
-            if self._goal is not None:
+            held = self._goal is not None and self._goal_held
+            if running.name == RECOVERY_SOURCE and not held:
+                raise ConflictError("there is no goal to recover for", code=Refusal.GOAL_OVER)
+            if running.name != RECOVERY_SOURCE and self._goal is not None:
                 raise ConflictError("a navigation goal is under way", code=Refusal.GOAL_UNDER_WAY)
             self._motions.begin(running)
 
@@ -216,7 +227,7 @@ class VelocityMux:
         with self._lock:
             self.check(epoch, session_id)
             self._end_motion(Ending(MotionEnd.PREEMPTED, text="a navigation goal took over"))
-            self._goal, self._goal_held = (goal_id, epoch, session_id), False
+            self._goal, self._goal_held, self._hold = (goal_id, epoch, session_id), False, None
 
     def hold_navigation(self, goal_id: str) -> None:
         """Nothing of Nav2's passes until `release_navigation`: it has not taken the goal yet, or has given it up."""
@@ -228,13 +239,19 @@ class VelocityMux:
     def release_navigation(self, goal_id: str) -> None:
         with self._lock:
             if self._goal is not None and self._goal[0] == goal_id:
-                self._goal_held = False
+                self._goal_held, self._hold = False, None
+
+    def navigation_hold(self) -> NavigationHold | None:
+        """What keeps the robot from going where Nav2 wants it to go; none without a goal."""
+        with self._lock:
+            return self._hold
 
     def close_navigation(self, goal_id: str) -> None:
         with self._lock:
             if self._goal is not None and self._goal[0] == goal_id:
-                self._goal = None
+                self._goal = self._hold = None
                 self.arbiter.drop(NAVIGATION_SOURCE)
+                self._end_recovery()
 
     def navigation_velocity(self, linear_x: float, angular_z: float) -> None:
         """What Nav2 wants now. Dropped unless a goal of this very process is active."""
@@ -292,6 +309,10 @@ class VelocityMux:
         elif step is not None:
             self.arbiter.drop(step)
 
+    def _end_recovery(self) -> None:
+        if (running := self._motions.running) is not None and running.name == RECOVERY_SOURCE:
+            self._end_motion(Ending(MotionEnd.CANCELED))
+
     def _drop_session(self, session_id: str) -> None:
         last = self.commanded.value
         self.arbiter.drop_session(session_id)
@@ -300,6 +321,7 @@ class VelocityMux:
         if self._goal is not None and self._goal[2] == session_id:
             self._goal = None
             self.arbiter.drop(NAVIGATION_SOURCE)
+            self._end_recovery()
         now_s = self._clock.now_s()
         if last is not None and last.twist != ZERO and self.arbiter.winner(now_s) is None and not self._base_is_busy:
             self._send(ZERO)

@@ -19,6 +19,7 @@ from mesh.errors import ConflictError, UnavailableError
 from mesh.tasks import Tasks
 from mesh.tracing import NO_SPAN, Tracer, failed, inside
 from robot_bridge.motion.first_twist import tell_first_twist
+from robot_bridge.motion.navigation_hold import NavigationHold
 from robot_bridge.motion.velocity_mux import NAVIGATION_SOURCE, VelocityMux
 from robot_bridge.navigation import maps
 from robot_bridge.navigation.goal_phases import Asking, Driving, Ending, Over, Recovering
@@ -31,6 +32,7 @@ from robot_bridge.navigation.goal_states import (
 )
 from robot_bridge.navigation.goal_store import ActiveGoal, GoalStore
 from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, PathLimits, best_or_first, path_reply
+from robot_bridge.navigation.recovery import Recovery, explained, is_stuck
 from robot_bridge.ports import AcceptedGoal, GoalEnd, Robot
 
 log = structlog.get_logger()
@@ -61,6 +63,7 @@ class GoalExecutor:
         *,
         robot: Robot,
         wheels: VelocityMux,
+        recovery: Recovery,
         clock: Clock,
         tasks: Tasks,
         limits: GoalLimits,
@@ -68,6 +71,7 @@ class GoalExecutor:
     ) -> None:
         self._robot = robot
         self._wheels = wheels
+        self._recovery = recovery
         self._clock = clock
         self._tasks = tasks
         self._limits = limits
@@ -172,7 +176,7 @@ class GoalExecutor:
             status=GoalStatus.PENDING,
             stamp_s=now_s,
         )
-        active = ActiveGoal(goal.id, region, request.session_id, now_s, now_s + request.timeout_s)
+        active = ActiveGoal(goal.id, region, request.epoch, request.session_id, now_s, now_s + request.timeout_s)
         self._wheels.open_navigation(goal.id, request.epoch, request.session_id)
         self._wheels.hold_navigation(goal.id)
         self._active = active
@@ -224,7 +228,8 @@ class GoalExecutor:
             if accepted is None or end is None:
                 return
             self._wheels.hold_navigation(active.goal_id)  # its controller may drive on without a goal
-            cause = cause_of(end)
+            hold = self._wheels.navigation_hold()
+            end, cause = explained(end, hold)
             if cause is GoalCause.NAV2_SILENT and await accepted.was_preempted():
                 cause = GoalCause.FOREIGN_GOAL
             last = attempt > min(retries(end), self._limits.retries_max)
@@ -232,19 +237,20 @@ class GoalExecutor:
                 self._finish(active, end, cause)
                 return
             try:
-                await self._try_again(active, end, attempt + 1)
+                await self._try_again(active, end, attempt + 1, hold)
             except UnavailableError as error:
                 gone = GoalEnd(GoalStatus.ABORTED, end.error_code, f"{end.error_msg}; {error.detail}")
                 self._finish(active, gone, GoalCause.NAV2_GONE)
 
-    async def _try_again(self, active: ActiveGoal, end: GoalEnd, attempt: int) -> None:
-        """From where the robot stands, costmaps cleared; from the third time on to a roomier pose on the ring."""
+    async def _try_again(self, active: ActiveGoal, end: GoalEnd, attempt: int, hold: NavigationHold | None) -> None:
+        """With room about the robot and the costmaps cleared; from the third time on to a roomier pose on the ring."""
         goal, name = self._goals.get(active.goal_id), error_name(end.error_code)
         log.info("Nav2 gave up under way; trying again", goal=goal.id, error=name, attempt=attempt)
         why = end.error_msg or name or cause_of(end).sentence
         told = {"attempt": attempt, "error_code": end.error_code, "error_name": name, "error_msg": why}
         active.become(Recovering())
         self._goals.keep(goal.model_copy(update=told | {"stamp_s": self._clock.now_s()}))
+        await self._recovery.make_room(active, hold)
         await self._preflight.clear_costmaps(self._clock)
         roomier = (await self._preflight.roomier(active.region, goal.pose)).pose if attempt > 2 else None
         match active.state:
@@ -276,6 +282,9 @@ class GoalExecutor:
                 if missing := self._robot.senses.why_no_nav2(now_s):
                     gone = GoalEnd(GoalStatus.ABORTED, error_msg=f"Nav2 is gone: {missing}")
                     self._finish(active, gone, GoalCause.NAV2_GONE)
+                elif is_stuck(self._wheels.navigation_hold()):
+                    accepted.cancel()
+                    return GoalEnd(GoalStatus.ABORTED)
                 elif grace_s is not None and now_s > grace_s:
                     self._finish(active, GoalEnd(GoalStatus.CANCELED))
             return end.result() if end.done() and self._active is active else None

@@ -15,7 +15,7 @@ class GoalPhase(StrEnum):
     DRIVING = "driving"
     """Nav2 has taken it, and its velocity passes."""
     RECOVERING = "recovering"
-    """Nav2 gave it up under way: the costmaps are cleared before it is asked again."""
+    """Nav2 gave it up under way: the robot gets room and the costmaps are cleared before it is asked again."""
     ENDING = "ending"
     """Somebody asked for the end, which Nav2 is to confirm; none of its velocity passes."""
     OVER = "over"
@@ -35,7 +35,7 @@ FOLLOWS: dict[GoalPhase, dict[GoalPhase, str]] = {
         _P.OVER: "arrived, aborted, Nav2 is gone, or the emergency stop",
     },
     _P.RECOVERING: {
-        _P.ASKING: "the costmaps are fresh",
+        _P.ASKING: "the robot has room and the costmaps are fresh",
         _P.ENDING: "cancelled or preempted",
         _P.OVER: "Nav2 is gone, or the emergency stop",
     },

@@ -21,6 +21,7 @@ class ActiveGoal:
 
     goal_id: str
     region: GoalRegion
+    epoch: int
     session_id: str | None
     begun_s: float
     deadline_s: float

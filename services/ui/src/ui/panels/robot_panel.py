@@ -4,9 +4,11 @@ from collections.abc import Awaitable, Callable
 
 from nicegui import ui as nicegui_ui
 
+from ui.exploration_view import ExplorationView
 from ui.i18n import _
 from ui.operator_actions import ActionResult, OperatorActions
 from ui.page_model import PageModel
+from ui.panels.exploration_panel import ExplorationPanel
 from ui.panels.widgets import ChipRow, box, heading, result_classes
 
 
@@ -18,6 +20,7 @@ class RobotPanel:
                 self._undock = self._act(_("Undock"), actions.undock, _("Leaving the dock …"))
                 self._act(_("Celebrate"), actions.celebrate, _("Celebrating …"))
             self._answer = nicegui_ui.label().classes("answer").props("role=status")
+            self._exploration = ExplorationPanel()
             with box("group"):
                 heading(_("Services"))
                 self._services = ChipRow("states")
@@ -41,7 +44,8 @@ class RobotPanel:
 
         return nicegui_ui.button(text, on_click=clicked, color=None).props("outline no-caps").classes("act")
 
-    def show(self, view: PageModel) -> None:
+    def show(self, view: PageModel, exploration: ExplorationView) -> None:
+        self._exploration.show(exploration)
         self._services.show(view.services)
         self._sensors.show(view.sensors)
         self._no_sensors.set_visibility(not view.sensors)

@@ -8,6 +8,7 @@ from coordinator.core.events import DetectionsSeen, Event, MotionEnded
 from coordinator.core.mission import Sighting
 from coordinator.core.outcomes import abort, retry_or_abort
 from coordinator.core.reactions import Reaction, react
+from coordinator.core.rules import CoverageRule
 from coordinator.core.search import next_place
 from coordinator.core.sightings import (
     count_other_objects,
@@ -109,7 +110,12 @@ def inspected(context: StepContext, seen: Detections) -> Sighting | None:
 
 
 def _finish(context: StepContext) -> None:
-    here = context.mission.robot.pose
-    places = tuple(p for p in (context.search.scan_from, here) if p is not None)[:1]
+    """By belief a scan may end before its first look: then a place is chosen, and none counts as looked at."""
+    here, started = context.mission.robot.pose, context.search.scan_from
+    by_belief = context.rules.coverage_rule is CoverageRule.BELIEF and context.mission.target is not None
+    if started is None and by_belief:
+        context.transition_to(MissionState.MOVING_TO_SCAN, "choosing where to look")
+        return
+    places = tuple(p for p in (started, here) if p is not None)[:1]
     context.update_search(visited=(*context.search.visited, *places), scan_from=None)
     next_place(context, "nothing found here")

@@ -15,6 +15,7 @@ from coordinator.core.states.depth_check import DepthCheck
 from coordinator.core.states.direct import DirectApproach, DirectCentering
 from coordinator.core.states.docking import GoingToDock
 from coordinator.core.states.driving_1m import Driving1m
+from coordinator.core.states.exploring import Exploring
 from coordinator.core.states.moving import Moving
 from coordinator.core.states.resting import Resting
 from coordinator.core.states.scanning import Scanning
@@ -22,7 +23,8 @@ from coordinator.core.states.state import State
 from coordinator.core.states.travelling import MemoryNav, MovingToScan
 from coordinator.core.states.weighing import WeighingDepthCheck
 
-RESTING, DOCKING, MOVING_TO_SCAN, MOVING = Resting(), GoingToDock(), MovingToScan(), Moving()
+RESTING, DOCKING, MOVING_TO_SCAN = Resting(), GoingToDock(), MovingToScan()
+MOVING, EXPLORING = Moving(), Exploring()
 TRAVELLING = {CoverageRule.LAWNMOWER: PlannedOnce(), CoverageRule.BELIEF: ByBelief()}
 
 
@@ -57,6 +59,7 @@ def states(
         MissionState.APPROACHING: StraightApproach() if straight else DirectApproach() if direct else Approaching(),
         MissionState.DRIVING_1M: StraightStep() if straight else Driving1m(),
         MissionState.MOVING: MOVING,
+        MissionState.EXPLORING: EXPLORING,
         MissionState.DONE: RESTING,
         MissionState.EMERGENCY_STOP: RESTING,
     }

@@ -1,0 +1,76 @@
+"""EXPLORING: an exploration leads (`coordinator.exploration`); the mission begins it, holds it, says how it ended."""
+
+from typing import assert_never
+
+from contracts.exploration import ExplorationEnd
+from contracts.mission import EndCause, EventKind, MapTrouble, Outcome
+from coordinator.core import actions as do
+from coordinator.core.activities import BeingExplored, Waiting
+from coordinator.core.events import DetectionsSeen, Event, ExplorationEnded, ExplorationTold
+from coordinator.core.outcomes import abort, abort_for_the_map, end
+from coordinator.core.report import others_in_words
+from coordinator.core.search import new_scan
+from coordinator.core.sightings import count_other_objects
+from coordinator.core.states.state import State
+from coordinator.core.step_context import StepContext
+
+NO_PLACE_S = 1.0
+"""Between two looks at whether the robot knows where it is; for how long is `lost_pose_s`."""
+DISCOVERIES_TOLD = 5
+
+
+class Exploring(State):
+    def begin(self, context: StepContext) -> None:
+        home = context.mission.robot.pose
+        if home is None:
+            context.set_activity(Waiting(context.now_s + NO_PLACE_S, "localisation"))
+            return
+        call = context.call()
+        context.request(do.Explore(call, home))
+        context.set_activity(BeingExplored(call))
+
+    def handle(self, context: StepContext, event: Event) -> None:
+        match event:
+            case DetectionsSeen(detections=seen):
+                count_other_objects(context, seen)
+            case ExplorationTold(mode=mode, why=why):
+                context.log_event(EventKind.NAVIGATION, f"exploring, {mode.value}: {why}")
+            case ExplorationEnded():
+                _ended(context, event)
+            case _:
+                pass
+
+
+def _ended(context: StepContext, ended: ExplorationEnded) -> None:
+    match ended.end:
+        case ExplorationEnd.EXPLORED if ended.actions == 0:
+            new_scan(context, "the map shows nothing unknown that can be reached: looking at all of it instead")
+        case ExplorationEnd.EXPLORED:
+            _done(context, ended, "explored: nothing unknown is left that can be reached")
+        case ExplorationEnd.TIME_UP:
+            _done(context, ended, "explored until its time was up")
+        case ExplorationEnd.MODEL_SILENT:
+            abort(context, EndCause.SERVICE, "the model did not answer for too long: it ended at home")
+        case ExplorationEnd.HOME_NOT_REACHED:
+            abort(context, EndCause.NAVIGATION, "it explored, and found no way home")
+        case ExplorationEnd.ANOTHER_MAP:
+            abort_for_the_map(context, MapTrouble.ANOTHER_MAP)
+        case ExplorationEnd.STOPPED:
+            abort(context, EndCause.STOPPED, "the emergency stop")
+        case ExplorationEnd.CANCELED:
+            why = "the exploration was cancelled"
+            end(context, Outcome.CANCELED, why, EndCause.PERSON, cause=why)
+        case _:
+            assert_never(ended.end)
+
+
+def _done(context: StepContext, ended: ExplorationEnded, what: str) -> None:
+    found = ", ".join(dict.fromkeys(ended.discoveries[-DISCOVERIES_TOLD:]))
+    told = (
+        what,
+        f"{ended.actions} drives and turns",
+        f"the model was asked {ended.calls} times" if ended.calls else "",
+        f"discovered: {found}" if found else "",
+        others_in_words(context.mission, "seen"),
+    )
+    end(context, Outcome.DONE, "; ".join(filter(None, told)), None)
