@@ -25,7 +25,7 @@ IMAGES: Final = {
     "speech": "atom-speech",
     "keys": "atom-cli",
     "ear": "atom-ear[device]",
-    "sim": "atom-sim[ros-wheels]",
+    "sim": "atom-sim[ros-wheels,arm]",
     "demo": "atom-demo",
 }
 """Each image's own package with the extras that its Dockerfile installs, or is told to; the demo is no image."""

@@ -57,6 +57,9 @@ PURE = {
         "views",
     ),
     "robot_bridge": (
+        "arm.joint_states",
+        "arm.models",
+        "arm.trajectories",
         "motion.arbiter",
         "motion.motions",
         "navigation.candidate_poses",
@@ -74,7 +77,17 @@ PURE = {
         "sensing.transforms",
     ),
     "speech": ("end_of_speech", "readings", "sound"),
-    "sim": ("nav", "home.catalog", "home.furnish", "home.layout", "home.placement", "world.base", "world.sensors"),
+    "sim": (
+        "nav",
+        "home.catalog",
+        "home.furnish",
+        "home.layout",
+        "home.placement",
+        "world.arm.controller",
+        "world.arm.trajectory",
+        "world.base",
+        "world.sensors",
+    ),
     "vocabulary": (
         "actions",
         "folding",

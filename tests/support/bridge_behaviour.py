@@ -38,6 +38,7 @@ from contracts.topics import (
     ROBOT_STATE,
 )
 from robot_bridge.app import create_app
+from robot_bridge.arm.port import RobotArm
 from robot_bridge.ports import LiveView, Robot
 from robot_bridge.settings import Settings
 from support.bus import MemoryBus
@@ -142,12 +143,18 @@ class Rig:
 
 @contextlib.asynccontextmanager
 async def running(
-    tmp_path: Path, toy: ToyRobot, robot: Robot | None, *, live_view: LiveView | None = None, **changes: Any
+    tmp_path: Path,
+    toy: ToyRobot,
+    robot: Robot | None,
+    *,
+    live_view: LiveView | None = None,
+    arm_given: RobotArm | None = None,
+    **changes: Any,
 ) -> AsyncIterator[Rig]:
     """The app with an in-memory bus; `robot` none means the real ROS adapter."""
     settings = Settings(state_dir=tmp_path, **changes)
     bus = MemoryBus()
-    app = create_app(settings, bus=bus, robot=robot, live_view=live_view)
+    app = create_app(settings, bus=bus, robot=robot, live_view=live_view, arm=arm_given)
     async with LifespanManager(app, startup_timeout=60) as manager:
         transport = httpx.ASGITransport(app=manager.app)
         async with httpx.AsyncClient(transport=transport, base_url="http://bridge", timeout=45) as client:

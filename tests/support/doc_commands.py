@@ -39,6 +39,8 @@ NOT_RUN = {
     "make test": LONG,
     "make up; make down": LONG,
     "python -m memory; python -m coordinator; python -m ui": STAYS,
+    "python -m sim --arm so101": STAYS,
+    "ROBOT_BRIDGE_ARM=so101 python -m robot_bridge": STAYS,
     "redis-server --aclfile keys/redis.acl": STAYS,
     "redis-server --save \"\" &": STAYS,
 }  # fmt: skip

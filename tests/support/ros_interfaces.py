@@ -84,4 +84,60 @@ CREATE3 = {
 
 TF2 = {"tf2_msgs/msg/TFMessage": (("geometry_msgs/TransformStamped[] transforms",),)}
 
-INTERFACES: dict[str, tuple[tuple[str, ...], ...]] = NAV2 | CREATE3 | TF2
+JOINT_ERROR = ("float64 position", "float64 velocity", "float64 acceleration")
+
+CONTROL = {
+    "control_msgs/msg/GripperCommand": (("float64 position", "float64 max_effort"),),
+    "control_msgs/msg/JointTolerance": (("string name", *JOINT_ERROR),),
+    "control_msgs/msg/JointComponentTolerance": (
+        (
+            "uint16 X_AXIS=1",
+            "uint16 Y_AXIS=2",
+            "uint16 Z_AXIS=3",
+            "uint16 TRANSLATION=4",
+            "uint16 ROTATION=5",
+            "string joint_name",
+            "uint16 component",
+            *JOINT_ERROR,
+        ),
+    ),
+    "control_msgs/action/FollowJointTrajectory": (
+        (
+            "trajectory_msgs/JointTrajectory trajectory",
+            "trajectory_msgs/MultiDOFJointTrajectory multi_dof_trajectory",
+            "control_msgs/JointTolerance[] path_tolerance",
+            "control_msgs/JointComponentTolerance[] component_path_tolerance",
+            "control_msgs/JointTolerance[] goal_tolerance",
+            "control_msgs/JointComponentTolerance[] component_goal_tolerance",
+            "builtin_interfaces/Duration goal_time_tolerance",
+        ),
+        (
+            "int32 SUCCESSFUL=0",
+            "int32 INVALID_GOAL=-1",
+            "int32 INVALID_JOINTS=-2",
+            "int32 OLD_HEADER_TIMESTAMP=-3",
+            "int32 PATH_TOLERANCE_VIOLATED=-4",
+            "int32 GOAL_TOLERANCE_VIOLATED=-5",
+            "int32 error_code",
+            "string error_string",
+        ),
+        (
+            HEADER,
+            "string[] joint_names",
+            "trajectory_msgs/JointTrajectoryPoint desired",
+            "trajectory_msgs/JointTrajectoryPoint actual",
+            "trajectory_msgs/JointTrajectoryPoint error",
+            "string[] multi_dof_joint_names",
+            "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_desired",
+            "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_actual",
+            "trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_error",
+        ),
+    ),
+    "control_msgs/action/GripperCommand": (
+        ("control_msgs/GripperCommand command",),
+        ("float64 position", "float64 effort", "bool stalled", "bool reached_goal"),
+        ("float64 position", "float64 effort", "bool stalled", "bool reached_goal"),
+    ),
+}
+
+INTERFACES: dict[str, tuple[tuple[str, ...], ...]] = NAV2 | CREATE3 | TF2 | CONTROL

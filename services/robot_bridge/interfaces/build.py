@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds nav2_msgs, irobot_create_msgs and tf2_msgs into wheels, where no ROS installation brings them.
+"""Builds nav2_msgs, irobot_create_msgs, tf2_msgs and control_msgs into wheels, where no ROS installation brings them.
 
 The wheels' paths go to standard output, one a line; progress goes to standard error.
 """

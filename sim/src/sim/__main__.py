@@ -90,11 +90,12 @@ def make_world(home: "Home", settings: SimSettings) -> "World":
     from contracts.geometry import Pose2D
     from geometry.poses import compose
     from sim.world import World, WorldOptions
+    from sim.world.arm.models import ARMS
     from sim.world.scenes import scene_of
 
     scene = scene_of(home)
     start = None if settings.start_docked else compose(scene.dock, Pose2D(x=-UNDOCKED_M, y=0.0, yaw=math.pi))
-    options = WorldOptions(base_timeout_s=settings.base_timeout_s)
+    options = WorldOptions(base_timeout_s=settings.base_timeout_s, arm=ARMS.get(settings.arm))
     return World(scene, seed=settings.seed, start=start, options=options)
 
 

@@ -67,5 +67,8 @@ class SimSettings(BaseSettings):
     e_stop_confirms: bool = Field(default=False, description="e_stop answers success: true, as without a republisher")
     power_saver: bool = Field(default=False, description="on its dock lidar and camera are off, as a TurtleBot 4's")
     camera_boot_s: float = Field(default=4.0, ge=0.0, le=60.0, description="after the dock, with the power saver")
+    arm: Literal["none", "so101"] = Field(
+        default="none", description="on the robot's deck (docs/arm.md); its model comes from a wheel of its own"
+    )
     start_docked: bool = Field(default=False, description="start in the dock instead of half a metre in front of it")
     log_level: Literal["DEBUG", "INFO", "WARNING", "ERROR"] = Field(default="INFO", description="of the log on stderr")

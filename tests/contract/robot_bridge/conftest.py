@@ -10,6 +10,7 @@ import pytest
 import uvicorn
 
 from robot_bridge.app import create_app
+from robot_bridge.arm.port import RobotArm
 from robot_bridge.settings import Settings
 from support.bridge_behaviour import Rig, running
 from support.bus import MemoryBus
@@ -36,9 +37,9 @@ class Served:
 
 
 @contextlib.asynccontextmanager
-async def serving(settings: Settings, toy: ToyRobot) -> AsyncIterator[Served]:
+async def serving(settings: Settings, toy: ToyRobot, *, arm: RobotArm | None = None) -> AsyncIterator[Served]:
     bus, port = MemoryBus(), free_port()
-    app = create_app(settings, bus=bus, robot=FakeRobot(toy))
+    app = create_app(settings, bus=bus, robot=FakeRobot(toy), arm=arm)
     config = uvicorn.Config(app, host="127.0.0.1", port=port, log_level="error", timeout_graceful_shutdown=1)
     server = uvicorn.Server(config)
     running_server = asyncio.create_task(server.serve())

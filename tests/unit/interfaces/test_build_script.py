@@ -47,6 +47,13 @@ def test_nothing_is_built_where_a_sourced_ros_brings_the_packages(tmp_path: Path
     assert not (tmp_path / "cache").exists()
 
 
+def test_a_sourced_ros_may_lack_what_only_an_arm_needs(tmp_path: Path) -> None:
+    needed = [name for name in PACKAGE_NAMES if name != "control_msgs"]
+    done = run_script(tmp_path, PYTHONPATH=str(make_modules(tmp_path / "ros", "rclpy", *needed)))
+    assert done.returncode == 0
+    assert "nothing to build" in done.stderr
+
+
 def test_a_sourced_ros_that_lacks_a_package_is_completed_with_apt_and_not_mixed(tmp_path: Path) -> None:
     ros = make_modules(tmp_path / "ros", "rclpy", "nav2_msgs", "tf2_msgs")
     done = run_script(tmp_path, PYTHONPATH=str(ros), ROS_DISTRO="jazzy")

@@ -10,15 +10,16 @@ from pathlib import Path
 
 from interface_wheels.commands import run
 from interface_wheels.errors import MissingToolError, PartialRosError
-from interface_wheels.sources import InterfacePackage
+from interface_wheels.sources import OPTIONAL, InterfacePackage
 
 
 def ros_provides(packages: Sequence[InterfacePackage]) -> bool:
-    """Whether a sourced ROS installation brings all of `packages`.
+    """Whether a sourced ROS installation brings all of `packages` but those that not every robot needs.
 
     Raises PartialRosError where one is sourced that lacks some of them.
     """
-    missing = [package.name for package in packages if not _is_outside_this_environment(package.name)]
+    needed = [package.name for package in packages if package.name not in OPTIONAL]
+    missing = [name for name in needed if not _is_outside_this_environment(name)]
     if not missing:
         return True
     if _is_outside_this_environment("rclpy"):

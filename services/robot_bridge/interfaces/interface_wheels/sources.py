@@ -11,6 +11,8 @@ from pathlib import Path
 HOME = Path(__file__).resolve().parent.parent
 PACKAGES_DIR = HOME / "packages"
 REQUIREMENTS = HOME / "requirements-build.txt"
+OPTIONAL = frozenset({"control_msgs"})
+"""What only a robot with an arm needs: a sourced ROS may do without."""
 BUILD_STEPS = (HOME / "interface_wheels" / "toolchain.py", HOME / "interface_wheels" / "wheel.py")
 
 

@@ -14,6 +14,7 @@ from mesh.bus import Bus, open_bus
 from mesh.clock import Clock, SystemClock
 from mesh.errors import UnavailableError
 from mesh.tasks import Tasks, end_this_process
+from robot_bridge.arm.port import RobotArm
 from robot_bridge.bridge import Bridge, open_bridge
 from robot_bridge.metrics import measure
 from robot_bridge.ports import LiveView, Robot
@@ -35,9 +36,13 @@ def create_app(
     robot: Robot | None = None,
     clock: Clock | None = None,
     live_view: LiveView | None = None,
+    arm: RobotArm | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
-    """The real bus and the real robot unless others are given; nothing is opened before the app starts."""
+    """The real bus and the real robot unless others are given; nothing is opened before the app starts.
+
+    A given robot has the given arm, the real one what the settings say.
+    """
 
     @contextlib.asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncGenerator[State]:
@@ -49,12 +54,12 @@ def create_app(
             )
             tasks = await stack.enter_async_context(Tasks(on_death=on_death))
             the_clock = clock if clock is not None else SystemClock()
-            the_robot = robot if robot is not None else _ros_robot(settings, the_clock, on_death)
+            the_robot, the_arm = (robot, arm) if robot is not None else _ros_robot(settings, the_clock, on_death)
             view = live_view if live_view is not None else await _live_view(settings)
             if view is not None:
                 stack.push_async_callback(asyncio.to_thread, view.close)  # once the robot stands
             bridge = await stack.enter_async_context(
-                open_bridge(settings, the_robot, the_bus, the_clock, tasks, live_view=view)
+                open_bridge(settings, the_robot, the_bus, the_clock, tasks, live_view=view, arm=the_arm)
             )
             yield {"bridge": bridge}
 
@@ -98,7 +103,8 @@ async def _live_view(settings: Settings) -> LiveView | None:
     return None
 
 
-def _ros_robot(settings: Settings, clock: Clock, on_death: Callable[[], None]) -> Robot:
+def _ros_robot(settings: Settings, clock: Clock, on_death: Callable[[], None]) -> tuple[Robot, RobotArm | None]:
     from robot_bridge.adapters.ros import RosRobot  # the only way to rclpy; a test with a fake robot never takes it
 
-    return RosRobot(settings, clock, on_death=on_death)
+    robot = RosRobot(settings, clock, on_death=on_death)
+    return robot, robot.arm

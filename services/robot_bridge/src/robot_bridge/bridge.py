@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import structlog
 
+from contracts.arm import ArmEnd
 from contracts.causes import GoalCause
 from contracts.description import RobotDescription
 from contracts.motion import BaseEnd
@@ -21,6 +22,8 @@ from mesh.errors import UnavailableError
 from mesh.metrics import Rounds
 from mesh.tasks import Tasks
 from mesh.tracing import Tracer, following, traceparent
+from robot_bridge.arm.arm_service import ArmService
+from robot_bridge.arm.port import RobotArm
 from robot_bridge.emergency_stop_service import EmergencyStopService
 from robot_bridge.motion.first_twist import tell_first_twist
 from robot_bridge.motion.motions import Motion, Tuning
@@ -71,6 +74,7 @@ class Bridge:
     emergency_stop: EmergencyStopService
     tuning: Tuning
     docking: Docking
+    arm: ArmService
     maps: MapBook
     recordings: Recordings
     measuring: ObjectLocalizer
@@ -87,6 +91,7 @@ class Bridge:
         """What Nav2 and the base do for it ends; the wheels have let go already."""
         self.goals.end_session(session_id)
         self.docking.end_session(session_id)
+        self.arm.end_session(session_id)
 
     async def move(self, motion: Motion[R], *, name: str, epoch: int, session_id: str | None) -> R:
         """Runs a closed-loop motion to its end. Cancelled with the awaiting task."""
@@ -166,6 +171,7 @@ class Bridge:
         return [
             Dependency.of("rclpy", ok=spinning, detail=health.age(tick_age_s)),
             *health.dependencies(self.robot.senses, self.settings.ros.cmd_vel_known, self.snapshot()),
+            *self.arm.dependencies(),
             Dependency.of("latch", ok=not unstored, detail=unstored or "on disk"),
             redis_dependency(self.bus),
         ]
@@ -210,7 +216,14 @@ class NavigationEvents:
 
 @contextlib.asynccontextmanager
 async def open_bridge(
-    settings: Settings, robot: Robot, bus: Bus, clock: Clock, tasks: Tasks, *, live_view: LiveView | None = None
+    settings: Settings,
+    robot: Robot,
+    bus: Bus,
+    clock: Clock,
+    tasks: Tasks,
+    *,
+    live_view: LiveView | None = None,
+    arm: RobotArm | None = None,
 ) -> AsyncGenerator[Bridge]:
     """Latched as it was left, connected to the robot, loops running; shown on `live_view`, where there is one.
 
@@ -249,7 +262,10 @@ async def open_bridge(
         limits=settings,
     )
 
+    arm_service = ArmService(arm, wheels=wheels, clock=clock, limits=settings)
+
     def end_what_moves(goal: GoalCause, base: BaseEnd) -> None:
+        arm_service.stop(ArmEnd.STOPPED if base is BaseEnd.STOPPED else ArmEnd.CANCELED)
         navigator.stop(goal)
         docking.stop(base)
 
@@ -274,6 +290,7 @@ async def open_bridge(
         emergency_stop=stopping,
         tuning=tuning,
         docking=docking,
+        arm=arm_service,
         maps=maps,
         measuring=ObjectLocalizer(senses, clock, settings),
         recordings=Recordings(
@@ -299,6 +316,7 @@ async def open_bridge(
         tasks.start("publish-navigation", events.publish(bus))
         tasks.start("name-map", maps.watch())
         tasks.start("watch-dock", bridge.docking.watch())
+        bridge.arm.start(tasks)
         if live_view is not None:
             images_hz = settings.foxglove_images_hz
             shown = Feed(
@@ -306,6 +324,7 @@ async def open_bridge(
             )
         yield bridge
     finally:
+        arm_service.stop(ArmEnd.SHUT_DOWN)
         navigator.stop(GoalCause.SHUT_DOWN)
         wheels.shut_down()
         await stopping.save()

@@ -8,6 +8,7 @@ from pydantic_settings import SettingsConfigDict
 
 from contracts.motion import MotionGains
 from mesh.settings import Port, ServiceSettings
+from robot_bridge.arm.arm_service import ArmLimits
 from robot_bridge.motion.motions import GAINS
 from robot_bridge.motion.velocity_mux import VelocityLimits
 from robot_bridge.navigation.docking import DockingLimits
@@ -89,12 +90,19 @@ class RosSettings(BaseModel):
     )
     cmd_vel_unstamped: Channel | None = Field(default=None, description="a second topic, always Twist, where set")
     cmd_audio: Channel = _reliable("cmd_audio", "notes for the base to play")
+    joint_states: Channel = _sensor("joint_states", "positions of the arm's joints")
 
     navigate_action: str = Field(default="navigate_to_pose", description="Nav2's action that drives to a goal")
     path_action: str = Field(default="compute_path_to_pose", description="Nav2's action that plans a path")
     dock_action: str = Field(default="dock", description="the base's action that docks")
     undock_action: str = Field(default="undock", description="the base's action that undocks")
     led_action: str = Field(default="led_animation", description="the base's action that blinks")
+    arm_action: str = Field(
+        default="arm_controller/follow_joint_trajectory", description="the arm's action that moves its joints"
+    )
+    gripper_action: str = Field(
+        default="gripper_controller/gripper_cmd", description="the arm's action that moves its jaw"
+    )
     e_stop_service: str = Field(default="e_stop", description="the base's service that disables its wheels")
     clear_costmap_services: tuple[str, ...] = Field(
         default=("global_costmap/clear_entirely_global_costmap", "local_costmap/clear_entirely_local_costmap"),
@@ -105,7 +113,16 @@ class RosSettings(BaseModel):
     )
 
 
-class Limits(VelocityLimits, ObstacleLimits, LaserRules, LocalizerLimits, GoalLimits, DockingLimits, RecordingLimits):
+class Limits(
+    VelocityLimits,
+    ObstacleLimits,
+    LaserRules,
+    LocalizerLimits,
+    GoalLimits,
+    DockingLimits,
+    RecordingLimits,
+    ArmLimits,
+):
     """Of all parts; a class of its own because pyright takes no more than one of them beside `ServiceSettings`."""
 
 
@@ -136,5 +153,6 @@ class Settings(Limits, ServiceSettings):
     stream_viewers_max: int = Field(default=8, ge=1, description="of the camera's stream at the same time")
     depth_m_max: float = Field(default=20.0, gt=0.0, le=100.0, description="what is further is a hole in the picture")
     nav2_timeout_s: float = Field(default=5.0, gt=0.0, description="for Nav2 to accept a goal or plan a path")
+    arm: Literal["none", "so101"] = Field(default="none", description="the arm on the robot (docs/arm.md)")
     gains: MotionGains = GAINS
     ros: RosSettings = RosSettings()

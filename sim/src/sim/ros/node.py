@@ -20,11 +20,14 @@ from sim.ros.realtime import Duty, RealTime
 from sim.ros.robot import RobotInterface
 from sim.settings import SimSettings
 from sim.world import OccupancyGrid, Scan, World
+from sim.world.arm.models import ARMS
 
 log = structlog.get_logger()
 
 _THREADS: Final = 6
 """One each for two navigation goals (the newer ends the older), dock, undock, lights, and everything short."""
+_ARM_THREADS: Final = 3
+"""Two trajectories (the newer ends the older), and the gripper."""
 
 
 class SimulatedRobot:
@@ -46,7 +49,8 @@ class SimulatedRobot:
         self._on_death = on_death
         use_mesh_profile()
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        busy, quiet = MultiThreadedExecutor(_THREADS), SingleThreadedExecutor()
+        threads = _THREADS + (_ARM_THREADS if self._settings.arm in ARMS else 0)
+        busy, quiet = MultiThreadedExecutor(threads), SingleThreadedExecutor()
         self._executors = [busy, quiet]
 
         def lifecycle_node(name: str, *, parameter_services: bool = False) -> Node:

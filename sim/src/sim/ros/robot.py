@@ -1,7 +1,9 @@
 """The robot's own ROS interface: sensors, base, localiser, lights and sound, as a TurtleBot4 Lite has them."""
 
+import threading
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import structlog
 from irobot_create_msgs.action import LedAnimation
@@ -23,7 +25,11 @@ from sim.ros.quality import COMMAND, DRIVER, REPUBLISHED
 from sim.ros.realtime import Duty, RealTime
 from sim.settings import SimSettings
 from sim.world import OccupancyGrid, Scan, World
+from sim.world.arm.models import ARMS
 from sim.world.robot import LIDAR, LIDAR_Z_M
+
+if TYPE_CHECKING:
+    from sim.ros.arm import ArmInterface
 
 log = structlog.get_logger()
 
@@ -43,6 +49,7 @@ class RobotInterface:
         self.last_audio: tuple[tuple[int, float], ...] = ()
         """(frequency in Hz, seconds) of each note of the newest tune."""
         self.closing = self._base.closing
+        self._arm = _arm_interface(node, settings, realtime, self.closing)
         self._make_publishers(node)
         node.create_subscription(AudioNoteVector, "cmd_audio", self._on_audio, COMMAND)
         self._lights = ActionServer(
@@ -94,6 +101,7 @@ class RobotInterface:
             Duty("scan", self._settings.scan_hz, scan),
             Duty("control", self._settings.odom_hz, control),
             *self._base.duties(),
+            *(self._arm.duties() if self._arm is not None else ()),
             Duty("rgb", self._settings.rgb_hz, self._publish_rgb, costly=True),
             Duty("depth", self._settings.depth_hz, self._publish_depth, costly=True),
         ]
@@ -168,3 +176,13 @@ class RobotInterface:
         else:
             handle.succeed()
         return LedAnimation.Result(runtime=messages.duration(time.monotonic() - began_s))
+
+
+def _arm_interface(
+    node: Node, settings: SimSettings, realtime: RealTime, closing: threading.Event
+) -> "ArmInterface | None":
+    if (arm := ARMS.get(settings.arm)) is None:
+        return None
+    from sim.ros.arm import ArmInterface  # a robot without an arm does without control_msgs
+
+    return ArmInterface(node, arm, realtime, closing)

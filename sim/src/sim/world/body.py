@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
 from geometry.poses import compose, yaw_of
+from sim.world.arm.arm import SimulatedArm
+from sim.world.arm.fitting import compile_with_arm
+from sim.world.arm.models import ArmModel
 from sim.world.robot import LIDAR, LIDAR_Z_M, ROBOT_BODY, TIMESTEP_S
 from sim.world.types import Scene
 
@@ -20,8 +23,13 @@ _REST_Z_M = 0.0005
 class Body:
     """Compiles the scene and owns MuJoCo's model and data."""
 
-    def __init__(self, scene: Scene, start: Pose2D, *, light: float = 1.0) -> None:
-        self.model = mujoco.MjModel.from_xml_string(scene.xml, dict(scene.assets))
+    def __init__(self, scene: Scene, start: Pose2D, *, light: float = 1.0, arm: ArmModel | None = None) -> None:
+        """`arm`: on the robot's deck, where there is one. Raises `ArmMissingError`."""
+        self.model = (
+            mujoco.MjModel.from_xml_string(scene.xml, dict(scene.assets))
+            if arm is None
+            else compile_with_arm(scene, arm)
+        )
         lamp = self.model.vis.headlight
         for shines in (self.model.light_diffuse, self.model.light_specular, lamp.ambient, lamp.diffuse):
             np.multiply(shines, light, out=shines)
@@ -29,6 +37,7 @@ class Body:
         # The implicit integrators move a servo-driven wheel by less than the contact solver reckoned with: it slips.
         self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         self.data = mujoco.MjData(self.model)
+        self.arm = None if arm is None else SimulatedArm(self.model, self.data, arm)
         self._then = mujoco.MjData(self.model)
         self.root = int(self.model.body(ROBOT_BODY).id)
         joint = self.model.joint("base")
@@ -38,6 +47,7 @@ class Body:
         self._gyro = int(self.model.sensor("gyro").adr[0])
         self._accelerometer = int(self.model.sensor("accelerometer").adr[0])
         self._geom_of_robot = self.model.body_rootid[self.model.geom_bodyid] == self.root
+        self._geom_of_arm = np.zeros_like(self._geom_of_robot) if self.arm is None else self.arm.geoms
         self._geom_names = [self.model.body(int(b)).name for b in self.model.geom_bodyid]
         self._floor = self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
         self._lidar_groups = np.ones(6, np.uint8)
@@ -47,6 +57,8 @@ class Body:
     def step(self, left_rad_s: float, right_rad_s: float) -> None:
         """One physics step with these wheel speeds asked for."""
         self.data.ctrl[self._left], self.data.ctrl[self._right] = left_rad_s, right_rad_s
+        if self.arm is not None:
+            self.arm.step()
         mujoco.mj_step(self.model, self.data)
 
     def place(self, pose: Pose2D) -> None:
@@ -59,6 +71,8 @@ class Body:
             *(pose.x, pose.y, _REST_Z_M),
             *(math.cos(pose.yaw / 2), 0.0, 0.0, math.sin(pose.yaw / 2)),
         )
+        if self.arm is not None:
+            self.arm.place()
         mujoco.mj_forward(self.model, data)
 
     def move(self, name: str, at_m: tuple[float, float, float], yaw: float) -> None:
@@ -128,19 +142,20 @@ class Body:
 
     def touching(self) -> tuple[str, ...]:
         """Names of the bodies that the robot touches, the floor left out."""
-        return tuple(sorted({name for name, _ in self._contacts()}))
+        return tuple(sorted({name for name, _, _ in self._contacts()}))
 
     def bumped(self) -> bool:
-        """Whether something presses on the front bumper."""
-        return any(abs(bearing) < _BUMPER_HALF_ANGLE_RAD for _, bearing in self._contacts())
+        """Whether something presses on the front bumper; what the arm touches does not."""
+        of_arm = self._geom_of_arm
+        return any(abs(bearing) < _BUMPER_HALF_ANGLE_RAD and not of_arm[geom] for _, bearing, geom in self._contacts())
 
-    def _contacts(self) -> list[tuple[str, float]]:
-        """Body and bearing (rad, from ahead) of every contact that is not with the floor."""
+    def _contacts(self) -> list[tuple[str, float, int]]:
+        """Body, bearing (rad, from ahead) and the robot's own geom of every contact that is not with the floor."""
         data, robot = self.data, self._geom_of_robot
         if data.ncon == 0:
             return []
         pairs = data.contact.geom
-        found: list[tuple[str, float]] = []
+        found: list[tuple[str, float, int]] = []
         for index in np.flatnonzero(robot[pairs[:, 0]] != robot[pairs[:, 1]]).tolist():
             one, other = pairs[index].tolist()
             if robot[other]:
@@ -149,5 +164,5 @@ class Body:
                 continue
             pose, (x, y, _) = self.pose(), data.contact.pos[index].tolist()
             bearing = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.yaw, 2 * math.pi)
-            found.append((self._geom_names[other] or "world", bearing))
+            found.append((self._geom_names[other] or "world", bearing, one))
         return found

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D, Twist2D
+from sim.world.arm.models import ArmModel
 
 Floats = NDArray[np.float32]
 
@@ -228,3 +229,5 @@ class WorldOptions:
     """iRobot's default of `wheels_stop_threshold_sec`: so long the base follows its last command."""
     noise_free: bool = field(default=False)
     """Every sensor tells the truth: for tests of what stands behind the noise."""
+    arm: ArmModel | None = None
+    """On the robot's deck; none = a TurtleBot4 Lite as it is sold."""

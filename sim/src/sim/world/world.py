@@ -101,7 +101,8 @@ class World:
         odometry, localization, self._scan_rng, self._depth_rng, self._imu_rng, self._rgb_rng = (
             np.random.Generator(np.random.SFC64(stream)) for stream in streams
         )
-        self._body = Body(self.scene, start or self.scene.dock, light=self.options.light)
+        self._body = Body(self.scene, start or self.scene.dock, light=self.options.light, arm=self.options.arm)
+        self.arm = self._body.arm
         self._base = Base(self.options.base_timeout_s)
         self._odometry = OdometryDrift(self.options, odometry)
         self._localization = LocalizationError(self.options, localization)

@@ -4,6 +4,7 @@ from fastapi import APIRouter
 
 from robot_bridge.routes import (
     actions,
+    arm,
     camera,
     measure,
     motion,
@@ -19,5 +20,5 @@ from robot_bridge.routes import (
 def routers() -> tuple[APIRouter, ...]:
     return tuple(
         part.router
-        for part in (stop, state, camera, measure, navigation, velocity, motion, sessions, actions, recordings)
+        for part in (stop, state, camera, measure, navigation, velocity, motion, sessions, actions, arm, recordings)
     )

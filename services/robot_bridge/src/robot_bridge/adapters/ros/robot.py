@@ -4,7 +4,7 @@ import asyncio
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future as ThreadFuture
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 import structlog
@@ -37,9 +37,13 @@ from robot_bridge.adapters.ros.recording import RosRecording
 from robot_bridge.adapters.ros.sensing import Sensing
 from robot_bridge.adapters.ros.subscriptions import qos_profile
 from robot_bridge.adapters.ros.velocity import TICK_S, Ticker, VelocityPublisher
+from robot_bridge.arm.models import MODELS
 from robot_bridge.ports import Celebration, Path, Sink
 from robot_bridge.sensing.sensor_readings import SensorReadings
 from robot_bridge.settings import Settings
+
+if TYPE_CHECKING:
+    from robot_bridge.adapters.ros.arm import RosArm
 
 log = structlog.get_logger()
 
@@ -56,6 +60,7 @@ class RosRobot:
         self._senses = SensorReadings()
         self._closing = threading.Event()
         self._can_send = False
+        self.arm = _arm(settings, clock)
 
     @property
     def senses(self) -> SensorReadings:
@@ -241,6 +246,9 @@ class RosRobot:
         actions = (ros.navigate_action, ros.path_action, ros.dock_action, ros.undock_action)
         types = TypeWatch(node, actions, self._senses.mismatches, self._clock)
         node.create_timer(2.0, types.poll, clock=steady)
+        if self.arm is not None:
+            self.arm.open(node, self._calls)
+            node.create_timer(1.0, self.arm.poll, clock=steady)
         self._executor.add_node(node)
 
     def _look_for_the_localiser(self) -> None:
@@ -252,6 +260,8 @@ class RosRobot:
         self._executor.shutdown()
         for client in (self._navigate, self._plan, self._dock, self._undock, self._lights):
             client.destroy()
+        if self.arm is not None:
+            self.arm.shut()
         self._node.destroy_node()
 
     async def _base_drives(self, client: ActionClient, goal: Any, *, docked: bool) -> bool:
@@ -270,3 +280,12 @@ class RosRobot:
         """Hands work to the robot's thread."""
         if not self._closing.is_set():
             self._handover.put(work)
+
+
+def _arm(settings: Settings, clock: Clock) -> "RosArm | None":
+    """As the settings say; a robot without an arm needs no control_msgs."""
+    if (model := MODELS.get(settings.arm)) is None:
+        return None
+    from robot_bridge.adapters.ros.arm import RosArm
+
+    return RosArm(model, settings.ros, clock)

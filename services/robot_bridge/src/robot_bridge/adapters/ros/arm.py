@@ -1,0 +1,154 @@
+"""An arm over ROS 2: joint_states, and the actions of its two controllers. Imported only where there is an arm."""
+
+from collections.abc import Callable
+from typing import Any
+
+import structlog
+from action_msgs.msg import GoalStatus as RosGoalStatus
+from action_msgs.srv import CancelGoal
+from control_msgs.action import FollowJointTrajectory, GripperCommand
+from rclpy.action.client import ActionClient
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectoryPoint
+
+from contracts.arm import ArmEnd, TrajectoryPoint
+from mesh.clock import Clock
+from mesh.latest_value import LatestValue
+from robot_bridge.adapters.ros.calls import Calls, RosGoal
+from robot_bridge.adapters.ros.convert import set_duration
+from robot_bridge.adapters.ros.subscriptions import qos_profile
+from robot_bridge.arm.joint_states import JointStates, read
+from robot_bridge.arm.models import ArmModel
+from robot_bridge.settings import RosSettings
+
+log = structlog.get_logger()
+
+_ENDS = {
+    FollowJointTrajectory.Result.PATH_TOLERANCE_VIOLATED: ArmEnd.OFF_PATH,
+    FollowJointTrajectory.Result.GOAL_TOLERANCE_VIOLATED: ArmEnd.NOT_REACHED,
+    FollowJointTrajectory.Result.INVALID_GOAL: ArmEnd.REJECTED,
+    FollowJointTrajectory.Result.INVALID_JOINTS: ArmEnd.REJECTED,
+    FollowJointTrajectory.Result.OLD_HEADER_TIMESTAMP: ArmEnd.REJECTED,
+}
+
+
+class RosArm:
+    """Implements `arm.port.RobotArm`. `open` runs in the robot's thread, the rest in asyncio."""
+
+    def __init__(self, model: ArmModel, ros: RosSettings, clock: Clock) -> None:
+        self._model = model
+        self._ros = ros
+        self._clock = clock
+        self._joints: LatestValue[JointStates] = LatestValue()
+        self._swept = False
+        self._missing = "its controllers have not been looked for yet"
+
+    @property
+    def model(self) -> ArmModel:
+        return self._model
+
+    @property
+    def joints(self) -> LatestValue[JointStates]:
+        return self._joints
+
+    def missing(self) -> str:
+        return self._missing
+
+    def open(self, node: Node, calls: Calls) -> None:
+        self._calls = calls
+        ros = self._ros
+        self._follow = ActionClient(node, FollowJointTrajectory, ros.arm_action)
+        self._grip = ActionClient(node, GripperCommand, ros.gripper_action)
+        self._cancels = [
+            node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
+            for action in (ros.arm_action, ros.gripper_action)
+        ]
+        node.create_subscription(JointState, ros.joint_states.name, self._heard, qos_profile(ros.joint_states))
+
+    def poll(self) -> None:
+        """Every second, in the robot's thread. What an earlier process left with the controllers is cancelled once."""
+        servers = {self._ros.arm_action: self._follow, self._ros.gripper_action: self._grip}
+        away = [name for name, client in servers.items() if not client.server_is_ready()]
+        self._missing = f"nobody offers {', '.join(away)}" if away else ""
+        if not away and not self._swept:
+            self._swept = True
+            self._cancel()
+
+    def shut(self) -> None:
+        for client in (self._follow, self._grip):
+            client.destroy()
+
+    async def follow(self, points: tuple[TrajectoryPoint, ...]) -> "RosArmGoal | None":
+        goal = FollowJointTrajectory.Goal()
+        goal.trajectory.joint_names = list(self._model.names)
+        goal.trajectory.points = [_message(point) for point in points]
+        return self._accepted(await self._calls.send_goal(self._follow, "arm", goal), _followed)
+
+    async def grip(self, position: float, effort_max: float) -> "RosArmGoal | None":
+        goal = GripperCommand.Goal()
+        goal.command.position, goal.command.max_effort = position, effort_max
+        return self._accepted(await self._calls.send_goal(self._grip, "gripper", goal), _gripped)
+
+    def cancel_all(self) -> None:
+        self._calls.do(self._cancel)
+
+    def _cancel(self) -> None:
+        for client in self._cancels:
+            if client.service_is_ready():
+                client.call_async(CancelGoal.Request())  # no id, no time: every goal
+
+    def _accepted(self, goal: RosGoal | None, read: Callable[[Any], ArmEnd]) -> "RosArmGoal | None":
+        return RosArmGoal(goal, read) if goal is not None else None
+
+    def _heard(self, message: JointState) -> None:
+        """In the robot's thread. They may come from several publishers: the wheels have theirs."""
+        now_s = self._clock.now_s()
+        states = read(
+            list(message.name),
+            message.position,
+            message.velocity,
+            message.effort,
+            ours=(*self._model.names, self._model.jaw.joint),
+            before=self._joints.value,
+            elapsed_s=self._joints.age_s(now_s),
+        )
+        if states is not None:
+            self._joints.put(states, now_s)
+
+
+class RosArmGoal:
+    """A goal of either controller; `read` makes an end of its result."""
+
+    def __init__(self, goal: RosGoal, read: Callable[[Any], ArmEnd]) -> None:
+        self._goal = goal
+        self._read = read
+
+    async def end(self) -> ArmEnd:
+        return self._read(await self._goal.result())
+
+    def cancel(self) -> None:
+        self._goal.cancel()
+
+
+def _message(point: TrajectoryPoint) -> JointTrajectoryPoint:
+    message = JointTrajectoryPoint(positions=point.positions_rad, velocities=point.velocities_rad_s)
+    set_duration(message.time_from_start, point.time_s)
+    return message
+
+
+def _followed(result: Any) -> ArmEnd:
+    if result.status == RosGoalStatus.STATUS_SUCCEEDED:
+        return ArmEnd.COMPLETED
+    if result.status == RosGoalStatus.STATUS_CANCELED:
+        return ArmEnd.CANCELED
+    return _ENDS.get(int(result.result.error_code), ArmEnd.ABORTED)
+
+
+def _gripped(result: Any) -> ArmEnd:
+    """A stalled jaw aborts by default, and succeeds where the controller is told `allow_stalling`: the same to us."""
+    if result.result.stalled and not result.result.reached_goal:
+        return ArmEnd.STALLED
+    if result.status == RosGoalStatus.STATUS_SUCCEEDED:
+        return ArmEnd.COMPLETED
+    return ArmEnd.CANCELED if result.status == RosGoalStatus.STATUS_CANCELED else ArmEnd.ABORTED

@@ -1,0 +1,1 @@
+"""The arm: what it may do (pure), and what is under way."""
