@@ -11,10 +11,13 @@ from contracts.actions import ActionName
 from contracts.geometry import Point3D, Pose2D
 from contracts.memory import Observation, ObservationBatch
 from contracts.mission import Outcome
+from contracts.robot import Map
+from geometry.grids import decode
 from sim.home import Home
 from support.mesh_run import MeshRun
 
 MISSION_S = 240.0
+VIEW_M = 1.2
 
 
 @pytest.fixture(autouse=True)
@@ -24,16 +27,34 @@ def at_rest(mesh: MeshRun) -> Iterator[None]:
     mesh.rested()
 
 
+def a_view_of(mesh: MeshRun, x: float, y: float) -> Pose2D:
+    """A pose on the free floor with nothing between it and the place."""
+    grid = decode(Map.model_validate(mesh.get("robot_bridge", "/map")))
+
+    def free(at_x: float, at_y: float) -> bool:
+        cell = grid.cell(at_x, at_y)
+        return cell is not None and bool(grid.free[cell])
+
+    def clear(angle: float) -> bool:
+        c, s = math.cos(angle), math.sin(angle)
+        sides = ((along, side) for along in (0.4, 0.6, 0.8, 1.0, VIEW_M, VIEW_M + 0.3) for side in (-0.3, 0.0, 0.3))
+        return all(free(x + along * c - side * s, y + along * s + side * c) for along, side in sides)
+
+    angle = next(angle for k in range(32) if clear(angle := k * math.tau / 32))
+    return Pose2D(
+        x=x + VIEW_M * math.cos(angle), y=y + VIEW_M * math.sin(angle), yaw=math.remainder(angle + math.pi, math.tau)
+    )
+
+
 def remembers_the_bottle(mesh: MeshRun) -> None:
     """Memory knows it, as after a tour: this test is about the way a client is told, not about a search."""
     (bottle,) = (one for one in Home.load(mesh.stack.home).things if (one.kind, one.colour) == ("bottle", "red"))
-    here = Pose2D.model_validate(mesh.truth()["pose"])
-    yaw = math.atan2(bottle.y_m - here.y, bottle.x_m - here.x)
+    view = a_view_of(mesh, bottle.x_m, bottle.y_m)
     told = Observation(
         label="bottle",
         colour="red",
         confidence=0.8,
-        pose=Pose2D(x=here.x, y=here.y, yaw=yaw),
+        pose=view,
         stamp_s=mesh.simulated_s(),
         position=Point3D(x=bottle.x_m, y=bottle.y_m, z=bottle.z_m + 0.1),
         sigma_m=0.1,
