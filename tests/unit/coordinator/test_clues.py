@@ -36,6 +36,13 @@ def test_a_view_without_a_distance_is_no_second_thing_where_the_first_lies_in_it
     assert len(clues(TARGET, [view(4.0, 2.0, 0.0, CUP), view(x, y, yaw)], [])) == 1 + more
 
 
+def test_many_views_without_a_distance_are_no_many_things() -> None:
+    (one,) = clues(TARGET, [view(1.0, 2.0, 0.0)], [])
+    many = clues(TARGET, [view(float(k), 2.0, 0.0) for k in range(12)], [])
+    assert len(many) == 12
+    assert 1.0 - math.prod(1.0 - clue.weight for clue in many) <= one.weight
+
+
 def test_a_view_without_a_distance_says_less_than_a_place() -> None:
     (placed,) = clues(TARGET, [view(4.0, 2.0, 0.0, CUP)], [])
     (seen,) = clues(TARGET, [view(1.0, 2.0, 0.0)], [])

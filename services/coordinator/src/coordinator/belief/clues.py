@@ -1,8 +1,8 @@
 """What speaks for a place before anything was looked at: memory's things, and what usually stands near what."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from contracts.memory import RecalledView, RememberedObject
 from contracts.vision import Target
@@ -60,6 +60,7 @@ NEAR: dict[str, tuple[str, ...]] = {
 def clues(target: Target, recalled: Sequence[RecalledView], things: Sequence[RememberedObject]) -> tuple[Clue, ...]:
     """From what memory recalls of the target, and from all the things that it remembers."""
     own: dict[tuple[float, float], Clue] = {}
+    unplaced: set[tuple[float, float]] = set()
     placed = [one.thing for one in recalled if one.thing is not None]
     for one in recalled:
         if one.thing is None and any(_shows(one, thing) for thing in placed):
@@ -68,8 +69,18 @@ def clues(target: Target, recalled: Sequence[RecalledView], things: Sequence[Rem
         place = (clue.x, clue.y)
         if place not in own or own[place].weight < clue.weight:
             own[place] = clue
+        if one.thing is None:
+            unplaced.add(place)
+    own |= _as_of_one_thing({place: own[place] for place in unplaced})
     near = [clue for thing in things if (clue := _near(target, thing)) is not None]
     return (*own.values(), *near[:NEAR_MAX])
+
+
+def _as_of_one_thing(views: Mapping[tuple[float, float], Clue]) -> dict[tuple[float, float], Clue]:
+    """Many views without a distance may all show one thing: together they are worth what the best of them is."""
+    total = sum(clue.weight for clue in views.values())
+    best = max((clue.weight for clue in views.values()), default=0.0)
+    return {place: replace(clue, weight=clue.weight * best / total) for place, clue in views.items() if total > 0.0}
 
 
 def _of(recalled: RecalledView) -> Clue:

@@ -49,7 +49,7 @@ class Waiting:
 
 
 @dataclass(frozen=True, slots=True)
-class Lost(Waiting):
+class WaitingForPlace(Waiting):
     """The robot does not know where it is: until it does, or `lost_pose_s` ends the mission."""
 
 

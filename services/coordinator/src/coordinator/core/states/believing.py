@@ -4,7 +4,7 @@ from contracts.geometry import Pose2D
 from contracts.mission import EndCause, EventFacts, EventKind, MissionState
 from contracts.robot import CandidatePose
 from coordinator.core import actions as do
-from coordinator.core.activities import Lost, Navigating, PlanningCoverage
+from coordinator.core.activities import Navigating, PlanningCoverage, WaitingForPlace
 from coordinator.core.events import CoveragePlanned, DetectionsSeen, Event, Tick
 from coordinator.core.mission import Loss
 from coordinator.core.outcomes import give_up
@@ -30,7 +30,7 @@ class ByBelief(MovingToScan):
 
     def handle(self, context: StepContext, event: Event) -> None:
         match context.mission.activity, event:
-            case Lost(), Tick():
+            case WaitingForPlace(), Tick():
                 if context.mission.robot.pose is not None:
                     self.begin(context)
             case PlanningCoverage(), CoveragePlanned(points=(), trouble=None, why=why):
@@ -65,7 +65,7 @@ def _wait_for_its_place(context: StepContext) -> None:
     """No call failed: a robot that stays lost for `lost_pose_s` has its mission ended with that as the cause."""
     text = "the robot does not know where it is: waiting until it does"
     context.log_event(EventKind.FAILURE, text, EventFacts(service="robot_bridge"))
-    context.set_activity(Lost(context.now_s + context.rules.lost_pose_s, "robot_bridge"))
+    context.set_activity(WaitingForPlace(context.now_s + context.rules.lost_pose_s, "robot_bridge"))
 
 
 def _confirmed_at(loss: Loss) -> Pose2D | None:
