@@ -14,7 +14,7 @@ from robot_bridge.motion.navigation_hold import NavigationHold, next_hold
 from robot_bridge.navigation.recovery import HELD_S, STUCK_S, explained, is_stuck
 from robot_bridge.ports import GoalEnd
 from robot_bridge.safety.collision_monitor import Restraint, SafetyLimits
-from robot_bridge.safety.room import LEAST_M, ROOM_M, is_crowded, way_out
+from robot_bridge.safety.room import LEAST_M, ROOM_M, is_crowded, recovery_motion
 
 LIMITS = SafetyLimits()
 TOUCH_M = LIMITS.footprint_radius_m + LIMITS.side_margin_m
@@ -37,21 +37,21 @@ def test_crowded_is_who_stands_within_the_stop_distance(distance_m: float, crowd
 
 
 def test_before_a_wall_it_backs_off_the_way_it_came() -> None:
-    way = way_out(seen((-60, 60, 0.25)), LIMITS, may_reverse=True, bumped=False)
+    way = recovery_motion(seen((-60, 60, 0.25)), LIMITS, may_reverse=True, bumped=False)
     assert way is not None
     assert (way.turn_rad, way.distance_m) == (0.0, -ROOM_M)
 
 
 def test_with_its_back_to_something_it_turns_to_the_nearest_heading_with_room() -> None:
     points = seen((-20, 20, 0.25), (-180, -160, 0.26), (160, 180, 0.26))
-    way = way_out(points, LIMITS, may_reverse=True, bumped=False)
+    way = recovery_motion(points, LIMITS, may_reverse=True, bumped=False)
     assert way is not None
     assert math.radians(60) < abs(way.turn_rad) < math.radians(120)
     assert way.distance_m == ROOM_M
 
 
 def test_who_may_not_reverse_turns_round() -> None:
-    way = way_out(seen((-90, 90, 0.25)), LIMITS, may_reverse=False, bumped=False)
+    way = recovery_motion(seen((-90, 90, 0.25)), LIMITS, may_reverse=False, bumped=False)
     assert way is not None
     assert abs(way.turn_rad) > math.radians(90)
     assert way.distance_m > 0.0
@@ -59,7 +59,7 @@ def test_who_may_not_reverse_turns_round() -> None:
 
 def test_it_drives_no_farther_than_the_safety_filter_would_let_it() -> None:
     stand_m = TOUCH_M + LIMITS.stop_distance_m + 0.12
-    way = way_out(
+    way = recovery_motion(
         seen((-120, 120, 0.25), (-180, -150, stand_m), (150, 180, stand_m)), LIMITS, may_reverse=True, bumped=False
     )
     assert way is not None
@@ -68,13 +68,13 @@ def test_it_drives_no_farther_than_the_safety_filter_would_let_it() -> None:
 
 
 def test_hemmed_in_all_round_it_stays() -> None:
-    assert way_out(seen((-180, 180, 0.27)), LIMITS, may_reverse=True, bumped=False) is None
+    assert recovery_motion(seen((-180, 180, 0.27)), LIMITS, may_reverse=True, bumped=False) is None
 
 
 def test_who_bumped_into_what_no_laser_sees_goes_back_or_stays() -> None:
-    assert way_out(seen(), LIMITS, may_reverse=False, bumped=True) is None
+    assert recovery_motion(seen(), LIMITS, may_reverse=False, bumped=True) is None
     stand_m = TOUCH_M + LIMITS.stop_distance_m + 0.1
-    way = way_out(seen((-180, -150, stand_m), (150, 180, stand_m)), LIMITS, may_reverse=True, bumped=True)
+    way = recovery_motion(seen((-180, -150, stand_m), (150, 180, stand_m)), LIMITS, may_reverse=True, bumped=True)
     assert way is not None
     assert way.turn_rad == 0.0
     assert way.distance_m < 0.0

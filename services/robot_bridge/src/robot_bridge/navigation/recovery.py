@@ -21,7 +21,7 @@ from robot_bridge.navigation.goal_phases import Recovering
 from robot_bridge.navigation.goal_states import cause_of
 from robot_bridge.navigation.goal_store import ActiveGoal
 from robot_bridge.ports import GoalEnd
-from robot_bridge.safety.room import is_crowded, way_out
+from robot_bridge.safety.room import is_crowded, recovery_motion
 from robot_bridge.safety.safety_input import safety_input
 from robot_bridge.sensing.sensor_readings import SensorReadings
 
@@ -69,7 +69,7 @@ class Recovery:
         bumped = Hazard.BUMP in around.hazards or (hold is not None and hold.restraint.cause is SafetyCause.HAZARD)
         if not (bumped or is_crowded(around.points_m, limits)):
             return
-        way = way_out(around.points_m, limits, may_reverse=limits.navigation_may_reverse, bumped=bumped)
+        way = recovery_motion(around.points_m, limits, may_reverse=limits.navigation_may_reverse, bumped=bumped)
         if way is None:
             log.warning("no way to more room", goal=active.goal_id)
             return

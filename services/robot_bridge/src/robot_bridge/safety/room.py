@@ -20,7 +20,7 @@ AHEAD: Final = Twist2D(linear_x=0.1)
 
 
 @dataclass(frozen=True, slots=True)
-class WayOut:
+class RecoveryMotion:
     """Turn by `turn_rad`, then drive `distance_m`; below 0 backwards, and then without a turn."""
 
     turn_rad: float
@@ -33,7 +33,9 @@ def is_crowded(points_m: NDArray[np.float64], limits: SafetyLimits) -> bool:
     return bool((np.hypot(points_m[:, 0], points_m[:, 1]) < near_m).any())
 
 
-def way_out(points_m: NDArray[np.float64], limits: SafetyLimits, *, may_reverse: bool, bumped: bool) -> WayOut | None:
+def recovery_motion(
+    points_m: NDArray[np.float64], limits: SafetyLimits, *, may_reverse: bool, bumped: bool
+) -> RecoveryMotion | None:
     """The shortest way to more room through what the laser sees, `points_m` (n, 2) in base_link; none where there is
     none.
 
@@ -42,7 +44,7 @@ def way_out(points_m: NDArray[np.float64], limits: SafetyLimits, *, may_reverse:
     """
     back_m = _room_m(points_m, BACK, limits) if may_reverse else 0.0
     if back_m >= ROOM_M or (bumped and back_m >= LEAST_M):
-        return WayOut(0.0, -back_m)
+        return RecoveryMotion(0.0, -back_m)
     if bumped:
         return None
     headings = sorted((math.remainder(k * math.tau / HEADINGS, math.tau) for k in range(HEADINGS)), key=abs)
@@ -50,7 +52,7 @@ def way_out(points_m: NDArray[np.float64], limits: SafetyLimits, *, may_reverse:
     ahead_m = _room_m(_turned(points_m, best), AHEAD, limits)
     if max(ahead_m, back_m) < LEAST_M:
         return None
-    return WayOut(best, ahead_m) if ahead_m > back_m else WayOut(0.0, -back_m)
+    return RecoveryMotion(best, ahead_m) if ahead_m > back_m else RecoveryMotion(0.0, -back_m)
 
 
 def _room_m(points_m: NDArray[np.float64], twist: Twist2D, limits: SafetyLimits) -> float:
