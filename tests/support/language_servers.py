@@ -38,6 +38,8 @@ class LanguageServer(ThreadingHTTPServer):
         self.refuses_think = False
         self.refuses_tools = False
         self.may_answer = threading.Event()
+        self.raw: tuple[int, bytes, dict[str, str]] = (200, b"", {})
+        """Status, body and headers in the mood `as_it_is`."""
 
     @property
     def url(self) -> str:
@@ -86,6 +88,14 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.flush()
         self.server.may_answer.wait(30.0)
         self.close_connection = True
+
+    def as_it_is(self, body: dict[str, Any]) -> None:
+        status, raw, headers = self.server.raw
+        self.send_response(status)
+        for key, value in {"Content-Type": "application/json", "Content-Length": str(len(raw)), **headers}.items():
+            self.send_header(key, value)
+        self.end_headers()
+        self.wfile.write(raw)
 
     def malformed(self, body: dict[str, Any]) -> None:
         self.send(200, b'{"model": "x", "message": {"role": ')

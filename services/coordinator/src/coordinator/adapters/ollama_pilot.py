@@ -1,25 +1,19 @@
 """A language model of Ollama's that leads an exploration: the seven typed tools, and nothing else, are read."""
 
-from collections.abc import AsyncIterator
-from typing import Any, Final, cast
+from typing import Any, Final
 
-import httpx
-import ollama
 from pydantic import ValidationError
 
+from clients.ollama_server import ANSWER_BYTES_MAX, OllamaServer, RefusedError
 from contracts.exploration import DECISIONS, ExplorationDecision, function_tools
 from coordinator.exploration.commands import AskModel
 from coordinator.exploration.prompt import tokens_about
 from coordinator.exploration_ports import PilotAnswer
 from coordinator.ports import Camera
 from coordinator.settings import Settings
-from mesh.errors import MeshError, ServiceTimeoutError, UnavailableError, UpstreamError
+from mesh.errors import MeshError
 
-SERVICE: Final = "ollama"
-CONNECT_S: Final = 1.0
 ANSWER_TOKENS_MAX: Final = 200
-ANSWER_BYTES_MAX: Final = 200_000
-REFUSED_FIELD: Final = 400
 SYSTEM: Final = (
     "You lead a small wheeled robot through a home that nobody has mapped. Bearings are in rad from where it heads, "
     "left is positive; distances are in m. Call exactly one tool. Go to frontiers: they are the borders of what is "
@@ -36,50 +30,33 @@ class OllamaPilot:
     """
 
     def __init__(self, settings: Settings, *, timeout_s: float, camera: Camera | None = None) -> None:
-        self._model = settings.exploration_model
         self._camera = camera
         self._takes_tools = True
-        # typed loosely: the client's own annotations are incomplete
-        self._client: Any = ollama.AsyncClient(
-            host=settings.exploration_model_url,
-            timeout=httpx.Timeout(timeout_s, connect=CONNECT_S),
-            trust_env=False,
-            transport=_BoundedTransport(),
-        )
+        self._server = OllamaServer(settings.exploration_model_url, settings.exploration_model, timeout_s=timeout_s)
 
     async def decide(self, question: AskModel) -> PilotAnswer:
         user: dict[str, Any] = {"role": "user", "content": _told(question)}
         if self._camera is not None:
             user["images"] = await _picture(self._camera)
-        try:
-            reply = await self._chat([{"role": "system", "content": SYSTEM}, user])
-        except ollama.ResponseError as error:
-            raise UpstreamError(SERVICE, error.status_code, error.error[:200]) from error
-        except httpx.TimeoutException as error:
-            raise ServiceTimeoutError(SERVICE, f"{self._model} did not answer in time") from error
-        except (httpx.HTTPError, ConnectionError) as error:
-            raise UnavailableError(SERVICE, f"not reachable ({type(error).__name__})") from error
-        except (ValueError, RecursionError) as error:  # a body that is not JSON, or not a chat reply
-            raise UpstreamError(SERVICE, 200, "the answer is not Ollama's wire format") from error
+        reply = await self._chat([{"role": "system", "content": SYSTEM}, user])
         return _answer(reply, question)
 
     async def aclose(self) -> None:
-        await self._client.close()
+        await self._server.aclose()
 
     async def _chat(self, messages: list[dict[str, Any]]) -> Any:
         if self._takes_tools:
             try:
                 return await self._asked(messages, tools=plain_tools())
-            except ollama.ResponseError as error:
-                if error.status_code != REFUSED_FIELD:
-                    raise
+            except RefusedError:
+                pass
         reply = await self._asked(messages, format=DECISIONS.json_schema())
         self._takes_tools = False
         return reply
 
     async def _asked(self, messages: list[dict[str, Any]], **how: Any) -> Any:
         options = {"temperature": 0.0, "num_predict": ANSWER_TOKENS_MAX}
-        return await self._client.chat(self._model, messages=messages, options=options, keep_alive="10m", **how)
+        return await self._server.chat(messages, options=options, **how)
 
 
 def plain_tools() -> list[dict[str, Any]]:
@@ -140,28 +117,3 @@ def _counted(reply: Any, text: str) -> int:
     if all(one is None or one < 0 for one in told):
         return tokens_about(text[:ANSWER_BYTES_MAX])
     return sum(max(0, one or 0) for one in told)
-
-
-class _BoundedTransport(httpx.AsyncHTTPTransport):
-    """An answer of more than `ANSWER_BYTES_MAX` bytes is read no further: `httpx.ReadError`."""
-
-    async def handle_async_request(self, request: httpx.Request) -> httpx.Response:
-        response = await super().handle_async_request(request)
-        response.stream = _Bounded(cast(httpx.AsyncByteStream, response.stream))
-        return response
-
-
-class _Bounded(httpx.AsyncByteStream):
-    def __init__(self, stream: httpx.AsyncByteStream) -> None:
-        self._stream = stream
-
-    async def __aiter__(self) -> AsyncIterator[bytes]:
-        left = ANSWER_BYTES_MAX
-        async for chunk in self._stream:
-            left -= len(chunk)
-            if left < 0:
-                raise httpx.ReadError(f"more than {ANSWER_BYTES_MAX} bytes")
-            yield chunk
-
-    async def aclose(self) -> None:
-        await self._stream.aclose()
