@@ -6,6 +6,9 @@ from robot_bridge.motion.arbiter import ArbitratedCommand
 from robot_bridge.motion.words import restraint_in_words
 from robot_bridge.safety.collision_monitor import Restraint
 
+GAP_S = 0.5
+"""Held again after longer than this, it is held anew: in between it may have driven or turned."""
+
 
 @dataclass(frozen=True, slots=True)
 class NavigationHold:
@@ -27,4 +30,5 @@ def next_hold(hold: NavigationHold | None, choice: ArbitratedCommand, now_s: flo
         return hold
     if (stopping := choice.stopping) is None or choice.twist.linear_x != 0.0:
         return None
-    return NavigationHold(stopping, hold.since_s if hold is not None else now_s, now_s)
+    since_s = hold.since_s if hold is not None and now_s - hold.last_s <= GAP_S else now_s
+    return NavigationHold(stopping, since_s, now_s)

@@ -23,13 +23,7 @@ from robot_bridge.motion.navigation_hold import NavigationHold
 from robot_bridge.motion.velocity_mux import NAVIGATION_SOURCE, VelocityMux
 from robot_bridge.navigation import maps
 from robot_bridge.navigation.goal_phases import Asking, Driving, Ending, Over, Recovering
-from robot_bridge.navigation.goal_states import (
-    cause_of,
-    error_name,
-    is_over,
-    retries,
-    with_status,
-)
+from robot_bridge.navigation.goal_states import cause_of, error_name, is_over, retries, with_status
 from robot_bridge.navigation.goal_store import ActiveGoal, GoalStore
 from robot_bridge.navigation.path_check import GoalRegion, PathCheck, PathChecker, PathLimits, best_or_first, path_reply
 from robot_bridge.navigation.recovery import Recovery, explained, is_stuck
@@ -224,14 +218,16 @@ class GoalExecutor:
         """Until Nav2 ends it, its time is up, or Nav2 is gone; tries again where Nav2's code promises something."""
         for attempt in count(1):
             accepted = active.state.accepted
-            end = await self._until_end(active, accepted) if accepted is not None else None
+            patient = attempt > self._limits.retries_max  # the last: whoever stands there may go
+            end = await self._until_end(active, accepted, patient=patient) if accepted is not None else None
             if accepted is None or end is None:
                 return
             self._wheels.hold_navigation(active.goal_id)  # its controller may drive on without a goal
             hold = self._wheels.navigation_hold()
-            end, cause = explained(end, hold)
-            if cause is GoalCause.NAV2_SILENT and await accepted.was_preempted():
+            if cause_of(end) is GoalCause.NAV2_SILENT and await accepted.was_preempted():
                 cause = GoalCause.FOREIGN_GOAL
+            else:
+                end, cause = explained(end, hold)
             last = attempt > min(retries(end), self._limits.retries_max)
             if last or cause is GoalCause.FOREIGN_GOAL or not isinstance(active.state, Driving):
                 self._finish(active, end, cause)
@@ -265,8 +261,8 @@ class GoalExecutor:
             case _:
                 pass
 
-    async def _until_end(self, active: ActiveGoal, accepted: AcceptedGoal) -> GoalEnd | None:
-        """How Nav2 ended it; none when it is over already."""
+    async def _until_end(self, active: ActiveGoal, accepted: AcceptedGoal, *, patient: bool) -> GoalEnd | None:
+        """How Nav2 ended it; none when it is over already. Not `patient`, it is ended where the robot is stuck."""
         end = asyncio.ensure_future(accepted.end())
         grace_s: float | None = None
         try:
@@ -282,7 +278,7 @@ class GoalExecutor:
                 if missing := self._robot.senses.why_no_nav2(now_s):
                     gone = GoalEnd(GoalStatus.ABORTED, error_msg=f"Nav2 is gone: {missing}")
                     self._finish(active, gone, GoalCause.NAV2_GONE)
-                elif is_stuck(self._wheels.navigation_hold()):
+                elif not patient and is_stuck(self._wheels.navigation_hold()):
                     accepted.cancel()
                     return GoalEnd(GoalStatus.ABORTED)
                 elif grace_s is not None and now_s > grace_s:

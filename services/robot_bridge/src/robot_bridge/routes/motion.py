@@ -48,7 +48,7 @@ async def drive(request: DriveRequest, http: HttpRequest, bridge: BridgeDep) -> 
 @router.delete("/motion")
 @requires_role(Role.OPERATOR)
 async def end_motion(bridge: BridgeDep) -> EndedMotion:
-    """Ends the `/rotate` or `/drive` under way, whoever asked for it, and nothing else.
+    """Ends the `/rotate` or `/drive` under way, whoever asked for it, or a goal's recovery, and nothing else.
 
     A goal has its own DELETE, a lease runs out or is replaced by its source, docking ends with its connection; the
     emergency stop ends all of them.

@@ -155,13 +155,19 @@ class _Way:
 
 def _way(twist: Twist2D, around: SafetyInput, limits: SafetyLimits) -> _Way:
     radius_m, age_s = limits.footprint_radius_m + limits.side_margin_m, around.scan_age_s or 0.0
-    driven_m = abs(around.measured.linear_x) * age_s
-    unseen = hiding_places(around.blind, around.laser_m, radius_m, radius_m + limits.slow_distance_m + driven_m)
     free_m, known_m = (
         free_travel_m(seen_from_here(points_m, around.measured, age_s), twist, radius_m)
-        for points_m in (around.points_m, unseen)
+        for points_m in (around.points_m, unseen(around, limits))
     )
     return _Way(free_m, known_m, _inside(around.points_m, limits.footprint_radius_m) if free_m == 0.0 else None)
+
+
+def unseen(around: SafetyInput, limits: SafetyLimits) -> NDArray[np.float64]:
+    """(n, 2) places in the base_link of the scan's time, as far off as they matter, where something could stand that
+    the laser does not see."""
+    radius_m = limits.footprint_radius_m + limits.side_margin_m
+    driven_m = abs(around.measured.linear_x) * (around.scan_age_s or 0.0)
+    return hiding_places(around.blind, around.laser_m, radius_m, radius_m + limits.slow_distance_m + driven_m)
 
 
 def _inside(points_m: NDArray[np.float64], footprint_m: float) -> float | None:

@@ -34,28 +34,33 @@ def is_crowded(points_m: NDArray[np.float64], limits: SafetyLimits) -> bool:
 
 
 def recovery_motion(
-    points_m: NDArray[np.float64], limits: SafetyLimits, *, may_reverse: bool, bumped: bool
+    points_m: NDArray[np.float64],
+    unseen_m: NDArray[np.float64],
+    limits: SafetyLimits,
+    *,
+    may_reverse: bool,
+    bumped: bool,
 ) -> RecoveryMotion | None:
-    """The shortest way to more room through what the laser sees, `points_m` (n, 2) in base_link; none where there is
-    none.
+    """The shortest way to more room: `points_m` (n, 2) is what the laser sees, `unseen_m` (n, 2) where something could
+    stand that it does not see, both in base_link. None where there is no way.
 
     Straight back, as far as that goes: it came from there. Else the heading with most room, the nearest of equals. Who
     has `bumped` into what no laser sees goes back or stays.
     """
-    back_m = _room_m(points_m, BACK, limits) if may_reverse else 0.0
+    back_m = room_m(np.concatenate([points_m, unseen_m]), BACK, limits) if may_reverse else 0.0
     if back_m >= ROOM_M or (bumped and back_m >= LEAST_M):
         return RecoveryMotion(0.0, -back_m)
     if bumped:
         return None
     headings = sorted((math.remainder(k * math.tau / HEADINGS, math.tau) for k in range(HEADINGS)), key=abs)
-    best = max(headings, key=lambda heading: _room_m(_turned(points_m, heading), AHEAD, limits))
-    ahead_m = _room_m(_turned(points_m, best), AHEAD, limits)
+    best = max(headings, key=lambda heading: room_m(_turned(points_m, heading), AHEAD, limits))
+    ahead_m = room_m(_turned(points_m, best), AHEAD, limits)
     if max(ahead_m, back_m) < LEAST_M:
         return None
     return RecoveryMotion(best, ahead_m) if ahead_m > back_m else RecoveryMotion(0.0, -back_m)
 
 
-def _room_m(points_m: NDArray[np.float64], twist: Twist2D, limits: SafetyLimits) -> float:
+def room_m(points_m: NDArray[np.float64], twist: Twist2D, limits: SafetyLimits) -> float:
     """How far the safety filter would let it go, at most `ROOM_M`."""
     free_m = free_travel_m(points_m, twist, limits.footprint_radius_m + limits.side_margin_m)
     return min(ROOM_M, max(0.0, free_m - limits.stop_distance_m))
