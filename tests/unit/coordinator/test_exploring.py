@@ -67,6 +67,7 @@ def test_who_leads_it_and_why_are_lines_of_the_timeline() -> None:
         (E.TIME_UP, (Outcome.DONE, None)),
         (E.MODEL_SILENT, (Outcome.ABORTED, EndCause.SERVICE)),
         (E.HOME_NOT_REACHED, (Outcome.ABORTED, EndCause.NAVIGATION)),
+        (E.MOTION_FAILED, (Outcome.ABORTED, EndCause.SERVICE)),
         (E.ANOTHER_MAP, (Outcome.ABORTED, EndCause.MAP)),
         (E.STOPPED, (Outcome.ABORTED, EndCause.STOPPED)),
         (E.CANCELED, (Outcome.CANCELED, EndCause.PERSON)),

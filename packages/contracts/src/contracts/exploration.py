@@ -190,6 +190,8 @@ class ExplorationEnd(StrEnum):
     """The robot is in another map than it began in: what was explored means nothing there."""
     HOME_NOT_REACHED = "home_not_reached"
     """No way home was found as often as it was tried."""
+    MOTION_FAILED = "motion_failed"
+    """Nothing that moves the robot was taken, however often it was asked for."""
 
 
 class DoneAction(Message):

@@ -388,7 +388,7 @@ STEPS = st.lists(
             st.builds(ev.ModelAnswered, call=CALLS, decision=DECISIONS),
             st.builds(ev.ModelFailed, call=CALLS),
             st.builds(ev.MotionOver, call=CALLS, end=st.sampled_from([None, *MotionEnd])),
-            st.builds(ev.GoalOver, call=CALLS, reached=st.booleans()),
+            st.builds(ev.GoalOver, call=CALLS, outcome=st.sampled_from(ev.GoalOutcome)),
             st.builds(ev.LinkChanged, up=st.booleans()),
             st.builds(ev.ListenStarted, for_s=st.sampled_from([1.0, 20.0])),
             st.builds(ev.ViewSeen, view=st.integers(0, 3)),

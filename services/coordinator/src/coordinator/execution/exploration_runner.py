@@ -6,17 +6,18 @@ from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any, assert_never
+from typing import Any, TypeVar, assert_never
 
 import numpy as np
 import structlog
 
+from contracts.causes import GoalCause
 from contracts.exploration import ExplorationEnd, ExplorationMemory
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
 from contracts.motion import MotionEnd
 from contracts.obstacles import Obstacles
-from contracts.robot import CandidatePose, GoalRequest, GoalStatus
+from contracts.robot import CandidatePose, Goal, GoalRequest, GoalStatus
 from coordinator.execution.motion_client import MotionClient
 from coordinator.exploration import commands as do
 from coordinator.exploration import events as ev
@@ -40,6 +41,8 @@ VIEW_S = 1.0
 TURN_RAD_S = 1.0
 TURN_TIMEOUT_S = 15.0
 GOAL_POLL_S = 1.0
+ENDED_BY_OTHERS = frozenset({GoalStatus.REJECTED, GoalStatus.CANCELED})
+T = TypeVar("T")
 
 
 class ExplorationRunner:
@@ -228,15 +231,20 @@ class ExplorationRunner:
 
     def _start(self, call: int, move: Callable[[], Awaitable[MotionEnd]]) -> None:
         async def work() -> None:
-            end = None
-            try:
-                end = await move()
-            except MeshError as error:
-                log.warning("a motion of the exploration failed", error=error.detail)
-                self._motion.mark_uncertain(self._epoch)
-            self.feed(ev.MotionOver(call, end))
+            self.feed(ev.MotionOver(call, await self._taken(move)))
 
         self._motion.start(work, self._epoch)
+
+    async def _taken(self, move: Callable[[], Awaitable[T]]) -> T | None:
+        """None where it was refused, or not answered: then it may be moving all the same, and is stopped."""
+        try:
+            return await move()
+        except UnavailableError as error:
+            log.warning("a motion of the exploration was not answered", error=error.detail)
+            self._motion.mark_uncertain(self._epoch)
+        except MeshError as error:
+            log.warning("a motion of the exploration was refused", error=error.detail)
+        return None
 
     async def _turn(self, angle_rad: float, epoch: int) -> MotionEnd:
         reply = await self._robot.rotate(angle_rad, speed_rad_s=TURN_RAD_S, timeout_s=TURN_TIMEOUT_S, epoch=epoch)
@@ -253,16 +261,19 @@ class ExplorationRunner:
             epoch=epoch,
             timeout_s=self.exploration.rules.goal_s_max,
         )
-        reached = False
-        try:
-            reached = (await self._motion.navigate(request)).status is GoalStatus.SUCCEEDED
-        except MeshError as error:
-            log.warning("a goal of the exploration failed", error=error.detail)
-        self.goals_reached += reached
-        self.feed(ev.GoalOver(call, reached))
+        outcome = outcome_of(await self._taken(lambda: self._motion.navigate(request)))
+        self.goals_reached += outcome is ev.GoalOutcome.REACHED
+        self.feed(ev.GoalOver(call, outcome))
 
     def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
         return self._tasks.start("exploration", work, forever=False)
+
+
+def outcome_of(goal: Goal | None) -> ev.GoalOutcome:
+    """None: the goal was not taken."""
+    if goal is None or goal.status in ENDED_BY_OTHERS or goal.cause is GoalCause.NAV2_GONE:
+        return ev.GoalOutcome.FAILED
+    return ev.GoalOutcome.REACHED if goal.status is GoalStatus.SUCCEEDED else ev.GoalOutcome.NOT_REACHED
 
 
 def surroundings_of(scan: LaserScan, around: Obstacles) -> Surroundings:

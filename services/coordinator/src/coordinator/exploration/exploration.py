@@ -120,6 +120,11 @@ class Exploration:
     activity: Activity = field(default_factory=Standing)
     home: Pose2D | None = None
     home_tries: int = 0
+    """Goals home that were driven to, and not reached."""
+    failures: int = 0
+    """Motions in a row that were not taken, or that somebody else ended."""
+    hold_until_s: float = NEVER_S
+    """Nothing that moves is begun before, after such a failure."""
     started_s: float = 0.0
     end: ExplorationEnd | None = None
     """Why it goes home, or has ended."""

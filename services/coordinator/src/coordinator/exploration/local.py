@@ -68,7 +68,6 @@ def go_home(context: Context) -> None:
     elif one.home_tries >= one.rules.home_tries_max:
         context.finish(ExplorationEnd.HOME_NOT_REACHED, "no way home was found")
     else:
-        context.update(home_tries=one.home_tries + 1)
         context.go_to(one.home, "home")
 
 
