@@ -291,6 +291,17 @@ def test_turns_and_drives_that_were_not_taken_are_tried_again_after_a_second(end
         played.pass_time(0.2)
 
 
+def test_what_the_model_answers_while_nothing_is_taken_moves_nothing() -> None:
+    played = driving()
+    played.tell(ev.MotionOver(played.told(do.DriveRobot)[-1].call, None))
+    motions = len(played.told(do.MOTION))  # pyright: ignore[reportArgumentType]
+    played.answer(NavigateToGoal(x_m=2.0, y_m=0.0))
+    played.pass_time(0.8)
+    assert len(played.told(do.MOTION)) == motions  # pyright: ignore[reportArgumentType]
+    played.pass_time(1.0)
+    assert len(played.told(do.MOTION)) > motions  # pyright: ignore[reportArgumentType]
+
+
 def test_where_nothing_is_taken_for_long_it_ends_and_says_so() -> None:
     rules = ExplorationRules(pilot=M.FRONTIERS, failures_max=4)
     played = Played(rules, obeys=False).begin(open_chart())

@@ -159,6 +159,8 @@ def answered(context: Context, event: ev.ModelAnswered) -> None:
     decision = as_of_now(event.decision, asked_at, one.pose)
     checked = check(decision, context.knowledge, one.rules.limits)
     context.update(tries=checked.tries)
+    if checked.motion is not None and context.now_s < one.hold_until_s:
+        return  # it is asked again once the robot takes motions again
     if not checked.verdict.moves and not isinstance(decision, CheckPathClear):
         if isinstance(decision, NavigateToGoal) and checked.verdict is DecisionVerdict.GOAL_NOT_FREE:
             _count_frontier(context, decision.frontier)
