@@ -77,7 +77,7 @@ class ExplorationRunner:
         self._journal = journal
         self._eye = eye
         self._told = told
-        self._home: str | None = None
+        self.home: str | None = None
         """The map that the exploration began in, and what is remembered belongs to; none = it has no name."""
         self._motion = motion or MotionClient(
             robot, clock, self._spawn, goal_poll_s=GOAL_POLL_S, on_lease=_no_lease
@@ -111,7 +111,7 @@ class ExplorationRunner:
         if not still():
             return
         if not self.exploration.running:
-            self._home = map_id
+            self.home = map_id
             self.goals_reached, self.actions_before = 0, memory.actions_done
             self.exploration = replace(self.exploration, memory=memory)
         self.ended.clear()
@@ -203,8 +203,8 @@ class ExplorationRunner:
             case do.HaltMotion():
                 self._motion.stop(epoch)
             case do.Remember(memory=memory):
-                if self._home is not None:
-                    self._journal.write(self._home, memory)
+                if self.home is not None:
+                    self._journal.write(self.home, memory)
                 self._told(command)
             case do.TellMode(mode=mode, why=why):
                 log.info("exploration", mode=mode.value, why=why)

@@ -126,6 +126,8 @@ class Exploration:
     hold_until_s: float = NEVER_S
     """Nothing that moves is begun before, after such a failure."""
     started_s: float = 0.0
+    """Put off by what it listened: its time is counted from here."""
+    begun_s: float = 0.0
     end: ExplorationEnd | None = None
     """Why it goes home, or has ended."""
     # the model

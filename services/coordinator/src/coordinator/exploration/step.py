@@ -105,9 +105,9 @@ def _begin(context: Context, event: ev.Begun) -> None:
         return
     memory = one.memory.model_copy(update={"given_up": ()})
     context.exploration = Exploration(
-        rules=one.rules, home=event.home, started_s=context.now_s, memory=memory, next_call=one.next_call,
-        pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, map_id=one.map_id, view=one.view,
-        chart=one.chart, link_up=one.link_up,
+        rules=one.rules, home=event.home, started_s=context.now_s, begun_s=context.now_s, memory=memory,
+        next_call=one.next_call, pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, map_id=one.map_id,
+        view=one.view, chart=one.chart, link_up=one.link_up,
     )  # fmt: skip
     context.become(one.rules.pilot, "begun")
     if not one.link_up and one.rules.pilot is _M.MODEL:
