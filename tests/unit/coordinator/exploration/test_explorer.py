@@ -5,8 +5,10 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 
+import pytest
+
 from contracts.exploration import ReportDiscovery
-from contracts.mission import MissionState
+from contracts.mission import MissionState, Outcome
 from coordinator.core import actions as act
 from coordinator.core import events as ev
 from coordinator.core.activities import Paused, UnderExploration
@@ -78,6 +80,15 @@ async def opened(**settings: object) -> AsyncIterator[Rig]:
         needs = ExplorationNeeds(Settings.model_validate(settings), robot, KeptHomes(), pilot)
         yield Rig(clock, pilot, Explorer(needs, motion, told.append, clock, tasks), world, told)
     assert died == []
+
+
+@pytest.mark.parametrize("over", [replace(UNDER_WAY, outcome=Outcome.CANCELED), HELD])
+async def test_a_pause_or_a_cancel_hangs_up_on_the_model(over: Mission) -> None:
+    async with opened() as rig:
+        await rig.begin()
+        rig.explorer.follow(over)
+        await rig.clock.advance(0.1)
+        assert rig.pilot.waiting == 0
 
 
 async def test_what_was_discovered_before_a_pause_is_told_at_the_end() -> None:

@@ -372,6 +372,29 @@ def test_an_answer_while_it_listens_moves_nothing() -> None:
     assert played.mode is M.LISTENING
 
 
+# a question that is dropped
+
+
+@pytest.mark.parametrize("drop", ["listened", "overdue", "home", "cancelled"])
+def test_a_question_that_is_dropped_is_counted_and_its_late_answer_once(drop: str) -> None:
+    duration_s = 3.0 if drop == "home" else 1200.0
+    rules = ExplorationRules(duration_s=duration_s, watchdog=WatchdogRules(local_s=40.0, home_s=60.0))
+    played = Played(rules, obeys=False).begin(open_chart())
+    played.pose = HOME.model_copy(update={"x": 2.0})
+    call = played.last_asked.call
+    played.pass_time(10.4 if drop == "overdue" else 3.2)
+    if drop == "listened":
+        played.tell(ev.ListenStarted(for_s=5.0))
+    elif drop == "cancelled":
+        played.tell(ev.ExplorationCanceled())
+    waited_s = {"overdue": 10.0, "home": 3.0}.get(drop, 3.2)
+    assert played.exploration.spent.seconds == pytest.approx(waited_s, abs=0.25)
+    for _ in range(3):
+        played.tell(ev.ModelAnswered(call, ahead(), tokens=500))
+    assert played.exploration.spent.tokens == 500
+    assert played.told(do.DriveRobot) == []
+
+
 # the stop
 
 

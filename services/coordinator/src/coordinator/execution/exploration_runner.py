@@ -77,6 +77,7 @@ class ExplorationRunner:
         self._journal = journal
         self._eye = eye
         self._told = told
+        self._asking: set[asyncio.Task[None]] = set()
         self.home: str | None = None
         """The map that the exploration began in, and what is remembered belongs to; none = it has no name."""
         self._motion = motion or MotionClient(
@@ -128,12 +129,14 @@ class ExplorationRunner:
 
     def listen(self, for_s: float) -> None:
         self.feed(ev.ListenStarted(for_s))
+        self._ask_no_more()
 
     def heard(self) -> None:
         self.feed(ev.ListenEnded())
 
     def cancel(self) -> None:
         self.feed(ev.ExplorationCanceled())
+        self._ask_no_more()
 
     def link(self, *, up: bool) -> None:
         """Whoever watches the network to the model says so."""
@@ -193,7 +196,9 @@ class ExplorationRunner:
         epoch = self._epoch
         match command:
             case do.AskModel():
-                self._spawn(self._ask(command))
+                asking = self._spawn(self._ask(command))
+                self._asking.add(asking)
+                asking.add_done_callback(self._asking.discard)
             case do.TurnRobot(call=call, angle_rad=angle_rad):
                 self._start(call, lambda: self._turn(angle_rad, epoch))
             case do.DriveRobot(call=call, distance_m=distance_m, speed_m_s=speed_m_s):
@@ -217,7 +222,13 @@ class ExplorationRunner:
 
     def _finished(self, end: ExplorationEnd) -> None:
         log.info("the exploration is over", end=end.value)
+        self._ask_no_more()
         self.ended.set()
+
+    def _ask_no_more(self) -> None:
+        """The server need not think on: nobody waits for its answer."""
+        for asking in self._asking:
+            asking.cancel()
 
     async def _ask(self, question: do.AskModel) -> None:
         limit_s = self.exploration.rules.asking.answer_s

@@ -121,7 +121,7 @@ class Explorer:
             runner.listen(UNTIL_TOLD_S)
 
     def status(self, map_id: str | None) -> ExplorationStatus | None:
-        """Of the exploration under way, or of the last; its discoveries only while the robot is in the map it began in."""
+        """Of the exploration under way, or of the last; its discoveries only in the home that it began in."""
         if self._runner is None:
             return None
         one, rules, chart = self._runner.exploration, self._runner.exploration.rules, self._runner.exploration.chart

@@ -132,6 +132,8 @@ class Exploration:
     """Why it goes home, or has ended."""
     # the model
     question: OpenQuestion | None = None
+    dropped: tuple[int, ...] = ()
+    """Calls that nobody waits for any more; what they cost is counted when they are answered after all."""
     asked: Asked | None = None
     silent_since_s: float | None = None
     link_up: bool = True

@@ -73,7 +73,8 @@ def go_home(context: Context) -> None:
 
 def head_home(context: Context, end: ExplorationEnd, why: str) -> None:
     context.halt()
-    context.update(end=end, question=None, silent_since_s=None, fallback=None, home_tries=0)
+    context.drop_question()
+    context.update(end=end, silent_since_s=None, fallback=None, home_tries=0)
     context.become(ExplorationMode.RETURNING, why)
 
 

@@ -236,9 +236,8 @@ def _listen(context: Context, for_s: float) -> None:
         context.update(listen_until_s=max(one.listen_until_s, now_s + for_s))
     elif one.running:
         context.halt()
-        context.update(
-            listening_before=one.mode, listen_since_s=now_s, listen_until_s=now_s + for_s, question=None, asked=None
-        )
+        context.drop_question()
+        context.update(listening_before=one.mode, listen_since_s=now_s, listen_until_s=now_s + for_s, asked=None)
         context.become(_M.LISTENING, "somebody speaks to the robot")
 
 
