@@ -114,6 +114,12 @@ def test_it_ends_with_the_time_that_the_action_may_take() -> None:
     assert isinstance(script.actions[-2], do.StopMotion)
 
 
+@pytest.mark.parametrize(("actions", "all_known", "looks"), [(0, False, True), (1, True, True), (1, False, False)])
+def test_where_no_map_had_anything_unknown_it_looks_though_it_moved(actions: int, all_known: bool, looks: bool) -> None:
+    script = over(exploring(), E.EXPLORED, actions, all_known=all_known)
+    assert (script.mission.outcome is None) is looks
+
+
 @pytest.mark.parametrize("coverage", CoverageRule)
 @pytest.mark.parametrize("scan", ScanRule)
 def test_where_nothing_unknown_is_left_it_looks_from_place_to_place_and_says_what_it_saw(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from contracts.exploration import ReportDiscovery
+from contracts.exploration import ExplorationEnd, ReportDiscovery
 from contracts.mission import MissionState, Outcome
 from coordinator.core import actions as act
 from coordinator.core import events as ev
@@ -67,11 +67,11 @@ class Rig:
 
 
 @asynccontextmanager
-async def opened(**settings: object) -> AsyncIterator[Rig]:
+async def opened(*, mapped_m: float | None = 2.5, **settings: object) -> AsyncIterator[Rig]:
     died: list[str] = []
     async with Tasks(on_death=lambda: died.append("a task")) as tasks:
         clock, pilot, told = FakeClock(), Reports(), list[ev.Event]()
-        world = World(clock, MemoryBus(), mapped_m=2.5)
+        world = World(clock, MemoryBus(), mapped_m=mapped_m)
         robot = FakeRobot(world)
         motion = MotionClient(
             robot, clock, lambda work: tasks.start("motion", work, forever=False),
@@ -80,6 +80,17 @@ async def opened(**settings: object) -> AsyncIterator[Rig]:
         needs = ExplorationNeeds(Settings.model_validate(settings), robot, KeptHomes(), pilot)
         yield Rig(clock, pilot, Explorer(needs, motion, told.append, clock, tasks), world, told)
     assert died == []
+
+
+async def test_in_a_known_home_what_the_model_answers_leaves_looking_at_all_of_it() -> None:
+    async with opened(mapped_m=None) as rig:
+        await rig.begin()
+        for _ in range(600):
+            ends = [one for one in rig.told if isinstance(one, ev.ExplorationEnded)]
+            if ends:
+                break
+            await rig.clock.advance(0.1)
+        assert [(one.end, one.all_known) for one in ends] == [(ExplorationEnd.EXPLORED, True)]
 
 
 @pytest.mark.parametrize("over", [replace(UNDER_WAY, outcome=Outcome.CANCELED), HELD])

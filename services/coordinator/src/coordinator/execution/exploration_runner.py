@@ -66,8 +66,6 @@ class ExplorationRunner:
         told: Callable[[do.TellMode | do.Remember | do.Finish], None] = lambda _: None,
     ) -> None:
         self.goals_reached = 0
-        self.actions_before = 0
-        """What was done in this home before this exploration."""
         self.exploration = Exploration(rules=rules)
         self.ended = asyncio.Event()
         self._robot = robot
@@ -113,7 +111,7 @@ class ExplorationRunner:
             return
         if not self.exploration.running:
             self.home = map_id
-            self.goals_reached, self.actions_before = 0, memory.actions_done
+            self.goals_reached = 0
             self.exploration = replace(self.exploration, memory=memory)
         self.ended.clear()
         self.feed(ev.Begun(home))

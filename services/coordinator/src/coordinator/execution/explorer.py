@@ -141,7 +141,7 @@ class Explorer:
             waited_s=round(spent.seconds, 1),
             waited_s_max=limits.seconds_max if led else 0.0,
             refused=sum(count for verdict, count in one.verdicts if not verdict.moves),
-            actions=self._actions(self._runner),
+            actions=one.motions,
             goals=self._runner.goals_reached,
             frontiers=len(frontiers_left(one)),
             explored_m2=round(chart.reachable_m2, 2) if chart is not None else None,
@@ -189,8 +189,10 @@ class Explorer:
             case do.Finish(end=end):
                 one = self._runner.exploration
                 found = tuple(each.label for each in one.memory.discoveries if each.stamp_s >= one.begun_s)
-                actions = self._actions(self._runner)
-                self._tell(ev.ExplorationEnded(self._call, end, actions, one.spent.calls, found))
+                ended = ev.ExplorationEnded(
+                    self._call, end, one.motions, one.spent.calls, found, all_known=not one.unknown_seen
+                )
+                self._tell(ended)
 
     def _tell(self, event: ev.Event) -> None:
         """In a task of its own: the mission may be in the middle of a step."""
@@ -199,9 +201,6 @@ class Explorer:
             self._feed(event)
 
         self._tasks.start("exploration-told", feed(), forever=False)
-
-    def _actions(self, runner: ExplorationRunner) -> int:
-        return max(0, runner.exploration.memory.actions_done - runner.actions_before)
 
     def _end_senses(self) -> None:
         if self._senses is not None:

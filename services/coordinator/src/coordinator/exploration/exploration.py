@@ -121,6 +121,8 @@ class Exploration:
     home: Pose2D | None = None
     home_tries: int = 0
     """Goals home that were driven to, and not reached."""
+    motions: int = 0
+    """Turns, drives and goals that were made, however they ended."""
     failures: int = 0
     """Motions in a row that were not taken, or that somebody else ended."""
     hold_until_s: float = NEVER_S
@@ -154,6 +156,8 @@ class Exploration:
     """The last that was named."""
     view: int | None = None
     chart: Chart | None = None
+    unknown_seen: bool = False
+    """Some map of this exploration had a frontier."""
     charts_without: int = 0
     """So many maps in a row had no frontier left."""
     visits: tuple[tuple[Pose2D, int], ...] = ()

@@ -100,7 +100,8 @@ def went_to(context: Context, pose: Pose2D) -> None:
 def chart_seen(context: Context, chart: Chart) -> None:
     """Counts how many maps in a row leave nothing to go to."""
     memory = remembering.knows_frontiers(context.exploration.memory, chart.frontiers)
-    context.update(chart=chart, memory=memory)
+    seen = context.exploration.unknown_seen or bool(chart.frontiers)
+    context.update(chart=chart, memory=memory, unknown_seen=seen)
     none = chart.reachable_m2 >= EXPLORED_M2_MIN and not frontiers_left(context.exploration)
     context.update(charts_without=context.exploration.charts_without + 1 if none else 0)
 

@@ -108,6 +108,7 @@ def _begin(context: Context, event: ev.Begun) -> None:
         rules=one.rules, home=event.home, started_s=context.now_s, begun_s=context.now_s, memory=memory,
         next_call=one.next_call, pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, map_id=one.map_id,
         view=one.view, chart=one.chart, link_up=one.link_up,
+        unknown_seen=one.chart is not None and bool(one.chart.frontiers),
     )  # fmt: skip
     context.become(one.rules.pilot, "begun")
     if not one.link_up and one.rules.pilot is _M.MODEL:
@@ -199,7 +200,7 @@ def _failed(context: Context, tool: str) -> None:
 
 
 def _over(context: Context, tool: str, word: str) -> None:
-    context.update(activity=Standing(), failures=0)
+    context.update(activity=Standing(), failures=0, motions=context.exploration.motions + 1)
     context.remember_action(tool, DecisionVerdict.ACCEPTED, word)
     local.stretch_over(context)
 

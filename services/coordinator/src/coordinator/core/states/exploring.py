@@ -45,7 +45,7 @@ class ExplorationState(State):
 
 def _ended(context: StepContext, ended: ExplorationEnded) -> None:
     match ended.end:
-        case ExplorationEnd.EXPLORED if ended.actions == 0:
+        case ExplorationEnd.EXPLORED if ended.actions == 0 or ended.all_known:
             new_scan(context, "the map shows nothing unknown that can be reached: looking at all of it instead")
         case ExplorationEnd.EXPLORED:
             _done(context, ended, "explored: nothing unknown is left that can be reached")
