@@ -107,7 +107,7 @@ class Played:
                     self.tell(ev.MotionOver(call, MotionEnd.COMPLETED))
                 case do.NavigateRobot(call=call, pose=pose):
                     self.pose = pose
-                    self.tell(ev.GoalOver(call, reached=True))
+                    self.tell(ev.GoalOver(call, ev.GoalOutcome.REACHED))
                 case _:
                     pass
 

@@ -1,6 +1,6 @@
 """`explore` through the coordinator's own routes: begun, told of, held, cancelled, stopped; by the frontiers."""
 
-from contracts.exploration import ExplorationMode, ExplorationStatus
+from contracts.exploration import Discovery, ExplorationMemory, ExplorationMode, ExplorationStatus
 from contracts.mission import EndCause, Mission, MissionStatus, Outcome
 from support.coordinator_mesh import Mesh, OpenMesh
 from support.coordinator_world import Thing
@@ -129,6 +129,28 @@ async def test_the_emergency_stop_ends_it_and_nothing_goes_on_after_the_reset(op
         over = await mesh.mission(mission.id)
         assert over.report is not None
         assert (over.outcome, over.report.ended_by) == (Outcome.ABORTED, EndCause.STOPPED)
+
+
+async def test_what_was_discovered_in_one_home_is_not_told_in_another(open_mesh: OpenMesh) -> None:
+    async with open_mesh() as mesh:
+        safe = Discovery(label="safe", note="behind the mirror", x_m=1.0, y_m=1.0, stamp_s=3.0)
+        mesh.journal.of["flat"] = ExplorationMemory(discoveries=(safe,))
+        mesh.world.map_id = "flat"
+        mission = await explore(mesh)
+        await until_it_drives(mesh)
+        assert (await told(mesh)).discoveries == (safe,)
+        mesh.world.map_id = "garden house"
+        over = await mesh.until_over(mission.id)
+        assert over.report is not None
+        assert over.report.ended_by is EndCause.MAP
+        assert (await told(mesh)).discoveries == ()
+        answer = await mesh.client.post("/ask", json={"question": "what did you discover?"})
+        assert answer.status_code == 200
+        assert "safe" not in answer.text
+        mesh.world.map_id = "flat"
+        await mesh.clock.advance(2.0)
+        answer = await mesh.client.post("/ask", json={"question": "what did you discover?"})
+        assert "safe" in answer.text
 
 
 async def test_what_moves_waits_for_the_end_of_it(open_mesh: OpenMesh) -> None:

@@ -67,6 +67,7 @@ def test_who_leads_it_and_why_are_lines_of_the_timeline() -> None:
         (E.TIME_UP, (Outcome.DONE, None)),
         (E.MODEL_SILENT, (Outcome.ABORTED, EndCause.SERVICE)),
         (E.HOME_NOT_REACHED, (Outcome.ABORTED, EndCause.NAVIGATION)),
+        (E.MOTION_FAILED, (Outcome.ABORTED, EndCause.SERVICE)),
         (E.ANOTHER_MAP, (Outcome.ABORTED, EndCause.MAP)),
         (E.STOPPED, (Outcome.ABORTED, EndCause.STOPPED)),
         (E.CANCELED, (Outcome.CANCELED, EndCause.PERSON)),
@@ -111,6 +112,12 @@ def test_it_ends_with_the_time_that_the_action_may_take() -> None:
     script = exploring().wait(301.0)
     assert ended(script) == (Outcome.ABORTED, EndCause.TIME_UP)
     assert isinstance(script.actions[-2], do.StopMotion)
+
+
+@pytest.mark.parametrize(("actions", "all_known", "looks"), [(0, False, True), (1, True, True), (1, False, False)])
+def test_where_no_map_had_anything_unknown_it_looks_though_it_moved(actions: int, all_known: bool, looks: bool) -> None:
+    script = over(exploring(), E.EXPLORED, actions, all_known=all_known)
+    assert (script.mission.outcome is None) is looks
 
 
 @pytest.mark.parametrize("coverage", CoverageRule)

@@ -9,6 +9,7 @@ from contracts.mission import MissionState, Outcome
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core.recording import Recording, Step, header_line, header_of, read, replay, step_line
+from coordinator.execution.mission_messages import waiting_for
 from support.mission_script import ORIGIN, Script
 
 S = MissionState
@@ -84,6 +85,7 @@ def test_lost_it_waits_and_chooses_once_it_knows_its_place_again() -> None:
     assert script.said().count("does not know where it is") == 1
     assert not script.asked(do.PlanCoverage)
     assert script.mission.failures == 0
+    assert waiting_for(script.mission, script.now_s) == "localisation: for 35 s at most"
     script.robot().wait(0.2)
     assert len(script.asked(do.PlanCoverage)) == 1
 

@@ -190,6 +190,8 @@ class ExplorationEnd(StrEnum):
     """The robot is in another map than it began in: what was explored means nothing there."""
     HOME_NOT_REACHED = "home_not_reached"
     """No way home was found as often as it was tried."""
+    MOTION_FAILED = "motion_failed"
+    """Nothing that moves the robot was taken, however often it was asked for."""
 
 
 class DoneAction(Message):
@@ -269,7 +271,7 @@ class ExplorationStatus(Message):
     waited_s: float = Field(default=0.0, ge=0.0, description="s that the model was waited for in all")
     waited_s_max: float = Field(default=0.0, ge=0.0, description="s")
     refused: int = Field(default=0, ge=0, description="decisions of the model that the check refused")
-    actions: int = Field(default=0, ge=0, description="motions that are over, in this exploration")
+    actions: int = Field(default=0, ge=0, description="drives and turns that are over, in this exploration")
     goals: int = Field(default=0, ge=0, description="of those, goals of Nav2 that were reached")
     frontiers: int = Field(default=0, ge=0, description="borders of the known that are left and can be reached")
     explored_m2: float | None = Field(default=None, ge=0.0, description="m2 of floor that the map shows a way to")

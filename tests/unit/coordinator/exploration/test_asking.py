@@ -39,7 +39,7 @@ from coordinator.exploration.rules import ExplorationRules, SpendingLimits
 from coordinator.exploration.surroundings import Surroundings
 from coordinator.exploration.views import bits_apart, view_hash
 from geometry.poses import compose, inverse
-from support.exploration_played import FREE, HOME, WALL_AHEAD, Played, ahead, open_chart
+from support.exploration_played import FREE, HOME, WALL_AHEAD, Played, ahead, closed_chart, open_chart
 
 M = ExplorationMode
 CORRIDOR_END = np.array(
@@ -268,6 +268,29 @@ def test_each_action_is_written_down_once() -> None:
     assert len(memories) >= 6
 
 
+def test_refused_and_told_decisions_are_no_drives_and_turns() -> None:
+    played = Played(obeys=False).begin(open_chart())
+    played.points_m = WALL_AHEAD
+    for x, decision in ((0.5, ahead()), (1.0, ReportDiscovery(label="cup")), (1.5, StopRobot())):
+        played.pose = HOME.model_copy(update={"x": x})
+        played.look()
+        played.answer(decision)
+    assert (played.exploration.memory.actions_done, played.exploration.motions) == (3, 0)
+    played.answer(RotateBy(angle_rad=1.0))
+    played.tell(ev.MotionOver(played.told(do.TurnRobot)[-1].call, MotionEnd.COMPLETED))
+    assert played.exploration.motions == 1
+
+
+def test_a_map_without_a_border_of_the_unknown_is_told_from_one_that_had_some() -> None:
+    known = Played(obeys=False).begin(closed_chart())
+    known.tell(ev.ChartSeen(closed_chart()))
+    assert not known.exploration.unknown_seen
+    known.tell(ev.ChartSeen(open_chart()))
+    known.tell(ev.ChartSeen(closed_chart()))
+    assert known.exploration.unknown_seen
+    assert Played(obeys=False).begin(open_chart()).exploration.unknown_seen
+
+
 def test_what_was_remembered_before_goes_on_in_the_next_exploration() -> None:
     played = Played()
     cup = Discovery(label="cup", x_m=0.0, y_m=0.0, stamp_s=1.0)
@@ -388,7 +411,7 @@ STEPS = st.lists(
             st.builds(ev.ModelAnswered, call=CALLS, decision=DECISIONS),
             st.builds(ev.ModelFailed, call=CALLS),
             st.builds(ev.MotionOver, call=CALLS, end=st.sampled_from([None, *MotionEnd])),
-            st.builds(ev.GoalOver, call=CALLS, reached=st.booleans()),
+            st.builds(ev.GoalOver, call=CALLS, outcome=st.sampled_from(ev.GoalOutcome)),
             st.builds(ev.LinkChanged, up=st.booleans()),
             st.builds(ev.ListenStarted, for_s=st.sampled_from([1.0, 20.0])),
             st.builds(ev.ViewSeen, view=st.integers(0, 3)),

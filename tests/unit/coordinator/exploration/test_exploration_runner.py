@@ -3,12 +3,18 @@
 import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from typing import NoReturn
+
+import pytest
 
 from contracts.exploration import Discovery, ExplorationEnd, ExplorationMemory, ExplorationMode, MapPoint
+from contracts.robot import Goal, GoalRequest, GoalStatus
 from coordinator.execution.exploration_runner import LOOK_S, ExplorationRunner
 from coordinator.exploration.commands import AskModel
+from coordinator.exploration.local import frontiers_left
 from coordinator.exploration.rules import ExplorationRules
 from coordinator.exploration_ports import PilotAnswer
+from mesh.errors import ConflictError, MeshError, UnavailableError
 from mesh.tasks import Tasks
 from support.bus import MemoryBus
 from support.coordinator_world import FakeRobot, World
@@ -109,6 +115,51 @@ async def test_time_passes_though_the_robot_tells_nothing() -> None:
         run.robot.hangs = {"state", "map", "rotate", "drive", "navigate"}
         await run.clock.advance(5.0 + LOOK_S)
         assert run.end is ExplorationEnd.TIME_UP
+
+
+# a session that is lost for a moment
+
+
+@pytest.mark.parametrize("status", [None, GoalStatus.CANCELED, GoalStatus.REJECTED])
+async def test_a_goal_that_is_not_taken_for_a_moment_is_no_visit(status: GoalStatus | None) -> None:
+    async with running(ExplorationRules(pilot=M.FRONTIERS)) as run:
+        run.world.mapped_m = 2.5
+        await run.until(lambda: bool(frontiers_left(run.runner.exploration)), within_s=60.0)
+        until_s, real, tries = run.clock.now_s() + 1.5, run.robot.navigate, 0
+
+        async def navigate(request: GoalRequest) -> Goal:
+            nonlocal tries
+            if run.clock.now_s() >= until_s:
+                return await real(request)
+            tries += 1
+            if status is None:
+                raise UnavailableError("robot_bridge", "no session is held")
+            return Goal(id=f"none-{tries}", pose=request.candidates[0].pose, status=status, stamp_s=0.0)
+
+        run.robot.navigate = navigate
+        await run.begin()
+        await run.until(lambda: run.runner.goals_reached > 0, within_s=60.0)
+        assert 1 <= tries <= 2
+        assert run.runner.exploration.memory.given_up == ()
+        assert sum(count for _, count in run.runner.exploration.visits) == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "dropped"), [(UnavailableError("robot_bridge", "no answer"), True), (ConflictError("busy"), False)]
+)
+async def test_the_session_is_dropped_for_what_was_not_answered_and_not_for_a_refusal(
+    error: MeshError, dropped: bool
+) -> None:
+    async with running() as run:
+
+        async def fails(*_: object, **__: object) -> NoReturn:
+            raise error
+
+        run.robot.rotate = run.robot.drive = fails
+        await run.begin()
+        await run.clock.advance(3.0)
+        assert 2 <= run.runner.exploration.failures <= 4
+        assert (run.robot.sessions_dropped > 0) is dropped
 
 
 # whose home it is

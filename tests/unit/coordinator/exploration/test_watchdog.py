@@ -111,7 +111,7 @@ def test_home_that_cannot_be_reached_is_said_after_three_tries() -> None:
     played.pass_time(31.0)
     for _ in range(20):
         for goal in played.told(do.NavigateRobot)[-1:]:
-            played.tell(ev.GoalOver(goal.call, reached=False))
+            played.tell(ev.GoalOver(goal.call, ev.GoalOutcome.NOT_REACHED))
         played.pass_time(0.2)
     assert played.exploration.end is ExplorationEnd.HOME_NOT_REACHED
     assert played.mode is M.IDLE
@@ -253,6 +253,79 @@ def test_time_that_is_up_ends_at_home() -> None:
     assert played.pose == HOME
 
 
+# what was not taken
+
+
+def test_goals_that_were_not_taken_are_no_visits_and_are_tried_again_after_a_second() -> None:
+    played = Played(ExplorationRules(pilot=M.FRONTIERS), obeys=False).begin(open_chart())
+    for sent in range(1, 6):
+        assert len(played.told(do.NavigateRobot)) == sent
+        goal = played.told(do.NavigateRobot)[-1]
+        played.tell(ev.GoalOver(goal.call, ev.GoalOutcome.FAILED))
+        played.pass_time(0.8)
+        assert len(played.told(do.NavigateRobot)) == sent, "nothing is begun again for a second"
+        played.pass_time(0.4)
+    assert (played.exploration.visits, played.exploration.memory.given_up) == ((), ())
+    assert played.mode is M.FRONTIERS
+
+
+def test_goals_home_that_were_not_taken_are_no_tries() -> None:
+    played = Played(ExplorationRules(pilot=M.FRONTIERS, duration_s=1.0), obeys=False).begin(open_chart())
+    played.pose = HOME.model_copy(update={"x": 3.0})
+    played.pass_time(1.2)
+    for _ in range(6):
+        played.tell(ev.GoalOver(played.told(do.NavigateRobot)[-1].call, ev.GoalOutcome.FAILED))
+        played.pass_time(1.2)
+    assert (played.mode, played.exploration.home_tries) == (M.RETURNING, 0)
+
+
+@pytest.mark.parametrize("end", [None, MotionEnd.SESSION_ENDED, MotionEnd.BASE_BUSY, MotionEnd.PREEMPTED])
+def test_turns_and_drives_that_were_not_taken_are_tried_again_after_a_second(end: MotionEnd | None) -> None:
+    played = Played(ExplorationRules(pilot=M.REACTIVE), obeys=False).begin()
+    for _ in range(5):
+        played.pass_time(0.2)
+        motions = played.told(do.MOTION)  # pyright: ignore[reportArgumentType]
+        played.tell(ev.MotionOver(motions[-1].call, end))
+        played.pass_time(0.8)
+        assert len(played.told(do.MOTION)) == len(motions)  # pyright: ignore[reportArgumentType]
+        played.pass_time(0.2)
+
+
+def test_what_the_model_answers_while_nothing_is_taken_moves_nothing() -> None:
+    played = driving()
+    played.tell(ev.MotionOver(played.told(do.DriveRobot)[-1].call, None))
+    motions = len(played.told(do.MOTION))  # pyright: ignore[reportArgumentType]
+    played.answer(NavigateToGoal(x_m=2.0, y_m=0.0))
+    played.pass_time(0.8)
+    assert len(played.told(do.MOTION)) == motions  # pyright: ignore[reportArgumentType]
+    played.pass_time(1.0)
+    assert len(played.told(do.MOTION)) > motions  # pyright: ignore[reportArgumentType]
+
+
+def test_where_nothing_is_taken_for_long_it_ends_and_says_so() -> None:
+    rules = ExplorationRules(pilot=M.FRONTIERS, failures_max=4)
+    played = Played(rules, obeys=False).begin(open_chart())
+    for outcome in ("FAILED", "FAILED", "FAILED", "NOT_REACHED", "FAILED", "FAILED", "FAILED"):
+        played.tell(ev.GoalOver(played.told(do.NavigateRobot)[-1].call, ev.GoalOutcome[outcome]))
+        played.pass_time(1.2)
+    assert played.mode is M.FRONTIERS
+    played.tell(ev.GoalOver(played.told(do.NavigateRobot)[-1].call, ev.GoalOutcome.FAILED))
+    assert (played.mode, played.exploration.end) == (M.IDLE, ExplorationEnd.MOTION_FAILED)
+
+
+def test_short_pauses_on_the_way_home_are_no_tries() -> None:
+    played = Played(ExplorationRules(pilot=M.FRONTIERS, duration_s=1.0), obeys=False).begin(open_chart())
+    played.pose = HOME.model_copy(update={"x": 3.0})
+    played.pass_time(1.2)
+    for _ in range(5):
+        assert played.mode is M.RETURNING
+        played.tell(ev.ListenStarted(for_s=2.0))
+        played.pass_time(2.4)
+    assert (played.mode, played.exploration.home_tries) == (M.RETURNING, 0)
+    played.pass_time(3 * 121.0)
+    assert played.exploration.end is ExplorationEnd.HOME_NOT_REACHED, "those that are overdue are"
+
+
 # listening
 
 
@@ -297,6 +370,29 @@ def test_an_answer_while_it_listens_moves_nothing() -> None:
     played.tell(ev.ModelAnswered(call, ahead()))
     assert played.told(do.MOTION) == []
     assert played.mode is M.LISTENING
+
+
+# a question that is dropped
+
+
+@pytest.mark.parametrize("drop", ["listened", "overdue", "home", "cancelled"])
+def test_a_question_that_is_dropped_is_counted_and_its_late_answer_once(drop: str) -> None:
+    duration_s = 3.0 if drop == "home" else 1200.0
+    rules = ExplorationRules(duration_s=duration_s, watchdog=WatchdogRules(local_s=40.0, home_s=60.0))
+    played = Played(rules, obeys=False).begin(open_chart())
+    played.pose = HOME.model_copy(update={"x": 2.0})
+    call = played.last_asked.call
+    played.pass_time(10.4 if drop == "overdue" else 3.2)
+    if drop == "listened":
+        played.tell(ev.ListenStarted(for_s=5.0))
+    elif drop == "cancelled":
+        played.tell(ev.ExplorationCanceled())
+    waited_s = {"overdue": 10.0, "home": 3.0}.get(drop, 3.2)
+    assert played.exploration.spent.seconds == pytest.approx(waited_s, abs=0.25)
+    for _ in range(3):
+        played.tell(ev.ModelAnswered(call, ahead(), tokens=500))
+    assert played.exploration.spent.tokens == 500
+    assert played.told(do.DriveRobot) == []
 
 
 # the stop

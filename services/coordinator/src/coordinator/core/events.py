@@ -195,13 +195,15 @@ class DiscoverySeen:
 
 @dataclass(frozen=True, slots=True)
 class ExplorationEnded:
-    """`actions`: motions it made, whoever led; `discoveries`: their labels; `calls`: of the model."""
+    """`actions`: motions it made, whoever led; `discoveries`: their labels; `calls`: of the model; `all_known`: no map
+    of it had a border of the unknown."""
 
     call: int
     end: ExplorationEnd
     actions: int = 0
     calls: int = 0
     discoveries: tuple[str, ...] = ()
+    all_known: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,17 +6,18 @@ from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any, assert_never
+from typing import Any, TypeVar, assert_never
 
 import numpy as np
 import structlog
 
+from contracts.causes import GoalCause
 from contracts.exploration import ExplorationEnd, ExplorationMemory
 from contracts.geometry import Pose2D
 from contracts.laser import LaserScan
 from contracts.motion import MotionEnd
 from contracts.obstacles import Obstacles
-from contracts.robot import CandidatePose, GoalRequest, GoalStatus
+from contracts.robot import CandidatePose, Goal, GoalRequest, GoalStatus
 from coordinator.execution.motion_client import MotionClient
 from coordinator.exploration import commands as do
 from coordinator.exploration import events as ev
@@ -40,6 +41,8 @@ VIEW_S = 1.0
 TURN_RAD_S = 1.0
 TURN_TIMEOUT_S = 15.0
 GOAL_POLL_S = 1.0
+ENDED_BY_OTHERS = frozenset({GoalStatus.REJECTED, GoalStatus.CANCELED})
+T = TypeVar("T")
 
 
 class ExplorationRunner:
@@ -63,8 +66,6 @@ class ExplorationRunner:
         told: Callable[[do.TellMode | do.Remember | do.Finish], None] = lambda _: None,
     ) -> None:
         self.goals_reached = 0
-        self.actions_before = 0
-        """What was done in this home before this exploration."""
         self.exploration = Exploration(rules=rules)
         self.ended = asyncio.Event()
         self._robot = robot
@@ -74,7 +75,8 @@ class ExplorationRunner:
         self._journal = journal
         self._eye = eye
         self._told = told
-        self._home: str | None = None
+        self._asking: set[asyncio.Task[None]] = set()
+        self.home: str | None = None
         """The map that the exploration began in, and what is remembered belongs to; none = it has no name."""
         self._motion = motion or MotionClient(
             robot, clock, self._spawn, goal_poll_s=GOAL_POLL_S, on_lease=_no_lease
@@ -108,8 +110,8 @@ class ExplorationRunner:
         if not still():
             return
         if not self.exploration.running:
-            self._home = map_id
-            self.goals_reached, self.actions_before = 0, memory.actions_done
+            self.home = map_id
+            self.goals_reached = 0
             self.exploration = replace(self.exploration, memory=memory)
         self.ended.clear()
         self.feed(ev.Begun(home))
@@ -125,12 +127,14 @@ class ExplorationRunner:
 
     def listen(self, for_s: float) -> None:
         self.feed(ev.ListenStarted(for_s))
+        self._ask_no_more()
 
     def heard(self) -> None:
         self.feed(ev.ListenEnded())
 
     def cancel(self) -> None:
         self.feed(ev.ExplorationCanceled())
+        self._ask_no_more()
 
     def link(self, *, up: bool) -> None:
         """Whoever watches the network to the model says so."""
@@ -190,7 +194,9 @@ class ExplorationRunner:
         epoch = self._epoch
         match command:
             case do.AskModel():
-                self._spawn(self._ask(command))
+                asking = self._spawn(self._ask(command))
+                self._asking.add(asking)
+                asking.add_done_callback(self._asking.discard)
             case do.TurnRobot(call=call, angle_rad=angle_rad):
                 self._start(call, lambda: self._turn(angle_rad, epoch))
             case do.DriveRobot(call=call, distance_m=distance_m, speed_m_s=speed_m_s):
@@ -200,8 +206,8 @@ class ExplorationRunner:
             case do.HaltMotion():
                 self._motion.stop(epoch)
             case do.Remember(memory=memory):
-                if self._home is not None:
-                    self._journal.write(self._home, memory)
+                if self.home is not None:
+                    self._journal.write(self.home, memory)
                 self._told(command)
             case do.TellMode(mode=mode, why=why):
                 log.info("exploration", mode=mode.value, why=why)
@@ -214,7 +220,13 @@ class ExplorationRunner:
 
     def _finished(self, end: ExplorationEnd) -> None:
         log.info("the exploration is over", end=end.value)
+        self._ask_no_more()
         self.ended.set()
+
+    def _ask_no_more(self) -> None:
+        """The server need not think on: nobody waits for its answer."""
+        for asking in self._asking:
+            asking.cancel()
 
     async def _ask(self, question: do.AskModel) -> None:
         limit_s = self.exploration.rules.asking.answer_s
@@ -228,15 +240,20 @@ class ExplorationRunner:
 
     def _start(self, call: int, move: Callable[[], Awaitable[MotionEnd]]) -> None:
         async def work() -> None:
-            end = None
-            try:
-                end = await move()
-            except MeshError as error:
-                log.warning("a motion of the exploration failed", error=error.detail)
-                self._motion.mark_uncertain(self._epoch)
-            self.feed(ev.MotionOver(call, end))
+            self.feed(ev.MotionOver(call, await self._taken(move)))
 
         self._motion.start(work, self._epoch)
+
+    async def _taken(self, move: Callable[[], Awaitable[T]]) -> T | None:
+        """None where it was refused, or not answered: then it may be moving all the same, and is stopped."""
+        try:
+            return await move()
+        except UnavailableError as error:
+            log.warning("a motion of the exploration was not answered", error=error.detail)
+            self._motion.mark_uncertain(self._epoch)
+        except MeshError as error:
+            log.warning("a motion of the exploration was refused", error=error.detail)
+        return None
 
     async def _turn(self, angle_rad: float, epoch: int) -> MotionEnd:
         reply = await self._robot.rotate(angle_rad, speed_rad_s=TURN_RAD_S, timeout_s=TURN_TIMEOUT_S, epoch=epoch)
@@ -253,16 +270,19 @@ class ExplorationRunner:
             epoch=epoch,
             timeout_s=self.exploration.rules.goal_s_max,
         )
-        reached = False
-        try:
-            reached = (await self._motion.navigate(request)).status is GoalStatus.SUCCEEDED
-        except MeshError as error:
-            log.warning("a goal of the exploration failed", error=error.detail)
-        self.goals_reached += reached
-        self.feed(ev.GoalOver(call, reached))
+        outcome = outcome_of(await self._taken(lambda: self._motion.navigate(request)))
+        self.goals_reached += outcome is ev.GoalOutcome.REACHED
+        self.feed(ev.GoalOver(call, outcome))
 
     def _spawn(self, work: Coroutine[Any, Any, Any]) -> "asyncio.Task[Any]":
         return self._tasks.start("exploration", work, forever=False)
+
+
+def outcome_of(goal: Goal | None) -> ev.GoalOutcome:
+    """None: the goal was not taken."""
+    if goal is None or goal.status in ENDED_BY_OTHERS or goal.cause is GoalCause.NAV2_GONE:
+        return ev.GoalOutcome.FAILED
+    return ev.GoalOutcome.REACHED if goal.status is GoalStatus.SUCCEEDED else ev.GoalOutcome.NOT_REACHED
 
 
 def surroundings_of(scan: LaserScan, around: Obstacles) -> Surroundings:

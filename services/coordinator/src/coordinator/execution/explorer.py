@@ -120,12 +120,14 @@ class Explorer:
             self._call = 0
             runner.listen(UNTIL_TOLD_S)
 
-    def status(self) -> ExplorationStatus | None:
-        """Of the exploration under way, or of the last."""
+    def status(self, map_id: str | None) -> ExplorationStatus | None:
+        """Of the exploration under way, or of the last; its discoveries only in the home that it began in."""
         if self._runner is None:
             return None
         one, rules, chart = self._runner.exploration, self._runner.exploration.rules, self._runner.exploration.chart
         limits, spent = rules.spending, one.spent
+        named_since = self._runner.home is None and one.running
+        at_home = self._runner.home == map_id or named_since
         led = self._given.pilot is not None
         return ExplorationStatus(
             mission_id=self._mission,
@@ -139,19 +141,20 @@ class Explorer:
             waited_s=round(spent.seconds, 1),
             waited_s_max=limits.seconds_max if led else 0.0,
             refused=sum(count for verdict, count in one.verdicts if not verdict.moves),
-            actions=self._actions(self._runner),
+            actions=one.motions,
             goals=self._runner.goals_reached,
             frontiers=len(frontiers_left(one)),
             explored_m2=round(chart.reachable_m2, 2) if chart is not None else None,
-            discoveries=one.memory.discoveries[-DISCOVERIES_TOLD:],
+            discoveries=one.memory.discoveries[-DISCOVERIES_TOLD:] if at_home else (),
         )
 
     async def discovered(self, map_id: str | None) -> tuple[Discovery, ...]:
         """Of the home of that map, oldest first, over restarts; of one without a name what this process still knows.
         Raises `UnavailableError`."""
-        one = self._runner.exploration if self._runner is not None else None
-        if one is not None and one.map_id == map_id:
-            return one.memory.discoveries
+        runner = self._runner
+        begun = runner is not None and runner.exploration.home is not None
+        if runner is not None and begun and runner.home == map_id:
+            return runner.exploration.memory.discoveries
         return (await self._given.journal.read(map_id)).discoveries if map_id is not None else ()
 
     async def _begin(self, runner: ExplorationRunner, action: act.BeginExploration) -> None:
@@ -178,16 +181,18 @@ class Explorer:
             case do.TellMode(mode=mode, why=why):
                 self._tell(ev.LeadChanged(self._call, mode, why))
             case do.Remember(memory=memory):
-                began_s, last = self._runner.exploration.started_s, memory.discoveries[-1:]
+                began_s, last = self._runner.exploration.begun_s, memory.discoveries[-1:]
                 for one in last:
                     if one != self._last_told and one.stamp_s >= began_s:
                         self._last_told = one
                         self._tell(ev.DiscoverySeen(self._call, one.label, one.note))
             case do.Finish(end=end):
                 one = self._runner.exploration
-                found = tuple(each.label for each in one.memory.discoveries if each.stamp_s >= one.started_s)
-                actions = self._actions(self._runner)
-                self._tell(ev.ExplorationEnded(self._call, end, actions, one.spent.calls, found))
+                found = tuple(each.label for each in one.memory.discoveries if each.stamp_s >= one.begun_s)
+                ended = ev.ExplorationEnded(
+                    self._call, end, one.motions, one.spent.calls, found, all_known=not one.unknown_seen
+                )
+                self._tell(ended)
 
     def _tell(self, event: ev.Event) -> None:
         """In a task of its own: the mission may be in the middle of a step."""
@@ -196,9 +201,6 @@ class Explorer:
             self._feed(event)
 
         self._tasks.start("exploration-told", feed(), forever=False)
-
-    def _actions(self, runner: ExplorationRunner) -> int:
-        return max(0, runner.exploration.memory.actions_done - runner.actions_before)
 
     def _end_senses(self) -> None:
         if self._senses is not None:

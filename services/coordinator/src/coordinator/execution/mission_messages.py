@@ -3,7 +3,7 @@
 from contracts import mission as wire
 from contracts.geometry import Pose2D
 from contracts.mission import MissionStatus, MissionTarget
-from coordinator.core.activities import Waiting, Waking
+from coordinator.core.activities import Waiting, WaitingForPlace, Waking
 from coordinator.core.mission import Mission
 
 
@@ -62,10 +62,12 @@ def mission_status(
 
 
 def waiting_for(mission: Mission, now_s: float) -> str:
-    """The service whose call failed, and how much longer it will be waited for; empty while nothing is amiss."""
+    """What it waits for, as the service whose call failed, and for how much longer; empty while nothing is amiss."""
     waiting = mission.activity
     if isinstance(waiting, Waking):
         return "camera"
+    if isinstance(waiting, WaitingForPlace):
+        return f"{waiting.service}: for {max(0.0, waiting.until_s - now_s):.0f} s at most"
     if not isinstance(waiting, Waiting):
         return ""
     tries = f"{mission.failures} of {mission.rules.failures_max} tries"

@@ -146,7 +146,7 @@ class MissionRunner:
 
     def status(self) -> MissionStatus:
         told = mission_status(self.mission, self._clock.now_s(), queue=self._queued(), trace_id=self._trace.id)
-        return told.model_copy(update={"exploration": self._explorer.status()})
+        return told.model_copy(update={"exploration": self._explorer.status(self.mission.robot.map_id)})
 
     async def discovered(self) -> tuple[Discovery, ...]:
         """By explorations of the home it is in, oldest first. Raises `UnavailableError`."""

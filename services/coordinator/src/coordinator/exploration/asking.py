@@ -41,7 +41,7 @@ def lead(context: Context) -> None:
     one, now_s = context.exploration, context.now_s
     if one.question is not None:
         if now_s - one.question.asked_s > one.rules.asking.answer_s:
-            context.update(question=None)
+            context.drop_question()
         return
     if not one.link_up or now_s < one.ask_again_s:
         return
@@ -134,16 +134,18 @@ def look_elsewhere(context: Context) -> None:
 def failed(context: Context, event: ev.ModelFailed) -> None:
     question = context.exploration.question
     if question is None or question.call != event.call:
+        _late(context, event.call, 0)
         return
     again_s = context.now_s + context.exploration.rules.asking.again_s
     context.update(question=None, ask_again_s=again_s, spent=_waited(context.exploration, question, context.now_s, 0))
 
 
 def answered(context: Context, event: ev.ModelAnswered) -> None:
-    """An answer to the question that is open; every other is dropped unread."""
+    """An answer to the question that is open; every other is dropped unread, and what it cost is counted."""
     one = context.exploration
     question = one.question
     if question is None or question.call != event.call:
+        _late(context, event.call, event.tokens)
         return
     spent = _waited(one, question, context.now_s, event.tokens)
     context.update(question=None, silent_since_s=None, spent=spent)
@@ -159,6 +161,8 @@ def answered(context: Context, event: ev.ModelAnswered) -> None:
     decision = as_of_now(event.decision, asked_at, one.pose)
     checked = check(decision, context.knowledge, one.rules.limits)
     context.update(tries=checked.tries)
+    if checked.motion is not None and context.now_s < one.hold_until_s:
+        return  # it is asked again once the robot takes motions again
     if not checked.verdict.moves and not isinstance(decision, CheckPathClear):
         if isinstance(decision, NavigateToGoal) and checked.verdict is DecisionVerdict.GOAL_NOT_FREE:
             _count_frontier(context, decision.frontier)
@@ -166,6 +170,13 @@ def answered(context: Context, event: ev.ModelAnswered) -> None:
         return
     context.count(checked.verdict)
     _carry_out(context, decision, checked, question.turns)
+
+
+def _late(context: Context, call: int, tokens: int) -> None:
+    one = context.exploration
+    if call in one.dropped:
+        spent = replace(one.spent, tokens=one.spent.tokens + max(0, tokens))
+        context.update(dropped=tuple(each for each in one.dropped if each != call), spent=spent)
 
 
 def _count_frontier(context: Context, number: int | None) -> None:

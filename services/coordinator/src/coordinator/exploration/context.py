@@ -15,6 +15,7 @@ from geometry.poses import wrap
 
 LITTLE_RAD = 0.05
 """Less is not turned by before a drive."""
+DROPPED_KEPT = 50
 
 
 class Context:
@@ -45,13 +46,23 @@ class Context:
 
     def finish(self, end: ExplorationEnd, why: str) -> None:
         self.halt()
-        self.become(ExplorationMode.IDLE, why, end=end, question=None, silent_since_s=None, fallback=None)
+        self.drop_question()
+        self.become(ExplorationMode.IDLE, why, end=end, silent_since_s=None, fallback=None)
         self.tell(do.Finish(end))
 
     @property
     def knowledge(self) -> Knowledge:
         one = self.exploration
         return Knowledge(one.surroundings, one.pose, one.chart, one.told, one.tries, self.now_s)
+
+    def drop_question(self) -> None:
+        """Nobody waits for its answer any more. What it was waited for counts."""
+        one, question = self.exploration, self.exploration.question
+        if question is None:
+            return
+        seconds = one.spent.seconds + max(0.0, self.now_s - question.asked_s)
+        dropped = (*one.dropped, question.call)[-DROPPED_KEPT:]
+        self.update(question=None, dropped=dropped, spent=replace(one.spent, seconds=seconds))
 
     # motion
 

@@ -1,6 +1,7 @@
 """What happens to an exploration. `call` names the command that is answered; answers to others are too late."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from contracts.exploration import ExplorationDecision, ExploredRoom
 from contracts.geometry import Pose2D
@@ -69,16 +70,26 @@ class LinkChanged:
 
 @dataclass(frozen=True, slots=True)
 class MotionOver:
-    """A turn or a drive is over. Of a call that failed the end is none."""
+    """A turn or a drive is over. Of a call that was refused or not answered the end is none."""
 
     call: int
     end: MotionEnd | None
 
 
+class GoalOutcome(StrEnum):
+    """What became of a goal of Nav2's."""
+
+    REACHED = "reached"
+    NOT_REACHED = "not_reached"
+    """It was driven to, and not reached: it says something of the place."""
+    FAILED = "failed"
+    """It was not taken, or somebody else ended it: it says nothing of the place."""
+
+
 @dataclass(frozen=True, slots=True)
 class GoalOver:
     call: int
-    reached: bool
+    outcome: GoalOutcome
 
 
 @dataclass(frozen=True, slots=True)

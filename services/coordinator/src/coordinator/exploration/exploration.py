@@ -120,11 +120,22 @@ class Exploration:
     activity: Activity = field(default_factory=Standing)
     home: Pose2D | None = None
     home_tries: int = 0
+    """Goals home that were driven to, and not reached."""
+    motions: int = 0
+    """Turns, drives and goals that were made, however they ended."""
+    failures: int = 0
+    """Motions in a row that were not taken, or that somebody else ended."""
+    hold_until_s: float = NEVER_S
+    """Nothing that moves is begun before, after such a failure."""
     started_s: float = 0.0
+    """Put off by what it listened: its time is counted from here."""
+    begun_s: float = 0.0
     end: ExplorationEnd | None = None
     """Why it goes home, or has ended."""
     # the model
     question: OpenQuestion | None = None
+    dropped: tuple[int, ...] = ()
+    """Calls that nobody waits for any more; what they cost is counted when they are answered after all."""
     asked: Asked | None = None
     silent_since_s: float | None = None
     link_up: bool = True
@@ -145,6 +156,8 @@ class Exploration:
     """The last that was named."""
     view: int | None = None
     chart: Chart | None = None
+    unknown_seen: bool = False
+    """Some map of this exploration had a frontier."""
     charts_without: int = 0
     """So many maps in a row had no frontier left."""
     visits: tuple[tuple[Pose2D, int], ...] = ()

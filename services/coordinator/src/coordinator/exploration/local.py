@@ -68,13 +68,13 @@ def go_home(context: Context) -> None:
     elif one.home_tries >= one.rules.home_tries_max:
         context.finish(ExplorationEnd.HOME_NOT_REACHED, "no way home was found")
     else:
-        context.update(home_tries=one.home_tries + 1)
         context.go_to(one.home, "home")
 
 
 def head_home(context: Context, end: ExplorationEnd, why: str) -> None:
     context.halt()
-    context.update(end=end, question=None, silent_since_s=None, fallback=None, home_tries=0)
+    context.drop_question()
+    context.update(end=end, silent_since_s=None, fallback=None, home_tries=0)
     context.become(ExplorationMode.RETURNING, why)
 
 
@@ -100,7 +100,8 @@ def went_to(context: Context, pose: Pose2D) -> None:
 def chart_seen(context: Context, chart: Chart) -> None:
     """Counts how many maps in a row leave nothing to go to."""
     memory = remembering.knows_frontiers(context.exploration.memory, chart.frontiers)
-    context.update(chart=chart, memory=memory)
+    seen = context.exploration.unknown_seen or bool(chart.frontiers)
+    context.update(chart=chart, memory=memory, unknown_seen=seen)
     none = chart.reachable_m2 >= EXPLORED_M2_MIN and not frontiers_left(context.exploration)
     context.update(charts_without=context.exploration.charts_without + 1 if none else 0)
 

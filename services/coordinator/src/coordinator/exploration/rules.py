@@ -68,3 +68,7 @@ class ExplorationRules:
     charts_to_believe: int = 3
     """So many maps in a row without a frontier that is left: all is explored."""
     home_tries_max: int = 3
+    failed_pause_s: float = 1.0
+    """After a motion that was not taken, or that somebody else ended: a lost session is back by then."""
+    failures_max: int = 30
+    """So many of those in a row end it."""

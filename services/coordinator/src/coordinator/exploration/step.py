@@ -27,6 +27,11 @@ _M = ExplorationMode
 LED = frozenset({_M.MODEL, _M.FRONTIERS, _M.REACTIVE})
 FAILED = "failed"
 OVERDUE = "timed_out"
+NOT_ITS_OWN = frozenset({
+    MotionEnd.PREEMPTED, MotionEnd.BASE_BUSY, MotionEnd.SESSION_ENDED, MotionEnd.CLIENT_LEFT, MotionEnd.CANCELED,
+    MotionEnd.SHUT_DOWN,
+})  # fmt: skip
+"""Ends of a turn or a drive that say nothing of the way: somebody else ended it."""
 
 
 def step(exploration: Exploration, event: ev.Event, now_s: float) -> tuple[Exploration, tuple[do.Command, ...]]:
@@ -100,9 +105,10 @@ def _begin(context: Context, event: ev.Begun) -> None:
         return
     memory = one.memory.model_copy(update={"given_up": ()})
     context.exploration = Exploration(
-        rules=one.rules, home=event.home, started_s=context.now_s, memory=memory, next_call=one.next_call,
-        pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, map_id=one.map_id, view=one.view,
-        chart=one.chart, link_up=one.link_up,
+        rules=one.rules, home=event.home, started_s=context.now_s, begun_s=context.now_s, memory=memory,
+        next_call=one.next_call, pose=one.pose, surroundings=one.surroundings, epoch=one.epoch, map_id=one.map_id,
+        view=one.view, chart=one.chart, link_up=one.link_up,
+        unknown_seen=one.chart is not None and bool(one.chart.frontiers),
     )  # fmt: skip
     context.become(one.rules.pilot, "begun")
     if not one.link_up and one.rules.pilot is _M.MODEL:
@@ -155,28 +161,46 @@ def _motion_ended(context: Context, event: ev.MotionOver | ev.GoalOver) -> None:
     activity = context.exploration.activity
     if isinstance(event, ev.GoalOver):
         if isinstance(activity, Going) and activity.call == event.call:
-            _goal_over(context, activity, "reached" if event.reached else "not_reached")
+            if event.outcome is ev.GoalOutcome.FAILED:
+                _failed(context, activity.tool)
+            else:
+                _goal_over(context, activity, event.outcome.value)
         return
     if not isinstance(activity, Turning | Advancing) or activity.call != event.call:
         return
-    completed = event.end is not None and event.end.completed
-    word = event.end.value if event.end is not None else FAILED
-    if isinstance(activity, Turning) and activity.then is not None and completed:
+    if event.end is None or event.end in NOT_ITS_OWN:
+        _failed(context, activity.tool)
+        return
+    if isinstance(activity, Turning) and activity.then is not None and event.end.completed:
         context.settle(activity.then, activity.tool)
         return
     if isinstance(activity, Advancing) and event.end in {MotionEnd.BLOCKED, MotionEnd.HAZARD}:
         context.update(tries=blocked(context.exploration.tries, activity.heading_rad, context.now_s))
-    _over(context, activity.tool, word)
+    _over(context, activity.tool, event.end.value)
 
 
 def _goal_over(context: Context, going: Going, word: str) -> None:
-    if context.exploration.mode is not _M.RETURNING:
+    """Its place was driven to, and counts as that: a frontier as visited, home as tried."""
+    if context.exploration.mode is _M.RETURNING:
+        context.update(home_tries=context.exploration.home_tries + 1)
+    else:
         local.went_to(context, going.pose)
     _over(context, going.tool, word)
 
 
+def _failed(context: Context, tool: str) -> None:
+    """It was not taken, or somebody else ended it: that says nothing of the place, and it is tried again soon."""
+    one = context.exploration
+    context.update(
+        activity=Standing(), failures=one.failures + 1, hold_until_s=context.now_s + one.rules.failed_pause_s
+    )
+    context.remember_action(tool, DecisionVerdict.ACCEPTED, FAILED)
+    if one.failures + 1 >= one.rules.failures_max:
+        context.finish(ExplorationEnd.MOTION_FAILED, f"{one.failures + 1} motions in a row failed")
+
+
 def _over(context: Context, tool: str, word: str) -> None:
-    context.update(activity=Standing())
+    context.update(activity=Standing(), failures=0, motions=context.exploration.motions + 1)
     context.remember_action(tool, DecisionVerdict.ACCEPTED, word)
     local.stretch_over(context)
 
@@ -213,9 +237,8 @@ def _listen(context: Context, for_s: float) -> None:
         context.update(listen_until_s=max(one.listen_until_s, now_s + for_s))
     elif one.running:
         context.halt()
-        context.update(
-            listening_before=one.mode, listen_since_s=now_s, listen_until_s=now_s + for_s, question=None, asked=None
-        )
+        context.drop_question()
+        context.update(listening_before=one.mode, listen_since_s=now_s, listen_until_s=now_s + for_s, asked=None)
         context.become(_M.LISTENING, "somebody speaks to the robot")
 
 
@@ -293,6 +316,8 @@ def _watch(context: Context) -> None:
 def _lead(context: Context) -> None:
     if context.exploration.fallback is Fallback.SILENT:
         asking.lead(context)
+    if context.now_s < context.exploration.hold_until_s:
+        return
     match context.exploration.mode:
         case _M.MODEL:
             asking.lead(context)

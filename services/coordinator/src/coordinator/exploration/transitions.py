@@ -14,7 +14,7 @@ SENTENCES: dict[ExplorationMode, str] = {
 }
 
 _HOME = "all explored, out of time, or the model silent for too long"
-_OVER = "cancelled, the emergency stop, or another map"
+_OVER = "cancelled, the emergency stop, another map, or nothing that moves it is taken"
 _LISTEN = "somebody speaks to the robot"
 _HEARD = "nobody says more: on as before"
 

@@ -64,8 +64,8 @@ class ByBelief(MovingToScan):
 def _wait_for_its_place(context: StepContext) -> None:
     """No call failed: a robot that stays lost for `lost_pose_s` has its mission ended with that as the cause."""
     text = "the robot does not know where it is: waiting until it does"
-    context.log_event(EventKind.FAILURE, text, EventFacts(service="robot_bridge"))
-    context.set_activity(WaitingForPlace(context.now_s + context.rules.lost_pose_s, "robot_bridge"))
+    context.log_event(EventKind.FAILURE, text, EventFacts(service="localisation"))
+    context.set_activity(WaitingForPlace(context.now_s + context.rules.lost_pose_s, "localisation"))
 
 
 def _confirmed_at(loss: Loss) -> Pose2D | None:

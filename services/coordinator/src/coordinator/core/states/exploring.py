@@ -45,7 +45,7 @@ class ExplorationState(State):
 
 def _ended(context: StepContext, ended: ExplorationEnded) -> None:
     match ended.end:
-        case ExplorationEnd.EXPLORED if ended.actions == 0:
+        case ExplorationEnd.EXPLORED if ended.actions == 0 or ended.all_known:
             new_scan(context, "the map shows nothing unknown that can be reached: looking at all of it instead")
         case ExplorationEnd.EXPLORED:
             _done(context, ended, "explored: nothing unknown is left that can be reached")
@@ -55,6 +55,8 @@ def _ended(context: StepContext, ended: ExplorationEnded) -> None:
             abort(context, EndCause.SERVICE, "the model did not answer for too long: it ended at home")
         case ExplorationEnd.HOME_NOT_REACHED:
             abort(context, EndCause.NAVIGATION, "it explored, and found no way home")
+        case ExplorationEnd.MOTION_FAILED:
+            abort(context, EndCause.SERVICE, "the robot took nothing that moves it, however often it was asked")
         case ExplorationEnd.ANOTHER_MAP:
             abort_for_the_map(context, MapTrouble.ANOTHER_MAP)
         case ExplorationEnd.STOPPED:
