@@ -3,10 +3,11 @@
 import pytest
 
 from support.bridge_behaviour import BridgeBehaviour
+from support.recovery_behaviour import RecoveryBehaviour
 
 # a bridge that has ended does not wait for the toy's answers
 pytestmark = pytest.mark.filterwarnings("ignore:failed to send response:RuntimeWarning")
 
 
-class TestBridgeOverRos(BridgeBehaviour):
+class TestBridgeOverRos(BridgeBehaviour, RecoveryBehaviour):
     pass
