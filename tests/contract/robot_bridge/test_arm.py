@@ -176,6 +176,8 @@ async def test_a_motion_ends_when_its_client_goes_away(served_with_arm: Served) 
         {"epoch": -1},
         {"points": [{"time_s": 0.0, "positions_rad": REACHED}]},
         {"points": [{"time_s": 1.0, "positions_rad": ["NaN"] * 5}]},
+        {"points": [{"time_s": 1e-310, "positions_rad": REACHED}]},
+        {"points": [{"time_s": 10.0, "positions_rad": REACHED, "velocities_rad_s": [1e308] * 5}]},
         {"speed": 1.0},
     ],
 )
