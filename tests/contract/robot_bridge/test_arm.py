@@ -7,7 +7,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from contracts.arm import ArmEnd, ArmRefusal, ArmReply, ArmState, GripperReply
+from contracts.arm import ArmEnd, ArmPart, ArmRefusal, ArmReply, ArmState, GripperReply
 from robot_bridge.arm.models import SO101
 from robot_bridge.settings import Settings
 from support.arm_behaviour import (
@@ -92,6 +92,18 @@ async def test_an_arm_that_is_away_is_a_dependency_that_is_away(armed: Rig, arm:
     answer = await armed.post("/arm/trajectory", trajectory(REACHED, 3.0))
     assert answer.status_code == 503
     assert (await arm_state(armed.client)).under_way == ()
+
+
+async def test_a_part_whose_cancel_is_not_answered_is_not_moved_and_the_other_is(armed: Rig, arm: FakeArm) -> None:
+    arm.owes.add(ArmPart.ARM)
+    for path in ("/arm/trajectory", "/arm/home"):
+        answer = await armed.post(path, BODIES[path])
+        assert (answer.status_code, code(answer)) == (503, ArmRefusal.CANCEL_OWED)
+    assert (await armed.post("/arm/gripper", BODIES["/arm/gripper"])).status_code == 200
+    arm.owes = {ArmPart.GRIPPER}
+    answer = await armed.post("/arm/gripper", BODIES["/arm/gripper"])
+    assert (answer.status_code, code(answer)) == (503, ArmRefusal.CANCEL_OWED)
+    assert (await armed.post("/arm/home", BODIES["/arm/home"])).status_code == 200
 
 
 async def test_joints_that_nobody_tells_of_are_not_moved(armed: Rig, arm: FakeArm) -> None:

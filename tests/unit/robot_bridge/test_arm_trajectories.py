@@ -81,7 +81,8 @@ def test_it_ends_at_rest() -> None:
 )
 def test_what_is_too_large_to_reckon_with_is_too_fast(cubic: tuple[float, float, float, float, float]) -> None:
     found = between(*cubic)
-    assert not (math.isnan(found.lowest_rad) or math.isnan(found.highest_rad))
+    assert not math.isnan(found.lowest_rad)
+    assert not math.isnan(found.highest_rad)
     assert found.fastest_rad_s == math.inf
 
 

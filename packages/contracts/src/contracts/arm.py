@@ -85,6 +85,8 @@ class ArmRefusal(StrEnum):
     """A joint would be faster than it may."""
     ARM_MOTION_UNDER_WAY = "arm_motion_under_way"
     """That part of the arm is moving already."""
+    CANCEL_OWED = "cancel_owed"
+    """Its controller has not answered yet that its goals are cancelled: after a stop, or since it is in reach."""
 
 
 class TrajectoryPoint(Message):

@@ -195,7 +195,8 @@ class ArmService:
 
     def _cancel_all(self, arm: RobotArm) -> None:
         self._cancelled_s = self._clock.now_s()
-        arm.cancel_all()
+        for part in ArmPart:
+            arm.cancel(part)
 
     def _may_begin(self, part: ArmPart, epoch: int, session_id: str | None) -> RobotArm:
         if (arm := self._arm) is None:
@@ -203,6 +204,9 @@ class ArmService:
         self._wheels.check(epoch, session_id)
         if part in self._active:
             raise ConflictError(f"the {part} is moving already", code=ArmRefusal.ARM_MOTION_UNDER_WAY)
+        if arm.owes_cancel(part):
+            text = f"the {part}'s controller has not answered yet that its goals are cancelled"
+            raise UnavailableError("arm", text, code=ArmRefusal.CANCEL_OWED)
         return arm
 
     async def _run(
@@ -233,7 +237,7 @@ class ArmService:
         finally:
             del self._active[part]
             if goal is not None and end is None:  # given up, out of time, or whoever asked has gone
-                goal.cancel()
+                arm.cancel(part)
             if ending is not None:
                 ending.cancel()
 
