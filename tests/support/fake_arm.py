@@ -144,7 +144,9 @@ class FakeArm:
             return
         positions, before = self._positions(), self._last
         rates = {name: (positions[name] - before[name]) / STEP_S for name in positions}
-        self._joints.put(JointStates(positions, rates, dict.fromkeys(positions, 0.0)), self._clock.now_s())
+        now_s = self._clock.now_s()
+        states = JointStates(positions, rates, dict.fromkeys(positions, 0.0), dict.fromkeys(positions, now_s))
+        self._joints.put(states, now_s)
         self._last = positions
 
     def _positions(self) -> dict[str, float]:

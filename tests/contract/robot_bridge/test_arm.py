@@ -145,6 +145,31 @@ async def test_what_somebody_else_moves_during_a_stop_is_cancelled_again(armed: 
     assert not near(await stands(armed.client), REACHED)
 
 
+async def test_what_somebody_else_moves_during_a_stop_is_cancelled_though_nobody_tells_of_the_joints(
+    armed: Rig, arm: FakeArm
+) -> None:
+    await armed.post("/emergency-stop")
+    arm.told = False
+
+    async def old() -> bool:
+        return (await arm_state(armed.client)).moving is None
+
+    await until_true(old)
+    arm.move_by_somebody_else(REACHED, 3.0)
+    cancelled = arm.cancels
+    await until(lambda: arm.cancels > cancelled)
+    arm.told = True
+    assert not near(await stands(armed.client), REACHED)
+
+
+async def test_what_moves_too_slowly_to_be_seen_during_a_stop_is_cancelled(armed: Rig, arm: FakeArm) -> None:
+    await armed.post("/emergency-stop")
+    cancelled = arm.cancels
+    arm.move_by_somebody_else(REACHED, 60.0)
+    await until(lambda: arm.cancels > cancelled + 2)
+    assert near(await stands(armed.client), SO101.home_rad)
+
+
 async def test_a_controller_that_never_ends_is_given_up(arm: FakeArm, tmp_path: Path) -> None:
     toy = ToyRobot()
     async with running(tmp_path, toy, FakeRobot(toy), arm_given=arm, arm_late_s_max=0.2) as rig:

@@ -1,8 +1,8 @@
 """The arm as the routes see it: the wheels' rules of epoch and session, joints' limits, and an end to everything.
 
 A stop cancels whatever the controllers do, by whomever: they leave the joints where they are, and a jaw that holds
-something goes on holding it (`ON_STOP`). Nothing is resumed. While the stop is latched the joints are watched: what
-moves them all the same is cancelled again.
+something goes on holding it (`ON_STOP`). Nothing is resumed. While the stop is latched all is cancelled again and again:
+somebody else may begin something.
 """
 
 import asyncio
@@ -42,7 +42,7 @@ MOVING_RAD_S: Final = 0.1
 """A joint that is slower trembles."""
 WATCH_S: Final = 0.1
 AGAIN_S: Final = 0.5
-"""So long after a cancel the joints may settle before the next."""
+"""Between two cancels while the stop is latched and no joint is seen to move."""
 GRIPPER_S_MAX: Final = 15.0
 
 
@@ -116,7 +116,7 @@ class ArmService:
                 for joint in model.joints
             ),
             opening=model.jaw.opening(jaw) if jaw is not None else None,
-            age_s=arm.joints.age_s(now_s),
+            age_s=max((max(0.0, now_s - at_s) for at_s in told.told_s.values()), default=None) if told else None,
             moving=_moves(fresh) if fresh is not None else None,
             under_way=tuple(self._active),
         )
@@ -183,14 +183,22 @@ class ArmService:
             tasks.start("watch-arm", self._watch(self._arm))
 
     async def _watch(self, arm: RobotArm) -> None:
-        """While the stop is latched, what moves a joint is cancelled again."""
+        """While the stop is latched all is cancelled again and again, and at once where a joint is seen to move.
+
+        Joints may tell nothing, or too little: what moves slowly is not told from what trembles.
+        """
+        moved = False
         while True:
             await self._clock.sleep(WATCH_S)
-            fresh, now_s = self._fresh(arm), self._clock.now_s()
-            if not self._wheels.stop_state.latched or fresh is None or not _moves(fresh):
+            if not self._wheels.stop_state.latched:
+                moved = False
                 continue
-            if now_s - self._cancelled_s >= AGAIN_S:
+            fresh = self._fresh(arm)
+            moves = fresh is not None and _moves(fresh)
+            if moves and not moved:
                 log.warning("the arm moves during a stop: what its controllers do is cancelled again")
+            moved = moves
+            if moves or self._clock.now_s() - self._cancelled_s >= AGAIN_S:
                 self._cancel_all(arm)
 
     def _cancel_all(self, arm: RobotArm) -> None:
@@ -242,8 +250,9 @@ class ArmService:
                 ending.cancel()
 
     def _fresh(self, arm: RobotArm) -> JointStates | None:
-        age_s = arm.joints.age_s(self._clock.now_s())
-        return arm.joints.value if age_s is not None and age_s <= self._limits.arm_joints_age_s_max else None
+        """Of the joints that told lately; none where none did."""
+        told = arm.joints.value
+        return told.since(self._clock.now_s() - self._limits.arm_joints_age_s_max) if told is not None else None
 
     def _positions(self, arm: RobotArm) -> tuple[float, ...]:
         """Where the joints are, in the model's order. Raises `UnavailableError` where that is not known."""

@@ -18,7 +18,7 @@ from mesh.latest_value import LatestValue
 from robot_bridge.adapters.ros.calls import Calls, RosGoal
 from robot_bridge.adapters.ros.convert import set_duration
 from robot_bridge.adapters.ros.subscriptions import qos_profile
-from robot_bridge.arm.joint_states import JointStates, read
+from robot_bridge.arm.joint_states import Joints, JointStates
 from robot_bridge.arm.models import ArmModel
 from robot_bridge.arm.owed_cancel import AGAIN_S, OwedCancel
 from robot_bridge.settings import RosSettings
@@ -42,6 +42,7 @@ class RosArm:
         self._ros = ros
         self._clock = clock
         self._joints: LatestValue[JointStates] = LatestValue()
+        self._told = Joints((*model.names, model.jaw.joint))
         self._missing = "its controllers have not been looked for yet"
         self._owed = {part: OwedCancel() for part in ArmPart}
 
@@ -95,7 +96,7 @@ class RosArm:
 
     def cancel(self, part: ArmPart) -> None:
         self._owed[part].owe(self._clock.now_s())
-        self._calls.do(lambda: self._controllers[part].poll())
+        self._calls.do(self._controllers[part].poll)
 
     def owes_cancel(self, part: ArmPart) -> bool:
         return self._owed[part].owed
@@ -106,15 +107,7 @@ class RosArm:
     def _heard(self, message: JointState) -> None:
         """In the robot's thread. They may come from several publishers: the wheels have theirs."""
         now_s = self._clock.now_s()
-        states = read(
-            list(message.name),
-            message.position,
-            message.velocity,
-            message.effort,
-            ours=(*self._model.names, self._model.jaw.joint),
-            before=self._joints.value,
-            elapsed_s=self._joints.age_s(now_s),
-        )
+        states = self._told.read(list(message.name), message.position, message.velocity, message.effort, now_s=now_s)
         if states is not None:
             self._joints.put(states, now_s)
 
