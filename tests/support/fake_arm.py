@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator, Callable
 
 from contracts.arm import ArmEnd, ArmPart, TrajectoryPoint
 from mesh.clock import SystemClock
-from mesh.errors import UnavailableError
+from mesh.errors import ServiceTimeoutError, UnavailableError
 from mesh.latest_value import LatestValue
 from robot_bridge.arm.joint_states import JointStates
 from robot_bridge.arm.models import SO101, ArmModel
@@ -39,7 +39,7 @@ class FakeArmGoal:
 
 
 class FakeArm:
-    """`there`, `rejects`, `told`, `jaw_stops_at`, `hangs` and `owes` are there to set, `cancels` to look at."""
+    """What is to be set, and `cancels` to look at."""
 
     def __init__(self) -> None:
         self.there = True
@@ -50,6 +50,8 @@ class FakeArm:
         """Something between the jaws, rad."""
         self.hangs = False
         """A goal's end is never told."""
+        self.loses_acceptance = False
+        """A goal is taken, and the answer never comes."""
         self.cancels = 0
         """Of both parts together."""
         self.owes = set[ArmPart]()
@@ -80,6 +82,8 @@ class FakeArm:
         knots = tuple(Knot(each.time_s, each.positions_rad, each.velocities_rad_s) for each in points)
         controller = self._trajectory
         controller.follow(Trajectory(SO101.names, knots), Tolerances(), time.monotonic())
+        if self.loses_acceptance:
+            raise ServiceTimeoutError("arm", "did not answer in time")
         hangs = self.hangs
         return FakeArmGoal(lambda: Outcome.RUNNING if hangs else controller.outcome)
 

@@ -178,6 +178,13 @@ async def test_a_controller_that_never_ends_is_given_up(arm: FakeArm, tmp_path: 
         assert (await arm_state(rig.client)).under_way == ()
 
 
+async def test_a_goal_whose_acceptance_is_lost_does_not_go_on(armed: Rig, arm: FakeArm) -> None:
+    arm.loses_acceptance = True
+    assert (await armed.post("/arm/trajectory", trajectory(REACHED, 3.0))).status_code == 504
+    assert (await arm_state(armed.client)).under_way == ()
+    assert near(await stands(armed.client), SO101.home_rad)
+
+
 async def test_a_motion_ends_with_its_session(served_with_arm: Served) -> None:
     served = served_with_arm
     async with client(served) as http, session(served) as (socket, session_id), beating(socket):

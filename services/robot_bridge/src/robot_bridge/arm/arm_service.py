@@ -1,8 +1,8 @@
 """The arm as the routes see it: the wheels' rules of epoch and session, joints' limits, and an end to everything.
 
 A stop cancels whatever the controllers do, by whomever: they leave the joints where they are, and a jaw that holds
-something goes on holding it (`ON_STOP`). Nothing is resumed. While the stop is latched all is cancelled again and again:
-somebody else may begin something.
+something goes on holding it (`ON_STOP`). Nothing is resumed. While the stop is latched all is cancelled again and
+again: somebody else may begin something.
 """
 
 import asyncio
@@ -225,9 +225,8 @@ class ArmService:
         begin: Callable[[], Awaitable[ArmGoal | None]],
         within_s: float,
     ) -> ArmEnd:
-        """From the request to the controller's end, or until it is given up; then its goal is cancelled."""
+        """From the request to the controller's end, or until it is given up; then what the part does is cancelled."""
         active = self._active[part] = _Active(session_id)
-        goal: ArmGoal | None = None
         ending: asyncio.Future[ArmEnd] | None = None
         end: ArmEnd | None = None
         try:
@@ -244,7 +243,7 @@ class ArmService:
             return end
         finally:
             del self._active[part]
-            if goal is not None and end is None:  # given up, out of time, or whoever asked has gone
+            if end is None:  # given up, out of time, whoever asked has gone, or nobody knows whether it was accepted
                 arm.cancel(part)
             if ending is not None:
                 ending.cancel()
