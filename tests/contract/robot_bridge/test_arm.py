@@ -113,9 +113,24 @@ async def test_joints_that_nobody_tells_of_are_not_moved(armed: Rig, arm: FakeAr
         return (await arm_state(armed.client)).moving is None
 
     await until_true(old)
+    assert (await arm_state(armed.client)).opening is None
+    for path, body in BODIES.items():
+        answer = await armed.post(path, body)
+        assert (answer.status_code, code(answer)) == (503, ArmRefusal.NO_JOINT_STATES)
+
+
+async def test_while_a_joint_moves_no_trajectory_begins(armed: Rig, arm: FakeArm) -> None:
+    """It is checked from rest, and the controller would begin it with the joints' speed."""
+    arm.move_by_somebody_else(REACHED, 6.0)
+
+    async def moves() -> bool:
+        return (await arm_state(armed.client)).moving is True
+
+    await until_true(moves)
     for path in ("/arm/trajectory", "/arm/home"):
         answer = await armed.post(path, BODIES[path])
-        assert (answer.status_code, code(answer)) == (503, ArmRefusal.NO_JOINT_STATES)
+        assert (answer.status_code, code(answer)) == (409, ArmRefusal.JOINT_MOVES)
+    assert (await armed.post("/arm/gripper", BODIES["/arm/gripper"])).status_code == 200
 
 
 async def test_a_goal_that_the_controller_does_not_take_is_told(armed: Rig, arm: FakeArm) -> None:

@@ -139,6 +139,24 @@ def test_out_of_a_place_outside_the_range_it_may_come_back() -> None:
     assert why_refused(back, SO101, beyond, speed_rad_s_max=2.0) is None
 
 
+@pytest.mark.parametrize("lift", [-1.75, -1.9, 2.0])
+def test_home_may_be_driven_from_outside_the_range(lift: float) -> None:
+    beyond = (0.0, lift, 1.3, -1.5, 0.0)
+    way = request(*home(SO101, beyond, speed_rad_s_max=0.5))
+    assert why_refused(way, SO101, beyond, speed_rad_s_max=0.5) is None
+
+
+def test_outside_the_range_no_joint_goes_farther_out() -> None:
+    beyond = (0.0, -1.8, 1.3, -1.5, 0.0)
+    for points in (
+        (point(5.0, (0.0, -1.81, 1.3, -1.5, 0.0)),),
+        (point(5.0, (0.0, -1.77, 1.3, -1.5, 0.0)), point(9.0, (0.0, -1.79, 1.3, -1.5, 0.0))),
+    ):
+        refused = why_refused(request(*points), SO101, beyond, speed_rad_s_max=2.0)
+        assert refused is not None
+        assert refused.code is ArmRefusal.OUT_OF_LIMITS
+
+
 @given(angle, angle, rate, rate, st.floats(0.05, 5.0))
 def test_no_sample_of_a_cubic_lies_beyond_its_extremes(
     one: float, other: float, v_one: float, v_other: float, span_s: float

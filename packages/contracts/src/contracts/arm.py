@@ -85,6 +85,8 @@ class ArmRefusal(StrEnum):
     """A joint would be faster than it may."""
     ARM_MOTION_UNDER_WAY = "arm_motion_under_way"
     """That part of the arm is moving already."""
+    JOINT_MOVES = "joint_moves"
+    """A joint moves, or whether it does is not known; a trajectory is checked from rest."""
     CANCEL_OWED = "cancel_owed"
     """Its controller has not answered yet that its goals are cancelled: after a stop, or since it is in reach."""
 
@@ -156,7 +158,9 @@ class ArmState(Message):
     fitted: bool
     model: str = Field(default="", max_length=64)
     joints: tuple[ArmJoint, ...] = ()
-    opening: float | None = Field(default=None, description="of the jaw: 0 closed, 1 open")
+    opening: float | None = Field(
+        default=None, description="of the jaw: 0 closed, 1 open; none where it has not been told lately"
+    )
     age_s: float | None = Field(default=None, ge=0.0, description="since the joints last told; none if they never have")
     moving: bool | None = Field(default=None, description="faster than a trembling; none where it is not known")
     under_way: tuple[ArmPart, ...] = ()

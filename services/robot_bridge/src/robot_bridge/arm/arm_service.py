@@ -99,7 +99,7 @@ class ArmService:
         positions, velocities, efforts = (
             (told.positions, told.velocities, told.efforts) if told is not None else ({}, {}, {})
         )
-        jaw = positions.get(model.jaw.joint)
+        jaw = fresh.positions.get(model.jaw.joint) if fresh is not None else None
         return ArmState(
             fitted=True,
             model=model.name,
@@ -122,9 +122,10 @@ class ArmService:
         )
 
     async def follow(self, request: ArmTrajectoryRequest) -> ArmReply:
-        """Drives a trajectory to its end. Raises `ConflictError` or `UnprocessableError` where it does not begin."""
+        """Drives a trajectory to its end. Raises `ConflictError`, `UnavailableError` or `UnprocessableError` where it
+        does not begin."""
         arm = self._may_begin(ArmPart.ARM, request.epoch, request.session_id)
-        now_rad = self._positions(arm)
+        now_rad = self._at_rest(arm)
         limit = self._limits.arm_speed_rad_s_max
         if (refused := why_refused(request, arm.model, now_rad, speed_rad_s_max=limit)) is not None:
             raise UnprocessableError(refused.text, code=refused.code)
@@ -137,7 +138,7 @@ class ArmService:
         """Folds the arm, from wherever it is. Raises as `follow` does."""
         arm = self._may_begin(ArmPart.ARM, request.epoch, request.session_id)
         speed = request.speed_share * self._limits.arm_speed_rad_s_max
-        points = home(arm.model, self._positions(arm), speed_rad_s_max=speed)
+        points = home(arm.model, self._at_rest(arm), speed_rad_s_max=speed)
         return await self.follow(
             ArmTrajectoryRequest(
                 joints=arm.model.names, points=points, epoch=request.epoch, session_id=request.session_id
@@ -145,9 +146,11 @@ class ArmService:
         )
 
     async def grip(self, request: GripperRequest) -> GripperReply:
-        """Moves the jaw until it is there or stalls. Raises `ConflictError` where it does not begin."""
+        """Moves the jaw until it is there or stalls. Raises `ConflictError` or `UnavailableError` where it does not
+        begin."""
         arm = self._may_begin(ArmPart.GRIPPER, request.epoch, request.session_id)
         jaw = arm.model.jaw
+        self._told_of(arm, (jaw.joint,))
         effort = min(request.effort_share, self._limits.arm_effort_share_max) * jaw.effort_max
         position = jaw.position(request.opening)
         end = await self._run(
@@ -253,14 +256,24 @@ class ArmService:
         told = arm.joints.value
         return told.since(self._clock.now_s() - self._limits.arm_joints_age_s_max) if told is not None else None
 
-    def _positions(self, arm: RobotArm) -> tuple[float, ...]:
-        """Where the joints are, in the model's order. Raises `UnavailableError` where that is not known."""
+    def _at_rest(self, arm: RobotArm) -> tuple[float, ...]:
+        """Where the joints are, in the model's order. Raises `UnavailableError` where that is not known, and
+        `ConflictError` while one moves: a controller begins a trajectory with the joints' speed."""
+        names = arm.model.names
+        told = self._told_of(arm, names)
+        if moving := [name for name in names if abs(told.velocities.get(name, math.inf)) > MOVING_RAD_S]:
+            text = f"{', '.join(moving)}: moves, or its speed is not known yet"
+            raise ConflictError(text, code=ArmRefusal.JOINT_MOVES)
+        return tuple(told.positions[name] for name in names)
+
+    def _told_of(self, arm: RobotArm, names: tuple[str, ...]) -> JointStates:
+        """What is known of these joints. Raises `UnavailableError` where one has not told lately."""
         told = self._fresh(arm)
-        absent = [name for name in arm.model.names if told is None or name not in told.positions]
+        absent = [name for name in names if told is None or name not in told.positions]
         if told is None or absent:
             text = f"joint_states say nothing of {', '.join(absent)}" if told is not None else "no fresh joint_states"
             raise UnavailableError("arm", text, code=ArmRefusal.NO_JOINT_STATES)
-        return tuple(told.positions[name] for name in arm.model.names)
+        return told
 
 
 def _moves(told: JointStates) -> bool:

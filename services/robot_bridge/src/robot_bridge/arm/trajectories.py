@@ -19,6 +19,8 @@ JERK_PEAK: Final = 1.875
 """The peak of a minimum-jerk motion's speed over its mean (Flash and Hogan 1985)."""
 ROUNDING: Final = 1e-3
 """Of a speed limit or a time, relative: what arithmetic adds."""
+ROUNDING_RAD: Final = 1e-6
+"""Of an angle outside the range: what arithmetic adds."""
 AT_REST_RAD_S: Final = 1e-7
 """What ros2_control's joint_trajectory_controller takes for 0 at a trajectory's end."""
 COEFFICIENT_MAX: Final = 1e100
@@ -45,7 +47,10 @@ class Extremes:
 def why_refused(
     request: ArmTrajectoryRequest, model: ArmModel, now_rad: tuple[float, ...], *, speed_rad_s_max: float
 ) -> Refused | None:
-    """None where it may be driven from where the joints are now (`now_rad`, in the model's order), at rest."""
+    """None where it may be driven from where the joints are now (`now_rad`, in the model's order), at rest.
+
+    A joint that is outside its range may be anywhere between there and the range, but no farther out than before.
+    """
     if sorted(request.joints) != sorted(model.names):
         return Refused(ArmRefusal.WRONG_JOINTS, f"each of {', '.join(model.names)} is to be named once")
     count, before_s = len(model.joints), 0.0
@@ -135,8 +140,9 @@ def _why_not(one: TrajectoryPoint, other: TrajectoryPoint, model: ArmModel, spee
         v_begin, v_end = (one.velocities_rad_s[index], other.velocities_rad_s[index]) if cubic else (mean, mean)
         found = between(begin, end, v_begin, v_end, span_s)
         where = f"before {other.time_s:g} s {joint.name} would"
-        if not (joint.lower_rad <= found.lowest_rad and found.highest_rad <= joint.upper_rad):
-            furthest = found.lowest_rad if found.lowest_rad < joint.lower_rad else found.highest_rad
+        lower, upper = min(joint.lower_rad, begin - ROUNDING_RAD), max(joint.upper_rad, begin + ROUNDING_RAD)
+        if not (lower <= found.lowest_rad and found.highest_rad <= upper):  # a joint that is outside may come back
+            furthest = found.lowest_rad if found.lowest_rad < lower else found.highest_rad
             text = f"{where} be at {furthest:.3f} rad, outside {joint.lower_rad:g} to {joint.upper_rad:g} rad"
             return Refused(ArmRefusal.OUT_OF_LIMITS, text)
         most = min(speed_rad_s_max, joint.speed_rad_s_max)
