@@ -55,8 +55,20 @@ async def stands(http: httpx.AsyncClient) -> tuple[float, ...]:
     return await positions(http)
 
 
+async def post_settled(rig: Rig, path: str, body: dict[str, Any]) -> httpx.Response:
+    """Asks again while a controller has not answered yet that its goals are cancelled, as a client does."""
+    answers: list[httpx.Response] = []
+
+    async def settled() -> bool:
+        answers.append(await rig.post(path, body))
+        return answers[-1].status_code != 503 or code(answers[-1]) != ArmRefusal.CANCEL_OWED
+
+    await until_true(settled, timeout_s=LONG_S)
+    return answers[-1]
+
+
 async def move(rig: Rig, to: tuple[float, ...], seconds: float, *, epoch: int = 0) -> ArmReply:
-    answer = await rig.post("/arm/trajectory", trajectory(to, seconds, epoch=epoch))
+    answer = await post_settled(rig, "/arm/trajectory", trajectory(to, seconds, epoch=epoch))
     return ArmReply.model_validate_json(answer.content)
 
 
@@ -103,7 +115,7 @@ class ArmBehaviour:
         late = await rig.post("/arm/trajectory", trajectory(REACHED, 3.0, epoch=0))
         assert (late.status_code, code(late)) == (409, Refusal.OLD_EPOCH)
         assert near(await stands(rig.client), stood)
-        again = await rig.post("/arm/home", {"epoch": 1})
+        again = await post_settled(rig, "/arm/home", {"epoch": 1})
         assert ArmReply.model_validate_json(again.content).end is ArmEnd.COMPLETED
 
     async def test_a_halt_ends_it_without_latching(self, rig: Rig) -> None:

@@ -8,9 +8,9 @@ import contextlib
 import time
 from collections.abc import AsyncIterator, Callable
 
-from contracts.arm import ArmEnd, TrajectoryPoint
+from contracts.arm import ArmEnd, ArmPart, TrajectoryPoint
 from mesh.clock import SystemClock
-from mesh.errors import UnavailableError
+from mesh.errors import ServiceTimeoutError, UnavailableError
 from mesh.latest_value import LatestValue
 from robot_bridge.arm.joint_states import JointStates
 from robot_bridge.arm.models import SO101, ArmModel
@@ -29,21 +29,17 @@ ENDS = {
 
 
 class FakeArmGoal:
-    def __init__(self, outcome: Callable[[], Outcome], hold: Callable[[], None]) -> None:
+    def __init__(self, outcome: Callable[[], Outcome]) -> None:
         self._outcome = outcome
-        self._hold = hold
 
     async def end(self) -> ArmEnd:
         while (outcome := self._outcome()) is Outcome.RUNNING:  # noqa: ASYNC110 - the controllers are polled
             await asyncio.sleep(STEP_S)
         return ENDS[outcome]
 
-    def cancel(self) -> None:
-        self._hold()
-
 
 class FakeArm:
-    """`there`, `rejects`, `told` and `jaw_stops_at` are there to set, `cancels` to look at."""
+    """What is to be set, and `cancels` to look at."""
 
     def __init__(self) -> None:
         self.there = True
@@ -54,7 +50,12 @@ class FakeArm:
         """Something between the jaws, rad."""
         self.hangs = False
         """A goal's end is never told."""
+        self.loses_acceptance = False
+        """A goal is taken, and the answer never comes."""
         self.cancels = 0
+        """Of both parts together."""
+        self.owes = set[ArmPart]()
+        """Parts whose controller does not answer a cancel."""
         self._joints: LatestValue[JointStates] = LatestValue()
         self._clock = SystemClock()
         self._trajectory = TrajectoryController(SO101.home_rad)
@@ -81,8 +82,10 @@ class FakeArm:
         knots = tuple(Knot(each.time_s, each.positions_rad, each.velocities_rad_s) for each in points)
         controller = self._trajectory
         controller.follow(Trajectory(SO101.names, knots), Tolerances(), time.monotonic())
+        if self.loses_acceptance:
+            raise ServiceTimeoutError("arm", "did not answer in time")
         hangs = self.hangs
-        return FakeArmGoal(lambda: Outcome.RUNNING if hangs else controller.outcome, self._hold_arm)
+        return FakeArmGoal(lambda: Outcome.RUNNING if hangs else controller.outcome)
 
     async def grip(self, position: float, effort_max: float) -> FakeArmGoal | None:
         self._must_be_there()
@@ -90,7 +93,7 @@ class FakeArm:
             return None
         controller = self._gripper
         controller.grip(position, effort_max, time.monotonic())
-        return FakeArmGoal(lambda: controller.outcome, self._hold_jaw)
+        return FakeArmGoal(lambda: controller.outcome)
 
     @property
     def jaw_wanted(self) -> float:
@@ -102,10 +105,15 @@ class FakeArm:
         """The most it was last told to press with, Nm."""
         return self._gripper.max_effort
 
-    def cancel_all(self) -> None:
+    def cancel(self, part: ArmPart) -> None:
         self.cancels += 1
-        self._hold_arm()
-        self._hold_jaw()
+        if part is ArmPart.ARM:
+            self._trajectory.hold(self._trajectory.wanted)
+        else:
+            self._gripper.hold(self._jaw)
+
+    def owes_cancel(self, part: ArmPart) -> bool:
+        return part in self.owes
 
     def move_by_somebody_else(self, to: tuple[float, ...], seconds: float) -> None:
         """Another client of the controller sends a trajectory."""
@@ -140,17 +148,13 @@ class FakeArm:
             return
         positions, before = self._positions(), self._last
         rates = {name: (positions[name] - before[name]) / STEP_S for name in positions}
-        self._joints.put(JointStates(positions, rates, dict.fromkeys(positions, 0.0)), self._clock.now_s())
+        now_s = self._clock.now_s()
+        states = JointStates(positions, rates, dict.fromkeys(positions, 0.0), dict.fromkeys(positions, now_s))
+        self._joints.put(states, now_s)
         self._last = positions
 
     def _positions(self) -> dict[str, float]:
         return dict(zip((*SO101.names, SO101.jaw.joint), (*self._trajectory.wanted, self._jaw), strict=True))
-
-    def _hold_arm(self) -> None:
-        self._trajectory.hold(self._trajectory.wanted)
-
-    def _hold_jaw(self) -> None:
-        self._gripper.hold(self._jaw)
 
     def _must_be_there(self) -> None:
         if not self.there:

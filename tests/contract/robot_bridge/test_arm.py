@@ -7,7 +7,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from contracts.arm import ArmEnd, ArmRefusal, ArmReply, ArmState, GripperReply
+from contracts.arm import ArmEnd, ArmPart, ArmRefusal, ArmReply, ArmState, GripperReply
 from robot_bridge.arm.models import SO101
 from robot_bridge.settings import Settings
 from support.arm_behaviour import (
@@ -94,6 +94,18 @@ async def test_an_arm_that_is_away_is_a_dependency_that_is_away(armed: Rig, arm:
     assert (await arm_state(armed.client)).under_way == ()
 
 
+async def test_a_part_whose_cancel_is_not_answered_is_not_moved_and_the_other_is(armed: Rig, arm: FakeArm) -> None:
+    arm.owes.add(ArmPart.ARM)
+    for path in ("/arm/trajectory", "/arm/home"):
+        answer = await armed.post(path, BODIES[path])
+        assert (answer.status_code, code(answer)) == (503, ArmRefusal.CANCEL_OWED)
+    assert (await armed.post("/arm/gripper", BODIES["/arm/gripper"])).status_code == 200
+    arm.owes = {ArmPart.GRIPPER}
+    answer = await armed.post("/arm/gripper", BODIES["/arm/gripper"])
+    assert (answer.status_code, code(answer)) == (503, ArmRefusal.CANCEL_OWED)
+    assert (await armed.post("/arm/home", BODIES["/arm/home"])).status_code == 200
+
+
 async def test_joints_that_nobody_tells_of_are_not_moved(armed: Rig, arm: FakeArm) -> None:
     arm.told = False
 
@@ -101,9 +113,24 @@ async def test_joints_that_nobody_tells_of_are_not_moved(armed: Rig, arm: FakeAr
         return (await arm_state(armed.client)).moving is None
 
     await until_true(old)
+    assert (await arm_state(armed.client)).opening is None
+    for path, body in BODIES.items():
+        answer = await armed.post(path, body)
+        assert (answer.status_code, code(answer)) == (503, ArmRefusal.NO_JOINT_STATES)
+
+
+async def test_while_a_joint_moves_no_trajectory_begins(armed: Rig, arm: FakeArm) -> None:
+    """It is checked from rest, and the controller would begin it with the joints' speed."""
+    arm.move_by_somebody_else(REACHED, 6.0)
+
+    async def moves() -> bool:
+        return (await arm_state(armed.client)).moving is True
+
+    await until_true(moves)
     for path in ("/arm/trajectory", "/arm/home"):
         answer = await armed.post(path, BODIES[path])
-        assert (answer.status_code, code(answer)) == (503, ArmRefusal.NO_JOINT_STATES)
+        assert (answer.status_code, code(answer)) == (409, ArmRefusal.JOINT_MOVES)
+    assert (await armed.post("/arm/gripper", BODIES["/arm/gripper"])).status_code == 200
 
 
 async def test_a_goal_that_the_controller_does_not_take_is_told(armed: Rig, arm: FakeArm) -> None:
@@ -133,12 +160,44 @@ async def test_what_somebody_else_moves_during_a_stop_is_cancelled_again(armed: 
     assert not near(await stands(armed.client), REACHED)
 
 
+async def test_what_somebody_else_moves_during_a_stop_is_cancelled_though_nobody_tells_of_the_joints(
+    armed: Rig, arm: FakeArm
+) -> None:
+    await armed.post("/emergency-stop")
+    arm.told = False
+
+    async def old() -> bool:
+        return (await arm_state(armed.client)).moving is None
+
+    await until_true(old)
+    arm.move_by_somebody_else(REACHED, 3.0)
+    cancelled = arm.cancels
+    await until(lambda: arm.cancels > cancelled)
+    arm.told = True
+    assert not near(await stands(armed.client), REACHED)
+
+
+async def test_what_moves_too_slowly_to_be_seen_during_a_stop_is_cancelled(armed: Rig, arm: FakeArm) -> None:
+    await armed.post("/emergency-stop")
+    cancelled = arm.cancels
+    arm.move_by_somebody_else(REACHED, 60.0)
+    await until(lambda: arm.cancels > cancelled + 2)
+    assert near(await stands(armed.client), SO101.home_rad)
+
+
 async def test_a_controller_that_never_ends_is_given_up(arm: FakeArm, tmp_path: Path) -> None:
     toy = ToyRobot()
     async with running(tmp_path, toy, FakeRobot(toy), arm_given=arm, arm_late_s_max=0.2) as rig:
         arm.hangs = True
         assert (await move(rig, REACHED, 2.0)).end is ArmEnd.TIMED_OUT
         assert (await arm_state(rig.client)).under_way == ()
+
+
+async def test_a_goal_whose_acceptance_is_lost_does_not_go_on(armed: Rig, arm: FakeArm) -> None:
+    arm.loses_acceptance = True
+    assert (await armed.post("/arm/trajectory", trajectory(REACHED, 3.0))).status_code == 504
+    assert (await arm_state(armed.client)).under_way == ()
+    assert near(await stands(armed.client), SO101.home_rad)
 
 
 async def test_a_motion_ends_with_its_session(served_with_arm: Served) -> None:
@@ -176,6 +235,8 @@ async def test_a_motion_ends_when_its_client_goes_away(served_with_arm: Served) 
         {"epoch": -1},
         {"points": [{"time_s": 0.0, "positions_rad": REACHED}]},
         {"points": [{"time_s": 1.0, "positions_rad": ["NaN"] * 5}]},
+        {"points": [{"time_s": 1e-310, "positions_rad": REACHED}]},
+        {"points": [{"time_s": 10.0, "positions_rad": REACHED, "velocities_rad_s": [1e308] * 5}]},
         {"speed": 1.0},
     ],
 )

@@ -27,7 +27,17 @@ from trajectory_msgs.msg import JointTrajectoryPoint
 from contracts.arm import ArmEnd, ArmReply
 from robot_bridge.arm.models import SO101
 from robot_bridge.settings import Settings
-from support.arm_behaviour import REACHED, STILL, ArmBehaviour, arm_state, near, stands, starts_moving, trajectory
+from support.arm_behaviour import (
+    REACHED,
+    STILL,
+    ArmBehaviour,
+    arm_state,
+    near,
+    post_settled,
+    stands,
+    starts_moving,
+    trajectory,
+)
 from support.bridge_behaviour import LONG_S, Rig, running
 from support.redis_server import free_port
 from support.toy_robot import ToyRobot
@@ -138,7 +148,7 @@ async def rig(tmp_path: Path, simulated: str) -> AsyncIterator[Rig]:
     """The bridge with its real adapter; the arm is put home, where another test left it elsewhere."""
     async with running(tmp_path, ToyRobot(), None, arm="so101", arm_speed_rad_s_max=2.0, nav2_timeout_s=20.0) as rig:
         await is_there(rig)
-        answer = await rig.post("/arm/home", {"speed_share": 1.0, "epoch": 0})
+        answer = await post_settled(rig, "/arm/home", {"speed_share": 1.0, "epoch": 0})
         assert ArmReply.model_validate_json(answer.content).end is ArmEnd.COMPLETED
         await stands(rig.client)
         yield rig

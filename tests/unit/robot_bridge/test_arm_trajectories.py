@@ -5,6 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from contracts.arm import ArmRefusal, ArmTrajectoryRequest, TrajectoryPoint
 from robot_bridge.arm.models import MODELS, SO101, ArmModel
@@ -58,6 +59,46 @@ def test_a_point_has_a_value_for_each_joint() -> None:
 
 def test_times_rise() -> None:
     assert code(point(2.0, UP), point(2.0, NOW)) is ArmRefusal.BAD_TIMES
+    assert code(point(2.0, UP), point(2.0 + 1e-9, UP)) is ArmRefusal.BAD_TIMES
+    assert refusal(*(point(2.0 + k / 1000, UP) for k in range(20))) is None
+
+
+def test_it_ends_at_rest() -> None:
+    onwards = (0.0, 0.0, 0.0, 0.5, 0.0)
+    assert code(point(4.0, UP, onwards)) is ArmRefusal.ENDS_MOVING
+    assert refusal(point(4.0, UP, onwards), point(6.0, UP, STILL)) is None
+
+
+@pytest.mark.parametrize(
+    "cubic",
+    [
+        (0.5, 0.5, 1e308, 1e308, 10.0),
+        (0.5, 0.5, 1e308, -1e308, 10.0),
+        (0.0, 1.5, 0.0, 0.0, 1e-310),
+        (1e308, -1e308, 0.0, 0.0, 1.0),
+        (0.0, math.nan, 0.0, 0.0, 1.0),
+    ],
+)
+def test_what_is_too_large_to_reckon_with_is_too_fast(cubic: tuple[float, float, float, float, float]) -> None:
+    found = between(*cubic)
+    assert not math.isnan(found.lowest_rad)
+    assert not math.isnan(found.highest_rad)
+    assert found.fastest_rad_s == math.inf
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"time_s": 1e-310},
+        {"time_s": 0.0009},
+        {"velocities_rad_s": (1e308,) * 5},
+        {"velocities_rad_s": (-50.1,) * 5},
+        {"positions_rad": (1e308,) * 5},
+    ],
+)
+def test_what_no_arm_can_do_is_no_point(wrong: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        TrajectoryPoint.model_validate({"time_s": 10.0, "positions_rad": UP} | wrong)
 
 
 def test_a_point_outside_the_range_is_refused_with_the_joint_and_the_angle() -> None:
@@ -72,7 +113,8 @@ def test_a_cubic_that_leaves_the_range_between_two_good_points_is_refused() -> N
     edge = (0.0, -1.7, 1.3, 1.6, 0.0)
     onwards, back = (0.0, 0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, -1.0, 0.0)
     assert refusal(point(6.0, edge, STILL)) is None
-    assert code(point(6.0, edge, onwards), point(8.0, edge, back)) is ArmRefusal.OUT_OF_LIMITS
+    over = (point(6.0, edge, onwards), point(8.0, edge, back), point(14.0, NOW, STILL))
+    assert code(*over) is ArmRefusal.OUT_OF_LIMITS
 
 
 def test_the_way_from_where_the_joints_are_counts_too() -> None:
@@ -95,6 +137,24 @@ def test_out_of_a_place_outside_the_range_it_may_come_back() -> None:
     beyond = (0.0, -1.76, 1.3, -1.5, 0.0)
     back = request(point(2.0, NOW, STILL))
     assert why_refused(back, SO101, beyond, speed_rad_s_max=2.0) is None
+
+
+@pytest.mark.parametrize("lift", [-1.75, -1.9, 2.0])
+def test_home_may_be_driven_from_outside_the_range(lift: float) -> None:
+    beyond = (0.0, lift, 1.3, -1.5, 0.0)
+    way = request(*home(SO101, beyond, speed_rad_s_max=0.5))
+    assert why_refused(way, SO101, beyond, speed_rad_s_max=0.5) is None
+
+
+def test_outside_the_range_no_joint_goes_farther_out() -> None:
+    beyond = (0.0, -1.8, 1.3, -1.5, 0.0)
+    for points in (
+        (point(5.0, (0.0, -1.81, 1.3, -1.5, 0.0)),),
+        (point(5.0, (0.0, -1.77, 1.3, -1.5, 0.0)), point(9.0, (0.0, -1.79, 1.3, -1.5, 0.0))),
+    ):
+        refused = why_refused(request(*points), SO101, beyond, speed_rad_s_max=2.0)
+        assert refused is not None
+        assert refused.code is ArmRefusal.OUT_OF_LIMITS
 
 
 @given(angle, angle, rate, rate, st.floats(0.05, 5.0))

@@ -10,9 +10,16 @@ from contracts.base import NO_CONTROL_CHARACTERS, Message
 JOINTS_MAX = 16
 POINTS_MAX = 500
 TRAJECTORY_S_MAX = 120.0
+POINT_APART_S_MIN = 0.001
+"""Between two points, and before the first one."""
+ANGLE_RAD_MAX = 1000.0
+SPEED_RAD_S_MAX = 50.0
+"""Of what can be asked for: no arm is near it. What a joint may do is less, and its own."""
 
 JointName = Annotated[str, Field(min_length=1, max_length=64, pattern=NO_CONTROL_CHARACTERS)]
-Angles = Annotated[tuple[float, ...], Field(min_length=1, max_length=JOINTS_MAX)]
+Angle = Annotated[float, Field(ge=-ANGLE_RAD_MAX, le=ANGLE_RAD_MAX)]
+Angles = Annotated[tuple[Angle, ...], Field(min_length=1, max_length=JOINTS_MAX)]
+AngularSpeed = Annotated[float, Field(ge=-SPEED_RAD_S_MAX, le=SPEED_RAD_S_MAX)]
 
 
 class ArmPart(StrEnum):
@@ -69,25 +76,33 @@ class ArmRefusal(StrEnum):
     BAD_POINT = "bad_point"
     """A point has not one value for each joint."""
     BAD_TIMES = "bad_times"
-    """The points' times do not rise."""
+    """The points' times do not rise, by 1 ms at least."""
+    ENDS_MOVING = "ends_moving"
+    """A joint would have a velocity at the last point; a trajectory ends at rest."""
     OUT_OF_LIMITS = "out_of_limits"
     """A joint would leave its range, at a point or between two."""
     JOINT_TOO_FAST = "joint_too_fast"
     """A joint would be faster than it may."""
     ARM_MOTION_UNDER_WAY = "arm_motion_under_way"
     """That part of the arm is moving already."""
+    JOINT_MOVES = "joint_moves"
+    """A joint moves, or whether it does is not known; a trajectory is checked from rest."""
+    CANCEL_OWED = "cancel_owed"
+    """Its controller has not answered yet that its goals are cancelled: after a stop, or since it is in reach."""
 
 
 class TrajectoryPoint(Message):
-    time_s: float = Field(gt=0.0, le=TRAJECTORY_S_MAX, description="since the start")
+    time_s: float = Field(
+        ge=POINT_APART_S_MIN, le=TRAJECTORY_S_MAX, description="since the start; 1 ms at least after the point before"
+    )
     positions_rad: Angles
-    velocities_rad_s: tuple[float, ...] = Field(
+    velocities_rad_s: tuple[AngularSpeed, ...] = Field(
         default=(), max_length=JOINTS_MAX, description="at this point; () = a straight line in joint space"
     )
 
 
 class ArmTrajectoryRequest(Message):
-    """From where the joints are now through the points; ends at rest at the last one."""
+    """From where the joints are now through the points; ends at rest at the last one (velocities 0 or left out)."""
 
     joints: tuple[JointName, ...] = Field(min_length=1, max_length=JOINTS_MAX, description="each of the arm's once")
     points: tuple[TrajectoryPoint, ...] = Field(min_length=1, max_length=POINTS_MAX)
@@ -143,7 +158,9 @@ class ArmState(Message):
     fitted: bool
     model: str = Field(default="", max_length=64)
     joints: tuple[ArmJoint, ...] = ()
-    opening: float | None = Field(default=None, description="of the jaw: 0 closed, 1 open")
+    opening: float | None = Field(
+        default=None, description="of the jaw: 0 closed, 1 open; none where it has not been told lately"
+    )
     age_s: float | None = Field(default=None, ge=0.0, description="since the joints last told; none if they never have")
     moving: bool | None = Field(default=None, description="faster than a trembling; none where it is not known")
     under_way: tuple[ArmPart, ...] = ()

@@ -1,8 +1,8 @@
 """The arm as the routes see it: the wheels' rules of epoch and session, joints' limits, and an end to everything.
 
 A stop cancels whatever the controllers do, by whomever: they leave the joints where they are, and a jaw that holds
-something goes on holding it (`ON_STOP`). Nothing is resumed. While the stop is latched the joints are watched: what
-moves them all the same is cancelled again.
+something goes on holding it (`ON_STOP`). Nothing is resumed. While the stop is latched all is cancelled again and
+again: somebody else may begin something.
 """
 
 import asyncio
@@ -42,7 +42,7 @@ MOVING_RAD_S: Final = 0.1
 """A joint that is slower trembles."""
 WATCH_S: Final = 0.1
 AGAIN_S: Final = 0.5
-"""So long after a cancel the joints may settle before the next."""
+"""Between two cancels while the stop is latched and no joint is seen to move."""
 GRIPPER_S_MAX: Final = 15.0
 
 
@@ -99,7 +99,7 @@ class ArmService:
         positions, velocities, efforts = (
             (told.positions, told.velocities, told.efforts) if told is not None else ({}, {}, {})
         )
-        jaw = positions.get(model.jaw.joint)
+        jaw = fresh.positions.get(model.jaw.joint) if fresh is not None else None
         return ArmState(
             fitted=True,
             model=model.name,
@@ -116,15 +116,16 @@ class ArmService:
                 for joint in model.joints
             ),
             opening=model.jaw.opening(jaw) if jaw is not None else None,
-            age_s=arm.joints.age_s(now_s),
+            age_s=max((max(0.0, now_s - at_s) for at_s in told.told_s.values()), default=None) if told else None,
             moving=_moves(fresh) if fresh is not None else None,
             under_way=tuple(self._active),
         )
 
     async def follow(self, request: ArmTrajectoryRequest) -> ArmReply:
-        """Drives a trajectory to its end. Raises `ConflictError` or `UnprocessableError` where it does not begin."""
+        """Drives a trajectory to its end. Raises `ConflictError`, `UnavailableError` or `UnprocessableError` where it
+        does not begin."""
         arm = self._may_begin(ArmPart.ARM, request.epoch, request.session_id)
-        now_rad = self._positions(arm)
+        now_rad = self._at_rest(arm)
         limit = self._limits.arm_speed_rad_s_max
         if (refused := why_refused(request, arm.model, now_rad, speed_rad_s_max=limit)) is not None:
             raise UnprocessableError(refused.text, code=refused.code)
@@ -137,7 +138,7 @@ class ArmService:
         """Folds the arm, from wherever it is. Raises as `follow` does."""
         arm = self._may_begin(ArmPart.ARM, request.epoch, request.session_id)
         speed = request.speed_share * self._limits.arm_speed_rad_s_max
-        points = home(arm.model, self._positions(arm), speed_rad_s_max=speed)
+        points = home(arm.model, self._at_rest(arm), speed_rad_s_max=speed)
         return await self.follow(
             ArmTrajectoryRequest(
                 joints=arm.model.names, points=points, epoch=request.epoch, session_id=request.session_id
@@ -145,9 +146,11 @@ class ArmService:
         )
 
     async def grip(self, request: GripperRequest) -> GripperReply:
-        """Moves the jaw until it is there or stalls. Raises `ConflictError` where it does not begin."""
+        """Moves the jaw until it is there or stalls. Raises `ConflictError` or `UnavailableError` where it does not
+        begin."""
         arm = self._may_begin(ArmPart.GRIPPER, request.epoch, request.session_id)
         jaw = arm.model.jaw
+        self._told_of(arm, (jaw.joint,))
         effort = min(request.effort_share, self._limits.arm_effort_share_max) * jaw.effort_max
         position = jaw.position(request.opening)
         end = await self._run(
@@ -183,19 +186,28 @@ class ArmService:
             tasks.start("watch-arm", self._watch(self._arm))
 
     async def _watch(self, arm: RobotArm) -> None:
-        """While the stop is latched, what moves a joint is cancelled again."""
+        """While the stop is latched all is cancelled again and again, and at once where a joint is seen to move.
+
+        Joints may tell nothing, or too little: what moves slowly is not told from what trembles.
+        """
+        moved = False
         while True:
             await self._clock.sleep(WATCH_S)
-            fresh, now_s = self._fresh(arm), self._clock.now_s()
-            if not self._wheels.stop_state.latched or fresh is None or not _moves(fresh):
+            if not self._wheels.stop_state.latched:
+                moved = False
                 continue
-            if now_s - self._cancelled_s >= AGAIN_S:
+            fresh = self._fresh(arm)
+            moves = fresh is not None and _moves(fresh)
+            if moves and not moved:
                 log.warning("the arm moves during a stop: what its controllers do is cancelled again")
+            moved = moves
+            if moves or self._clock.now_s() - self._cancelled_s >= AGAIN_S:
                 self._cancel_all(arm)
 
     def _cancel_all(self, arm: RobotArm) -> None:
         self._cancelled_s = self._clock.now_s()
-        arm.cancel_all()
+        for part in ArmPart:
+            arm.cancel(part)
 
     def _may_begin(self, part: ArmPart, epoch: int, session_id: str | None) -> RobotArm:
         if (arm := self._arm) is None:
@@ -203,6 +215,9 @@ class ArmService:
         self._wheels.check(epoch, session_id)
         if part in self._active:
             raise ConflictError(f"the {part} is moving already", code=ArmRefusal.ARM_MOTION_UNDER_WAY)
+        if arm.owes_cancel(part):
+            text = f"the {part}'s controller has not answered yet that its goals are cancelled"
+            raise UnavailableError("arm", text, code=ArmRefusal.CANCEL_OWED)
         return arm
 
     async def _run(
@@ -213,9 +228,8 @@ class ArmService:
         begin: Callable[[], Awaitable[ArmGoal | None]],
         within_s: float,
     ) -> ArmEnd:
-        """From the request to the controller's end, or until it is given up; then its goal is cancelled."""
+        """From the request to the controller's end, or until it is given up; then what the part does is cancelled."""
         active = self._active[part] = _Active(session_id)
-        goal: ArmGoal | None = None
         ending: asyncio.Future[ArmEnd] | None = None
         end: ArmEnd | None = None
         try:
@@ -232,23 +246,34 @@ class ArmService:
             return end
         finally:
             del self._active[part]
-            if goal is not None and end is None:  # given up, out of time, or whoever asked has gone
-                goal.cancel()
+            if end is None:  # given up, out of time, whoever asked has gone, or nobody knows whether it was accepted
+                arm.cancel(part)
             if ending is not None:
                 ending.cancel()
 
     def _fresh(self, arm: RobotArm) -> JointStates | None:
-        age_s = arm.joints.age_s(self._clock.now_s())
-        return arm.joints.value if age_s is not None and age_s <= self._limits.arm_joints_age_s_max else None
+        """Of the joints that told lately; none where none did."""
+        told = arm.joints.value
+        return told.since(self._clock.now_s() - self._limits.arm_joints_age_s_max) if told is not None else None
 
-    def _positions(self, arm: RobotArm) -> tuple[float, ...]:
-        """Where the joints are, in the model's order. Raises `UnavailableError` where that is not known."""
+    def _at_rest(self, arm: RobotArm) -> tuple[float, ...]:
+        """Where the joints are, in the model's order. Raises `UnavailableError` where that is not known, and
+        `ConflictError` while one moves: a controller begins a trajectory with the joints' speed."""
+        names = arm.model.names
+        told = self._told_of(arm, names)
+        if moving := [name for name in names if abs(told.velocities.get(name, math.inf)) > MOVING_RAD_S]:
+            text = f"{', '.join(moving)}: moves, or its speed is not known yet"
+            raise ConflictError(text, code=ArmRefusal.JOINT_MOVES)
+        return tuple(told.positions[name] for name in names)
+
+    def _told_of(self, arm: RobotArm, names: tuple[str, ...]) -> JointStates:
+        """What is known of these joints. Raises `UnavailableError` where one has not told lately."""
         told = self._fresh(arm)
-        absent = [name for name in arm.model.names if told is None or name not in told.positions]
+        absent = [name for name in names if told is None or name not in told.positions]
         if told is None or absent:
             text = f"joint_states say nothing of {', '.join(absent)}" if told is not None else "no fresh joint_states"
             raise UnavailableError("arm", text, code=ArmRefusal.NO_JOINT_STATES)
-        return tuple(told.positions[name] for name in arm.model.names)
+        return told
 
 
 def _moves(told: JointStates) -> bool:

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from contracts.arm import ArmEnd, TrajectoryPoint
+from contracts.arm import ArmEnd, ArmPart, TrajectoryPoint
 from mesh.latest_value import LatestValue
 from robot_bridge.arm.joint_states import JointStates
 from robot_bridge.arm.models import ArmModel
@@ -13,10 +13,6 @@ class ArmGoal(Protocol):
 
     async def end(self) -> ArmEnd:
         """Waits for the end, however long it takes."""
-        ...
-
-    def cancel(self) -> None:
-        """Asks the controller to leave the joints where they are; the answer comes as the end."""
         ...
 
 
@@ -41,6 +37,12 @@ class RobotArm(Protocol):
         """Sends the jaw somewhere, in the units of its GripperCommand; none when the controller rejects it."""
         ...
 
-    def cancel_all(self) -> None:
-        """Every goal of both controllers, whoever sent it: the joints stay where they are. Waits for nothing."""
+    def cancel(self, part: ArmPart) -> None:
+        """Every goal of that part's controller, whoever sent it: its joints stay where they are. Waits for nothing,
+        and is owed until the controller has answered, however long that takes."""
+        ...
+
+    def owes_cancel(self, part: ArmPart) -> bool:
+        """Whether that part's controller has yet to answer a `cancel`, or what it does is not known; no goal is to be
+        sent to it then."""
         ...

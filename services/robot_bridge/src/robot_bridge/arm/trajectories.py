@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
-from contracts.arm import ArmRefusal, ArmTrajectoryRequest, TrajectoryPoint
+from contracts.arm import POINT_APART_S_MIN, ArmRefusal, ArmTrajectoryRequest, TrajectoryPoint
 from robot_bridge.arm.models import ArmModel
 
 HOME_POINTS: Final = 16
@@ -18,7 +18,13 @@ HOME_S_MIN: Final = 0.5
 JERK_PEAK: Final = 1.875
 """The peak of a minimum-jerk motion's speed over its mean (Flash and Hogan 1985)."""
 ROUNDING: Final = 1e-3
-"""Of a speed limit, relative: what arithmetic adds."""
+"""Of a speed limit or a time, relative: what arithmetic adds."""
+ROUNDING_RAD: Final = 1e-6
+"""Of an angle outside the range: what arithmetic adds."""
+AT_REST_RAD_S: Final = 1e-7
+"""What ros2_control's joint_trajectory_controller takes for 0 at a trajectory's end."""
+COEFFICIENT_MAX: Final = 1e100
+"""Of a cubic: beyond any arm, and far below where its squares are no numbers any more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +47,22 @@ class Extremes:
 def why_refused(
     request: ArmTrajectoryRequest, model: ArmModel, now_rad: tuple[float, ...], *, speed_rad_s_max: float
 ) -> Refused | None:
-    """None where it may be driven from where the joints are now (`now_rad`, in the model's order), at rest."""
+    """None where it may be driven from where the joints are now (`now_rad`, in the model's order), at rest.
+
+    A joint that is outside its range may be anywhere between there and the range, but no farther out than before.
+    """
     if sorted(request.joints) != sorted(model.names):
         return Refused(ArmRefusal.WRONG_JOINTS, f"each of {', '.join(model.names)} is to be named once")
     count, before_s = len(model.joints), 0.0
     for point in request.points:
         if len(point.positions_rad) != count or len(point.velocities_rad_s) not in {0, count}:
             return Refused(ArmRefusal.BAD_POINT, f"the point at {point.time_s:g} s has not {count} values")
-        if point.time_s <= before_s:
-            return Refused(ArmRefusal.BAD_TIMES, f"the time {point.time_s:g} s does not come after {before_s:g} s")
+        if point.time_s - before_s < POINT_APART_S_MIN * (1 - ROUNDING):
+            text = f"the time {point.time_s:g} s does not come {POINT_APART_S_MIN:g} s after {before_s:g} s"
+            return Refused(ArmRefusal.BAD_TIMES, text)
         before_s = point.time_s
+    if any(abs(rate) > AT_REST_RAD_S for rate in request.points[-1].velocities_rad_s):
+        return Refused(ArmRefusal.ENDS_MOVING, "a trajectory ends at rest: the last point's velocities are 0")
     start = TrajectoryPoint.model_construct(time_s=0.0, positions_rad=now_rad, velocities_rad_s=(0.0,) * count)
     for one, other in pairwise((start, *in_order(request, model))):
         if (refused := _why_not(one, other, model, speed_rad_s_max)) is not None:
@@ -78,11 +90,14 @@ def in_order(request: ArmTrajectoryRequest, model: ArmModel) -> tuple[Trajectory
 def between(one: float, other: float, v_one: float, v_other: float, span_s: float) -> Extremes:
     """Of the cubic over `span_s` with these ends (rad) and end velocities (rad/s).
 
-    Its slope is a parabola: the ends, its roots and its vertex are all that can be extreme.
+    Its slope is a parabola: the ends, its roots and its vertex are all that can be extreme. Infinite extremes where
+    what is asked for is too large to reckon with.
     """
     a = 2 * (one - other) + span_s * (v_one + v_other)
     b = 3 * (other - one) - span_s * (2 * v_one + v_other)
     c = span_s * v_one
+    if not abs(a) + abs(b) + abs(c) <= COEFFICIENT_MAX:  # nor is it where one is no number
+        return Extremes(-math.inf, math.inf, math.inf)
 
     def position(s: float) -> float:
         return ((a * s + b) * s + c) * s + one
@@ -125,12 +140,13 @@ def _why_not(one: TrajectoryPoint, other: TrajectoryPoint, model: ArmModel, spee
         v_begin, v_end = (one.velocities_rad_s[index], other.velocities_rad_s[index]) if cubic else (mean, mean)
         found = between(begin, end, v_begin, v_end, span_s)
         where = f"before {other.time_s:g} s {joint.name} would"
-        if found.lowest_rad < joint.lower_rad or found.highest_rad > joint.upper_rad:
-            furthest = found.lowest_rad if found.lowest_rad < joint.lower_rad else found.highest_rad
+        lower, upper = min(joint.lower_rad, begin - ROUNDING_RAD), max(joint.upper_rad, begin + ROUNDING_RAD)
+        if not (lower <= found.lowest_rad and found.highest_rad <= upper):  # a joint that is outside may come back
+            furthest = found.lowest_rad if found.lowest_rad < lower else found.highest_rad
             text = f"{where} be at {furthest:.3f} rad, outside {joint.lower_rad:g} to {joint.upper_rad:g} rad"
             return Refused(ArmRefusal.OUT_OF_LIMITS, text)
         most = min(speed_rad_s_max, joint.speed_rad_s_max)
-        if found.fastest_rad_s > most * (1 + ROUNDING):
+        if not found.fastest_rad_s <= most * (1 + ROUNDING):
             text = f"{where} turn at {found.fastest_rad_s:.2f} rad/s, more than {most:g} rad/s"
             return Refused(ArmRefusal.JOINT_TOO_FAST, text)
     return None

@@ -32,7 +32,8 @@ async def read(bridge: BridgeDep) -> ArmState:
 async def trajectory(request: ArmTrajectoryRequest, http: HttpRequest, bridge: BridgeDep) -> ArmReply:
     """Moves the joints through the points; answers at the end. Ends with the connection, its session, or a stop.
 
-    422 with a `code` where a joint would leave its range or be too fast, at a point or between two; nothing moves then.
+    422 with a `code` where a joint would leave its range or be too fast, at a point or between two, and 409 while one
+    moves: it is checked from rest. Nothing is begun then.
     """
     return await while_connected(http, bridge.arm.follow(request))
 

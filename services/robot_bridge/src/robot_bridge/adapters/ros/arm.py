@@ -12,14 +12,15 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from contracts.arm import ArmEnd, TrajectoryPoint
+from contracts.arm import ArmEnd, ArmPart, TrajectoryPoint
 from mesh.clock import Clock
 from mesh.latest_value import LatestValue
 from robot_bridge.adapters.ros.calls import Calls, RosGoal
 from robot_bridge.adapters.ros.convert import set_duration
 from robot_bridge.adapters.ros.subscriptions import qos_profile
-from robot_bridge.arm.joint_states import JointStates, read
+from robot_bridge.arm.joint_states import Joints, JointStates
 from robot_bridge.arm.models import ArmModel
+from robot_bridge.arm.owed_cancel import AGAIN_S, OwedCancel
 from robot_bridge.settings import RosSettings
 
 log = structlog.get_logger()
@@ -41,8 +42,9 @@ class RosArm:
         self._ros = ros
         self._clock = clock
         self._joints: LatestValue[JointStates] = LatestValue()
-        self._swept = False
+        self._told = Joints((*model.names, model.jaw.joint))
         self._missing = "its controllers have not been looked for yet"
+        self._owed = {part: OwedCancel() for part in ArmPart}
 
     @property
     def model(self) -> ArmModel:
@@ -58,45 +60,46 @@ class RosArm:
     def open(self, node: Node, calls: Calls) -> None:
         self._calls = calls
         ros = self._ros
-        self._follow = ActionClient(node, FollowJointTrajectory, ros.arm_action)
-        self._grip = ActionClient(node, GripperCommand, ros.gripper_action)
-        self._cancels = [
-            node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
-            for action in (ros.arm_action, ros.gripper_action)
-        ]
+        self._controllers = {
+            ArmPart.ARM: Controller(node, FollowJointTrajectory, ros.arm_action, self._owed[ArmPart.ARM], self._clock),
+            ArmPart.GRIPPER: Controller(
+                node, GripperCommand, ros.gripper_action, self._owed[ArmPart.GRIPPER], self._clock
+            ),
+        }
         node.create_subscription(JointState, ros.joint_states.name, self._heard, qos_profile(ros.joint_states))
 
     def poll(self) -> None:
-        """Every second, in the robot's thread. What an earlier process left with the controllers is cancelled once."""
-        servers = {self._ros.arm_action: self._follow, self._ros.gripper_action: self._grip}
-        away = [name for name, client in servers.items() if not client.server_is_ready()]
-        self._missing = f"nobody offers {', '.join(away)}" if away else ""
-        if not away and not self._swept:
-            self._swept = True
-            self._cancel()
+        """Every second, in the robot's thread."""
+        for controller in self._controllers.values():
+            controller.poll()
+        missing = (controller.missing() for controller in self._controllers.values())
+        self._missing = "; ".join(each for each in missing if each)
 
     def shut(self) -> None:
-        for client in (self._follow, self._grip):
-            client.destroy()
+        for controller in self._controllers.values():
+            controller.actions.destroy()
 
     async def follow(self, points: tuple[TrajectoryPoint, ...]) -> "RosArmGoal | None":
         goal = FollowJointTrajectory.Goal()
         goal.trajectory.joint_names = list(self._model.names)
         goal.trajectory.points = [_message(point) for point in points]
-        return self._accepted(await self._calls.send_goal(self._follow, "arm", goal), _followed)
+        return self._accepted(
+            await self._calls.send_goal(self._controllers[ArmPart.ARM].actions, "arm", goal), _followed
+        )
 
     async def grip(self, position: float, effort_max: float) -> "RosArmGoal | None":
         goal = GripperCommand.Goal()
         goal.command.position, goal.command.max_effort = position, effort_max
-        return self._accepted(await self._calls.send_goal(self._grip, "gripper", goal), _gripped)
+        return self._accepted(
+            await self._calls.send_goal(self._controllers[ArmPart.GRIPPER].actions, "gripper", goal), _gripped
+        )
 
-    def cancel_all(self) -> None:
-        self._calls.do(self._cancel)
+    def cancel(self, part: ArmPart) -> None:
+        self._owed[part].owe(self._clock.now_s())
+        self._calls.do(self._controllers[part].poll)
 
-    def _cancel(self) -> None:
-        for client in self._cancels:
-            if client.service_is_ready():
-                client.call_async(CancelGoal.Request())  # no id, no time: every goal
+    def owes_cancel(self, part: ArmPart) -> bool:
+        return self._owed[part].owed
 
     def _accepted(self, goal: RosGoal | None, read: Callable[[Any], ArmEnd]) -> "RosArmGoal | None":
         return RosArmGoal(goal, read) if goal is not None else None
@@ -104,17 +107,51 @@ class RosArm:
     def _heard(self, message: JointState) -> None:
         """In the robot's thread. They may come from several publishers: the wheels have theirs."""
         now_s = self._clock.now_s()
-        states = read(
-            list(message.name),
-            message.position,
-            message.velocity,
-            message.effort,
-            ours=(*self._model.names, self._model.jaw.joint),
-            before=self._joints.value,
-            elapsed_s=self._joints.age_s(now_s),
-        )
+        states = self._told.read(list(message.name), message.position, message.velocity, message.effort, now_s=now_s)
         if states is not None:
             self._joints.put(states, now_s)
+
+
+class Controller:
+    """One of the arm's controllers: its action, and the cancel of all its goals that it is owed."""
+
+    def __init__(self, node: Node, action: Any, name: str, owed: OwedCancel, clock: Clock) -> None:
+        self.actions = ActionClient(node, action, name)
+        self._cancels = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
+        self._name = name
+        self._owed = owed
+        self._clock = clock
+        self._asked: Any = None
+
+    def poll(self) -> None:
+        """In the robot's thread: asks for what is owed, as soon as the controller is there."""
+        now_s = self._clock.now_s()
+        self._owed.there(self._is_there(), now_s)
+        if (number := self._owed.due(now_s)) is not None:
+            if self._asked is not None:
+                self._cancels.remove_pending_request(self._asked)
+            self._asked = self._cancels.call_async(CancelGoal.Request())  # no id, no time: every goal
+            self._asked.add_done_callback(lambda done: self._answered(number, done))
+
+    def missing(self) -> str:
+        """What is not as it should be, in words; '' where nothing is."""
+        if not self._is_there():
+            return f"nobody offers {self._name}"
+        late = self._owed.owed_for_s(self._clock.now_s()) > AGAIN_S
+        return f"{self._name} has not answered yet that its goals are cancelled" if late else ""
+
+    def _is_there(self) -> bool:
+        return self.actions.server_is_ready() and self._cancels.service_is_ready()
+
+    def _answered(self, number: int, done: Any) -> None:
+        if done.cancelled() or done.exception() is not None or (answer := done.result()) is None:
+            return
+        if answer.return_code == CancelGoal.Response.ERROR_REJECTED:
+            log.error("the arm's controller refuses to cancel its goals; it is asked again", action=self._name)
+            return
+        if left := len(answer.goals_canceling):
+            log.info("goals of the arm's controller are cancelled", action=self._name, goals=left)
+        self._owed.answered(number)
 
 
 class RosArmGoal:
@@ -126,9 +163,6 @@ class RosArmGoal:
 
     async def end(self) -> ArmEnd:
         return self._read(await self._goal.result())
-
-    def cancel(self) -> None:
-        self._goal.cancel()
 
 
 def _message(point: TrajectoryPoint) -> JointTrajectoryPoint:

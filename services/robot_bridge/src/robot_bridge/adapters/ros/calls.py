@@ -124,8 +124,14 @@ class Calls:
         try:
             async with asyncio.timeout(timeout_s):
                 return await answer
-        except TimeoutError as error:
-            raise ServiceTimeoutError(server, "did not answer in time") from error
+        except (asyncio.CancelledError, TimeoutError) as error:
+            # the answer may have come in the very turn of the loop in which the waiting ended
+            came = answer.done() and not answer.cancelled() and answer.exception() is None
+            if came and (late := too_late) is not None:
+                self.do(lambda: late(answer.result()))
+            if isinstance(error, TimeoutError):
+                raise ServiceTimeoutError(server, "did not answer in time") from error
+            raise
 
 
 class RosGoal:
