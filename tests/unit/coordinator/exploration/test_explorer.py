@@ -1,7 +1,7 @@
 """The exploration of a mission that a model leads: held and gone on with, and what is told of it at its end."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 
@@ -65,9 +65,18 @@ class Rig:
             await self.clock.advance(0.05)
         raise AssertionError("the model was not asked")
 
+    async def ends(self) -> list[ev.ExplorationEnded]:
+        """Once it has ended."""
+        for _ in range(600):
+            ends = [one for one in self.told if isinstance(one, ev.ExplorationEnded)]
+            if ends:
+                return ends
+            await self.clock.advance(0.1)
+        raise AssertionError("it did not end")
+
 
 @asynccontextmanager
-async def opened(*, mapped_m: float | None = 2.5, **settings: object) -> AsyncIterator[Rig]:
+async def opened(*, mapped_m: float | None = 2.5, **settings: object) -> AsyncGenerator[Rig]:
     died: list[str] = []
     async with Tasks(on_death=lambda: died.append("a task")) as tasks:
         clock, pilot, told = FakeClock(), Reports(), list[ev.Event]()
@@ -85,11 +94,7 @@ async def opened(*, mapped_m: float | None = 2.5, **settings: object) -> AsyncIt
 async def test_in_a_known_home_what_the_model_answers_leaves_looking_at_all_of_it() -> None:
     async with opened(mapped_m=None) as rig:
         await rig.begin()
-        for _ in range(600):
-            ends = [one for one in rig.told if isinstance(one, ev.ExplorationEnded)]
-            if ends:
-                break
-            await rig.clock.advance(0.1)
+        ends = await rig.ends()
         assert [(one.end, one.all_known) for one in ends] == [(ExplorationEnd.EXPLORED, True)]
 
 
@@ -108,10 +113,6 @@ async def test_what_was_discovered_before_a_pause_is_told_at_the_end() -> None:
         rig.explorer.follow(HELD)
         await rig.clock.advance(60.0)
         rig.explorer.explore(act.BeginExploration(CALL + 1, rig.world.pose), UNDER_WAY, None)
-        for _ in range(600):
-            ends = [one for one in rig.told if isinstance(one, ev.ExplorationEnded)]
-            if ends:
-                break
-            await rig.clock.advance(0.1)
+        ends = await rig.ends()
         assert [one.discoveries for one in ends] == [("cup",)]
         assert [one.label for one in rig.told if isinstance(one, ev.DiscoverySeen)] == ["cup"]
