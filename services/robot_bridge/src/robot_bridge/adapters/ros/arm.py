@@ -61,8 +61,8 @@ class RosArm:
         self._calls = calls
         ros = self._ros
         self._controllers = {
-            ArmPart.ARM: Controller(node, FollowJointTrajectory, ros.arm_action, self._owed[ArmPart.ARM], self._clock),
-            ArmPart.GRIPPER: Controller(
+            ArmPart.ARM: _Controller(node, FollowJointTrajectory, ros.arm_action, self._owed[ArmPart.ARM], self._clock),
+            ArmPart.GRIPPER: _Controller(
                 node, GripperCommand, ros.gripper_action, self._owed[ArmPart.GRIPPER], self._clock
             ),
         }
@@ -112,7 +112,7 @@ class RosArm:
             self._joints.put(states, now_s)
 
 
-class Controller:
+class _Controller:
     """One of the arm's controllers: its action, and the cancel of all its goals that it is owed."""
 
     def __init__(self, node: Node, action: Any, name: str, owed: OwedCancel, clock: Clock) -> None:
