@@ -313,7 +313,7 @@ def _told(
         "calls_by_reason": {reason.value: count for reason, count in one.spent.by_reason},
         "verdicts": {verdict.value: count for verdict, count in one.verdicts},
         "attacks": pilot.kinds if isinstance(pilot, HostileModel) else {},
-        "actions": one.memory.actions_done,
+        "actions": one.motions,
         "written": journal.written,
         "given_up": len(one.memory.given_up),
         "died": died,

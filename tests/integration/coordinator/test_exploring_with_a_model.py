@@ -128,8 +128,11 @@ async def test_in_the_second_tier_the_robot_stands(server: LanguageServer) -> No
         server.mood = "slow"
         await until(lambda: one.runner.exploration.question is not None)
         await until(lambda: not one.runner.exploration.moving)
+        asked = one.runner.exploration.question
+        assert asked is not None
         stood, moves = one.world.pose, len(one.world.moves)
-        await asyncio.sleep(1.0)
+        await until(lambda: SystemClock().now_s() - asked.asked_s > 3 * patient.watchdog.stand_s)
+        assert one.runner.exploration.question is asked
         assert (one.world.pose, len(one.world.moves), one.modes) == (stood, moves, [M.MODEL])
 
 

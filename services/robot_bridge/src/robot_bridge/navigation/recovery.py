@@ -37,11 +37,9 @@ SPEED_M_S, SPEED_RAD_S = 0.1, 0.8
 MOTION_S_MAX = 8.0
 PAUSE_S = 0.4
 """Between two motions, so that the second is decided on a scan of the robot at rest."""
-log = structlog.get_logger()
-
-
 PLANNER = 2
 """Nav2's codes of 200 to 299: there was no path, whatever held the robot."""
+log = structlog.get_logger()
 
 
 def explained(end: GoalEnd, hold: NavigationHold | None) -> tuple[GoalEnd, GoalCause]:
