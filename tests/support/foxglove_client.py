@@ -17,6 +17,8 @@ from websockets.typing import Subprotocol
 SUBPROTOCOL: Final = Subprotocol("foxglove.sdk.v1")
 MESSAGE: Final = struct.Struct("<BIQ")
 """Opcode, subscription, nanoseconds; then the message."""
+SILENCE_S: Final = 3.0
+"""Longer than what is said again needs."""
 
 
 @dataclass
@@ -61,7 +63,9 @@ class FoxgloveClient:
         await self.send(op="subscribe", subscriptions=wanted)
 
     async def next_of(self, topic: str, timeout_s: float = 30.0) -> bytes:
-        """The next message not yet taken in."""
+        """The next message not yet taken in. While nothing comes it subscribes again: the SDK tells of a channel a
+        moment before it takes a subscription of it (`advertise_channels` in its connected_client.rs), and a client
+        that is quicker is refused."""
         known = len(self.heard)
         async with asyncio.timeout(timeout_s):
             while True:
@@ -69,7 +73,11 @@ class FoxgloveClient:
                     if found == topic:
                         return data
                 known = len(self.heard)
-                await self.take()
+                try:
+                    async with asyncio.timeout(SILENCE_S):
+                        await self.take()
+                except TimeoutError:
+                    await self.subscribe(topic)
 
 
 @contextlib.asynccontextmanager

@@ -5,11 +5,15 @@ import json
 import os
 import socket
 import threading
+import time
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import ClassVar, cast
 
 import pytest
 from asgi_lifespan import LifespanManager
+from foxglove.websocket import ChannelView, Client
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from structlog.testing import capture_logs
 from websockets.asyncio.client import connect
@@ -108,6 +112,32 @@ async def test_who_comes_late_is_told_what_was_said_once(view: FoxgloveView) -> 
         assert later.heard[0][1] == 7
 
 
+class SlowToSubscribe:
+    """A channel that loses what is logged before `subscribed_s`, as the SDK's does what is logged in `on_subscribe`."""
+
+    subscribed_s: ClassVar[float] = 0.0
+    heard: ClassVar[list[bytes]] = []
+
+    def __init__(self, topic: str, **_: object) -> None:
+        self.topic = topic
+
+    def log(self, data: bytes, **_: object) -> None:
+        if time.monotonic() >= self.subscribed_s:
+            self.heard.append(data)
+
+
+async def test_a_client_that_is_on_its_channel_only_after_it_was_told_of_is_told_all_the_same(
+    view: FoxgloveView, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("foxglove.Channel", SlowToSubscribe)
+    monkeypatch.setattr(SlowToSubscribe, "subscribed_s", time.monotonic() + 0.05)
+    monkeypatch.setattr(SlowToSubscribe, "heard", [])
+    view.show(scan(7))
+    view.on_subscribe(cast("Client", None), cast("ChannelView", SimpleNamespace(topic="/scan")))
+    await until(lambda: SlowToSubscribe.heard)
+    assert set(SlowToSubscribe.heard) == {(7).to_bytes(8)}
+
+
 @pytest.mark.parametrize(
     "asked",
     [
@@ -140,36 +170,34 @@ async def test_a_service_cannot_be_called(view: FoxgloveView) -> None:
 async def test_nonsense_and_half_an_opening_harm_nobody(view: FoxgloveView) -> None:
     with pytest.raises(InvalidStatus):
         await connect(f"ws://127.0.0.1:{view.port}", proxy=None).__aenter__()
-    half = socket.create_connection(("127.0.0.1", view.port))
-    half.sendall(b"GET / HTTP/1.1\r\nUpgrade: webso")
-    async with foxglove_client(view.port) as client:
-        await client.socket.send("{")
-        await client.socket.send(b"\xff" * 100)
-        view.show(scan(1))
-        await client.advertised("/scan")
-    half.close()
+    with socket.create_connection(("127.0.0.1", view.port)) as half:
+        half.sendall(b"GET / HTTP/1.1\r\nUpgrade: webso")
+        async with foxglove_client(view.port) as client:
+            await client.socket.send("{")
+            await client.socket.send(b"\xff" * 100)
+            view.show(scan(1))
+            await client.advertised("/scan")
 
 
 async def test_nobody_who_does_not_answer_holds_up_the_end() -> None:
     view = open_foxglove(0)
     port = view.port
-    half = socket.create_connection(("127.0.0.1", port))
-    half.sendall(b"GET / HTTP/1.1\r\nUpgrade: webso")
-    async with foxglove_client(view.port) as stalled:
-        view.show(scan(0))
-        await stalled.advertised("/scan")
-        await stalled.subscribe("/scan")
-        await stalled.next_of("/scan")
-        for number in range(1, 101):  # 20 MB, more than its socket takes
-            view.show(scan(number, size=200_000))
-        closing = threading.Thread(target=view.close, daemon=True)  # a close without an end fails, and does not hang
-        closing.start()
-        closing.join(5.0 * CLOSE_S_MAX)  # nor does this client read meanwhile: it needs the loop
-        stalled.socket.transport.abort()
-    assert not closing.is_alive()
-    with pytest.raises(ConnectionRefusedError):
-        socket.create_connection(("127.0.0.1", port))
-    half.close()
+    with socket.create_connection(("127.0.0.1", port)) as half:
+        half.sendall(b"GET / HTTP/1.1\r\nUpgrade: webso")
+        async with foxglove_client(view.port) as stalled:
+            view.show(scan(0))
+            await stalled.advertised("/scan")
+            await stalled.subscribe("/scan")
+            await stalled.next_of("/scan")
+            for number in range(1, 101):  # 20 MB, more than its socket takes
+                view.show(scan(number, size=200_000))
+            closing = threading.Thread(target=view.close, daemon=True)  # a close without an end fails, and hangs not
+            closing.start()
+            closing.join(5.0 * CLOSE_S_MAX)  # nor does this client read meanwhile: it needs the loop
+            stalled.socket.transport.abort()
+        assert not closing.is_alive()
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.1", port))
 
 
 async def test_a_client_that_does_not_read_keeps_nothing_from_another(view: FoxgloveView) -> None:

@@ -4,6 +4,7 @@ The rules are those of docs/exploration.md, ten times as quick. `test_watchdog` 
 """
 
 import asyncio
+import io
 import math
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
@@ -13,6 +14,7 @@ from typing import Any
 
 import httpx
 import pytest
+from PIL import Image
 
 from contracts.exploration import DecisionVerdict, ExplorationEnd, ExplorationMode, ExplorationStatus
 from coordinator.adapters.camera_eye import hash_of
@@ -241,6 +243,15 @@ async def test_what_may_be_spent_is_bounded_by_settings(server: LanguageServer, 
     assert len(server.asked) == 2
 
 
-def test_what_is_no_picture_has_no_view() -> None:
+def jpeg(width_px: int, height_px: int) -> bytes:
+    out = io.BytesIO()
+    Image.new("RGB", (width_px, height_px)).save(out, "JPEG")
+    return out.getvalue()
+
+
+@pytest.mark.parametrize(
+    "picture", [b"no picture", b"", PICTURE[:200], PICTURE[: len(PICTURE) // 2], jpeg(2, 2), jpeg(5000, 9)]
+)
+def test_what_is_no_picture_of_a_camera_has_no_view(picture: bytes) -> None:
     assert hash_of(PICTURE) is not None
-    assert hash_of(b"no picture") is None
+    assert hash_of(picture) is None

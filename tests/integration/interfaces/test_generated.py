@@ -9,7 +9,7 @@ import pytest
 from support.ros_interfaces import INTERFACES
 
 PARTS = {"msg": ("",), "srv": (".Request", ".Response"), "action": (".Goal", ".Result", ".Feedback")}
-PYTHON_NAMES = {"bool": "boolean", "float32": "float"}
+PYTHON_NAMES = {"bool": "boolean", "float32": "float", "float64": "double"}
 SECTIONS = [
     (name, part, section)
     for name, sections in INTERFACES.items()

@@ -2,13 +2,17 @@
 
 import asyncio
 import io
+from typing import Final
 
 import numpy as np
-from PIL import Image, UnidentifiedImageError
+from PIL.JpegImagePlugin import JpegImageFile
 
 from coordinator.exploration.views import SIDE, view_hash
 from coordinator.ports import Camera
 from mesh.errors import MeshError
+
+SIDE_PX_MAX: Final = 4096
+"""Read from the header, before a pixel is decoded."""
 
 
 class CameraEye:
@@ -26,10 +30,12 @@ class CameraEye:
 
 
 def hash_of(jpeg: bytes) -> int | None:
-    """None for what is no picture, or smaller than the hash needs."""
+    """None for what is no picture, or smaller than the hash needs, or larger than a camera's."""
     try:
-        with Image.open(io.BytesIO(jpeg)) as picture:
+        with JpegImageFile(io.BytesIO(jpeg)) as picture:
+            if min(picture.size) < SIDE or max(picture.size) > SIDE_PX_MAX:
+                return None
             pixels = np.asarray(picture.convert("RGB"), np.uint8)
-    except (UnidentifiedImageError, OSError, Image.DecompressionBombError):
+    except (SyntaxError, OSError, ValueError):  # the first: no JPEG
         return None
-    return view_hash(pixels) if min(pixels.shape[:2]) >= SIDE else None
+    return view_hash(pixels)

@@ -4,8 +4,8 @@ On this machine's own address only: the protocol knows no keys. It offers no cap
 publish, call a service, set a parameter nor fetch a file.
 """
 
-import contextlib
 import threading
+import time
 from collections import deque
 from typing import Final
 
@@ -25,6 +25,9 @@ WAITING_BYTES_MAX: Final = 4_000_000
 BACKLOG_MAX: Final = 32
 """Messages on their way to one client; the oldest make room. More than there are topics: a client is told of all of
 them, and the newest of each, in one go. The SDK counts no bytes and no clients: who does not read costs 32 pictures."""
+SAID_AGAIN_S: Final = (0.1, 1.0)
+"""After a client subscribed: the SDK tells of it before the client is on the channel (foxglove-sdk, `on_subscribe` in
+connected_client.rs), so that what is said at once may pass it by. Twice, because nothing says when it is."""
 CLOSE_S_MAX: Final = 1.0
 """So long a close waits; the SDK's own waits for every client's farewell, and some never answer."""
 
@@ -38,6 +41,7 @@ class FoxgloveView(ServerListener):
         self._changed = threading.Condition()
         self._waiting: dict[str, deque[Raw]] = {}
         self._newest: dict[str, Raw] = {}
+        self._again: dict[tuple[str, float], float] = {}
         self._closing = False
         self._server: WebSocketServer | None = None
         self._thread = threading.Thread(target=self._forward, name="foxglove", daemon=True)
@@ -75,8 +79,10 @@ class FoxgloveView(ServerListener):
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
         """What was said once (a map, a fixed frame) is said again for who comes late; in the SDK's thread."""
-        with self._changed, contextlib.suppress(KeyError):
-            self._put(self._newest[channel.topic])
+        now_s = time.monotonic()
+        with self._changed:
+            self._again |= {(channel.topic, delay_s): now_s + delay_s for delay_s in SAID_AGAIN_S}
+            self._changed.notify()
 
     def close(self) -> None:
         """Listening no more, after `CLOSE_S_MAX` at most; a client that does not answer is left to a thread of its own,
@@ -106,10 +112,22 @@ class FoxgloveView(ServerListener):
             waiting.popleft()
         self._changed.notify()
 
+    def _say_again(self) -> bool:
+        """Holding the lock: puts the newest of what is due; whether anything was."""
+        now_s = time.monotonic()
+        due = [each for each, due_s in self._again.items() if due_s <= now_s]
+        for topic, delay_s in due:
+            del self._again[topic, delay_s]
+            if topic in self._newest:
+                self._put(self._newest[topic])
+        return bool(due)
+
     def _forward(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._closing or any(self._waiting.values()))
+                while not (self._closing or self._say_again() or any(self._waiting.values())):
+                    soonest_s = min(self._again.values(), default=None)
+                    self._changed.wait(None if soonest_s is None else max(0.0, soonest_s - time.monotonic()))
                 if self._closing:
                     return
                 batch = [message for waiting in self._waiting.values() for message in waiting]
