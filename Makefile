@@ -119,8 +119,8 @@ train: setup ## train the simulator's weights again, about three hours on two id
 	$(PY) -m sim.training.clip out/training/homes sim/weights/clip.safetensors --held-out out/training/held_out
 	$(PY) -m sim.training.evaluate out/training/held_out --weights sim/weights
 
-bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 times idle, 500 loaded (about 6 minutes); SECURED=1: with keys and traces on
-	$(PY) -m bench.stop $(if $(SECURED),--secured)
+bench-stop: setup ## curl to the first zero Twist in another ROS process: 500 times idle, 500 loaded (about 6 minutes); SECURED=1: with keys and traces on; SPEECH=1: beside a speech service that listens
+	$(PY) -m bench.stop $(if $(SECURED),--secured) $(if $(SPEECH),--speech)
 
 bench-faults: setup ## do to the running mesh what may happen to it, and tell what the robot did (about 6 minutes)
 	$(PY) -m bench.faults

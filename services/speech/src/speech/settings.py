@@ -56,6 +56,12 @@ class Settings(ServiceSettings):
         default=(VoiceEngine.HIBARI, VoiceEngine.ESPEAK), description="in the order in which they are preferred"
     )
     threads: int = Field(default=2, ge=1, le=64, description="of the recogniser")
+    nice: int = Field(
+        default=5,
+        ge=0,
+        le=19,
+        description="its process gives way so, as by nice(1): reading takes all cores, and a stop by curl is a process",
+    )
     waiting_max: int = Field(
         default=4,
         ge=1,
