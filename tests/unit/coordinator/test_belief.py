@@ -122,6 +122,31 @@ def test_a_box_of_its_class_raises_what_lies_behind_it_until_it_is_refused() -> 
     assert belief.cells[cell] < before[cell]
 
 
+def cabinet(grid: OccupancyGrid) -> OccupancyGrid:
+    """In the last room; the laser saw a gap of 0.6 m in the middle of it, through which nothing fits or looks."""
+    cells = grid.cells.copy()
+    cells[30:54, 190:214] = 100
+    cells[36:48, 196:208] = 0
+    return OccupancyGrid(cells, grid.resolution_m, grid.origin)
+
+
+def test_what_no_place_sees_holds_nothing_and_a_thing_in_it_is_looked_for_where_it_can_be_seen() -> None:
+    grid = cabinet(GRID)
+    inside = Clue(10.1, 2.1, 0.15, 0.8, "a red cup seen before")
+    belief = belief_of(inside, grid=grid)
+    gap = belief.cells[36 // 3 : 48 // 3, 196 // 3 + 1 : 208 // 3]
+    assert (gap == 0.0).all()
+    x, y = belief.most_likely()
+    assert math.hypot(x - inside.x, y - inside.y) < 0.8
+    room = np.s_[:, 160 // 3 + 1 :]
+    assert belief.cells[room].sum() > 0.8
+    for at_x in (8.7, 10.1, 11.3):
+        for at_y in (0.8, 2.1, 3.4):
+            for yaw in (0.0, 0.8, 1.6, 2.4, 3.1, -0.8, -1.6, -2.4):
+                belief.look(Glance(Pose2D(x=at_x, y=at_y, yaw=yaw), HFOV_RAD))
+    assert belief.cells[room].sum() < 0.2
+
+
 def test_memory_says_where_and_how_surely() -> None:
     belief = belief_of(CUP)
     x, y = belief.most_likely()

@@ -16,7 +16,7 @@ from contracts.geometry import Pose2D
 from coordinator.belief.clues import Clue
 from coordinator.belief.detection_probability import across, by_distance
 from coordinator.coverage.untyped import maximum_filter
-from coordinator.coverage.viewpoints import CoarseMap, blocks_of, coarsen
+from coordinator.coverage.viewpoints import CoarseMap, blocks_of, candidate_cells, coarsen
 from coordinator.coverage.visibility import VisibilityIndex
 from geometry.grids import Mask, OccupancyGrid
 from geometry.poses import wrap
@@ -206,6 +206,7 @@ class BeliefMap:
         spread = np.where(edge, AT_AN_EDGE, 0.0) + np.where(coarse.free & ~edge, 1.0, 0.0)
         if self._within is not None:
             spread *= blocks_of(self._within, coarse.factor)
+        spread *= self._in_sight()
         rows, columns = np.nonzero(coarse.free & maximum_filter(self._unknown(), 3))
         spread[rows, columns] *= BEYOND
         own = np.zeros_like(spread)
@@ -226,6 +227,20 @@ class BeliefMap:
         if own.any():
             own *= known / own.sum()
         return own + (spread * (rest / total) if total else spread)
+
+    def _in_sight(self) -> NDArray[np.bool_]:
+        """Cells that are seen from some place to stand. In no other could it have been seen or will it be: a gap inside
+        a cabinet would keep for ever what memory puts beside it, and the search would end unsure of all else.
+        """
+        places = candidate_cells(self.grid, self.coarse, (), 0.0)
+        meant = self.looked_from[tuple(places.T)]
+        places = places[meant] if meant.any() else places
+        if not len(places):
+            return np.ones(self.coarse.free.shape, dtype=bool)
+        index = VisibilityIndex(self.coarse.blocked, places, self.reach, rays=RAYS, edges=True)
+        padded = np.pad(np.zeros(self.coarse.free.shape, dtype=bool), self.reach)
+        padded.ravel()[index.cells[index.seen]] = True
+        return padded[self.reach : -self.reach, self.reach : -self.reach]
 
     def _unknown(self) -> NDArray[np.bool_]:
         factor = self.coarse.factor
