@@ -5,7 +5,7 @@ import math
 import pytest
 
 from contracts.geometry import Pose2D
-from contracts.memory import RecalledView, RememberedObject, View
+from contracts.memory import RecalledView, RememberedObject, ScoreParts, View
 from contracts.vision import Target
 from coordinator.belief.clues import clues
 from support.coordinator_world import thing
@@ -49,3 +49,22 @@ def test_a_view_without_a_distance_says_less_than_a_place() -> None:
     assert seen.weight < placed.weight
     assert seen.sigma_m > placed.sigma_m
     assert 1.0 < seen.x < 5.0
+
+
+def remembered(seen: RememberedObject, agreement: float) -> RecalledView:
+    at = Pose2D(x=seen.position.x - 1.0, y=seen.position.y, yaw=0.0)
+    parts = ScoreParts(
+        belief=seen.belief, agreement=agreement, relation=1.0, confidence=0.9, recency=1.0, travel=1.0, again=1.0
+    )
+    return view(at.x, at.y, at.yaw, seen).model_copy(update={"parts": parts})
+
+
+BLUE = thing(2, "cup", 9.0, 2.0, "blue")
+
+
+@pytest.mark.parametrize(("agreement", "left"), [(0.15, 0.15), (0.6, 1.0)])
+def test_where_memory_has_what_was_asked_for_one_of_another_colour_is_hardly_it(agreement: float, left: float) -> None:
+    (alone,) = clues(TARGET, [remembered(BLUE, agreement)], [])
+    red, beside = clues(TARGET, [remembered(CUP, 1.0), remembered(BLUE, agreement)], [])
+    assert red.weight == pytest.approx(0.85)
+    assert beside.weight == pytest.approx(alone.weight * left)

@@ -33,6 +33,8 @@ nothing new.
 """
 ITSELF_MAX = 0.85
 """Things are carried about: memory alone is never surer than this that one stands where it stood."""
+CLEARLY_WORSE = 0.5
+"""Of another's agreement with the description: another colour (0.15), and not an unknown one (0.6; memory's recall)."""
 NEAR_SIGMA_M = 1.2
 TIMES_NEAR, TIMES_SAME = 2.5, 2.0
 NEAR_MAX = 40
@@ -60,6 +62,7 @@ NEAR: dict[str, tuple[str, ...]] = {
 def clues(target: Target, recalled: Sequence[RecalledView], things: Sequence[RememberedObject]) -> tuple[Clue, ...]:
     """From what memory recalls of the target, and from all the things that it remembers."""
     own: dict[tuple[float, float], Clue] = {}
+    agrees: dict[tuple[float, float], float] = {}
     unplaced: set[tuple[float, float]] = set()
     placed = [one.thing for one in recalled if one.thing is not None]
     for one in recalled:
@@ -68,12 +71,22 @@ def clues(target: Target, recalled: Sequence[RecalledView], things: Sequence[Rem
         clue = _of(one)
         place = (clue.x, clue.y)
         if place not in own or own[place].weight < clue.weight:
-            own[place] = clue
+            own[place], agrees[place] = clue, one.parts.agreement if one.parts is not None else 1.0
         if one.thing is None:
             unplaced.add(place)
     own |= _as_of_one_thing({place: own[place] for place in unplaced})
+    own = {place: replace(clue, weight=clue.weight * _unexplained(place, own, agrees)) for place, clue in own.items()}
     near = [clue for thing in things if (clue := _near(target, thing)) is not None]
     return (*own.values(), *near[:NEAR_MAX])
+
+
+def _unexplained(
+    place: tuple[float, float], own: Mapping[tuple[float, float], Clue], agrees: Mapping[tuple[float, float], float]
+) -> float:
+    """The probability that the target is none of the things that fit the description clearly better. A blue suitcase
+    may be the yellow one, seen in a bad light; it hardly is where memory has a yellow one elsewhere."""
+    better = (own[other].weight for other in own if agrees[place] < CLEARLY_WORSE * agrees[other])
+    return math.prod(1.0 - weight for weight in better)
 
 
 def _as_of_one_thing(views: Mapping[tuple[float, float], Clue]) -> dict[tuple[float, float], Clue]:
