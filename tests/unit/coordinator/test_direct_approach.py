@@ -165,6 +165,21 @@ def test_a_place_that_turns_out_to_be_elsewhere_replaces_the_goal() -> None:
     assert first != last
 
 
+def test_what_was_confirmed_and_then_stands_elsewhere_is_judged_anew() -> None:
+    """Another thing in the same direction, while the first is hidden: no vote was about it."""
+    script = on_the_way(3.2).see_at(2.4, 3.26).voted(Verdict.YES).see_at(2.4, 3.26)
+    assert script.mission.candidate is not None
+    assert script.mission.candidate.confirmed
+    for _ in range(3):
+        script.see_at(1.6, 1.66)
+    assert script.mission.candidate is not None
+    assert not script.mission.candidate.confirmed
+    assert len(script.asked(do.Validate)) == 2
+    script.voted(Verdict.YES)
+    assert script.mission.candidate is not None
+    assert script.mission.candidate.confirmed
+
+
 def test_a_goal_that_cannot_be_reached_leads_to_a_look_from_here() -> None:
     assert on_the_way().unreachable().mission.state is S.CENTERING
     assert on_the_way().arrived(GoalStatus.REJECTED).mission.state is S.CENTERING

@@ -29,6 +29,7 @@ from coordinator.core.states.depth_check import (
     unseen,
 )
 from coordinator.core.step_context import StepContext
+from coordinator.core.tracking import Track
 from geometry.poses import wrap
 
 SHIFT_M = 0.35
@@ -160,7 +161,12 @@ def _seen(context: StepContext, seen: Detections) -> None:
     sighting = tracked(context.mission, context.candidate, seen)
     if sighting is None:
         return
+    before = context.candidate.track
     follow(context, sighting)
+    if before is not None and _is_another(context, before):
+        context.log_event(EventKind.SIGHTING, "what is seen now stands elsewhere: judging it anew")
+        context.update_candidate(confirmed=False, votes=(), log_odds=(), judged_s=None)
+        context.update_approach(votes_call=0, votes_due_s=context.now_s, clear_noes=0)
     candidate, approach, rules = context.candidate, context.approach, context.rules
     distance_m = sighting.measurement.distance_m
     if candidate.track is not None:
@@ -177,6 +183,14 @@ def _seen(context: StepContext, seen: Detections) -> None:
         _drive_on(context, "its place is measured: driving up to it")
     elif context.now_s - goal.since_s >= GOAL_S_MIN:
         _drive_on(context, "its place is known better: driving there instead")
+
+
+def _is_another(context: StepContext, before: Track) -> bool:
+    """After measurements in a row that fit the old place badly (`fused`): no vote was about what stands here."""
+    track = context.candidate.track
+    if track is None or track.hits >= before.hits:
+        return False
+    return math.dist(track.place, before.place) > context.rules.rejected_radius_m
 
 
 def _judged(context: StepContext, validation: Validation) -> None:
