@@ -21,6 +21,7 @@ PURE = {
         "coverage.visibility",
         "execution.mission_messages",
         "exploration",
+        "manipulation",
         "questions.rooms_meant",
         "questions.tallies",
         "queue.parse_validation",
