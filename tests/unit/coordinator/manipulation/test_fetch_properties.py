@@ -14,7 +14,7 @@ from coordinator.manipulation.answers import ANSWERED_BY
 from coordinator.manipulation.fetch import Fetch
 from coordinator.manipulation.recoveries import RECOVERIES
 from coordinator.manipulation.step import step
-from coordinator.manipulation.transitions import TASKS
+from coordinator.manipulation.transitions import TASKS, Task
 from support.fetch_played import GOAL, STANCE, Answers, FetchPlayed, all_well
 
 S = ManipulationState
@@ -59,6 +59,8 @@ def holds_together(fetch: Fetch) -> None:
     """What is true after every step."""
     assert fetch.running == bool(fetch.call)
     assert not fetch.running or (fetch.tasks and fetch.until_s > 0.0)
+    opens = fetch.state is S.RECOVER and fetch.tasks[0] is Task.OPEN
+    assert not opens or fetch.holding is Holding.EMPTY, "what is held is not let go by a recovery"
     for recovery, steps in RECOVERIES.items():
         assert fetch.used.count(recovery) <= steps.most
 
