@@ -28,6 +28,7 @@ PURE = {
     ),
     "ear": ("choices", "core", "messages", "quiet_hours", "sayings", "tones", "words"),
     "geometry": ("boxes", "grids", "places", "poses", "probability_grids", "regions", "room_grids", "rooms"),
+    "grasping": ("candidates", "hands", "planning", "reachability", "things"),
     "home_assistant": ("discovery", "states"),
     "inference": (
         "boxes",

@@ -20,6 +20,13 @@ class ManipulationState(StrEnum):
     RECOVER = "recover"
 
 
+class GraspKind(StrEnum):
+    """From where a thing is taken hold of."""
+
+    TOP = "top"
+    SIDE = "side"
+
+
 class FetchCause(StrEnum):
     """Why something of a fetch did not work."""
 
