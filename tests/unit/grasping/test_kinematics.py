@@ -60,8 +60,8 @@ def test_folded_it_touches_nothing_and_bent_down_the_robot_or_the_floor() -> Non
 def test_a_thing_in_its_way_is_touched() -> None:
     arm = kinematics()
     planned = plan(bottle()).grasps[0]
-    assert "thing" not in arm.touches(planned.way_in[0], planned.jaw_rad, bottle())
-    assert "thing" in arm.touches(planned.way_in[-1], planned.jaw_rad, bottle(0.3, 0.03))
+    assert "round thing" not in arm.touches(planned.way_in[0], planned.jaw_rad, bottle())
+    assert "round thing" in arm.touches(planned.way_in[-1], planned.jaw_rad, bottle(0.3, 0.03))
 
 
 def test_the_hands_gaps_are_those_of_its_model() -> None:

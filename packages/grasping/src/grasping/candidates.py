@@ -1,7 +1,7 @@
 """Where the jaw may stand round a thing, by geometry alone; pure."""
 
+import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -27,8 +27,9 @@ FLOOR_M: Final = 0.008
 """Between fingertips and whatever the thing stands on."""
 TOP_GRIP_M: Final = 0.035
 """From above the fingertips reach so far below the thing's top, or to its middle if that is lower."""
-SIDE_GRIP: Final = 0.55
-"""Share of a standing thing's height at which it is taken from the side."""
+SIDE_GRIPS: Final = (0.55, 0.7, 0.8, 0.88)
+"""Shares of a standing thing's height at which it is taken from the side, the preferred first: a hand that points down
+steeply has room for no more of it than stands above its fingers."""
 
 PITCHES_DEG: Final[dict[GraspKind, tuple[float, ...]]] = {
     GraspKind.SIDE: (0.0, 15.0, 30.0, 45.0, 60.0, 75.0),
@@ -69,7 +70,7 @@ class GraspCandidate:
     gap_m: float
     """Between the open jaws."""
     preference: float
-    """1 for the pitch that such things are best taken at, falling to 0."""
+    """1 for the pitch and the height that such things are best taken at, falling to 0."""
 
     @property
     def before(self) -> TipPose:
@@ -80,16 +81,20 @@ class GraspCandidate:
         return self.tip.moved(np.array((0.0, 0.0, LIFT_M)))
 
 
-def candidates_for(thing: MeasuredThing, kind: GraspKind, hand: Hand, foot_x_m: float) -> Iterator[GraspCandidate]:
-    """The preferred first; none where the jaw does not open wide enough. `foot_x_m`: of the arm, in base_link."""
-    pitches = PITCHES_DEG[kind]
+def candidates_for(thing: MeasuredThing, kind: GraspKind, hand: Hand, foot_x_m: float) -> list[GraspCandidate]:
+    """The preferred first; none where the jaw does not hold it. `foot_x_m`: of the arm, in base_link."""
+    pitches, grips = PITCHES_DEG[kind], SIDE_GRIPS if kind is GraspKind.SIDE else SIDE_GRIPS[:1]
     pan = np.array((foot_x_m + hand.pan_from_foot_m, 0.0))
-    for index, degrees in enumerate(pitches):
+    found: list[GraspCandidate] = []
+    for (i, degrees), (k, grip) in itertools.product(enumerate(pitches), enumerate(grips)):
         pitch = math.radians(degrees)
+        z_m = _height(thing, kind, hand, pitch, grip)
+        preference = 1.0 - 0.6 * i / len(pitches) - 0.4 * k / len(grips)
         for turn in (0.0, math.pi, math.pi / 2, -math.pi / 2) if degrees > 85.0 else (0.0, math.pi):
-            found = _placed(thing, kind, hand, pan, pitch, turn, 1.0 - index / len(pitches))
-            if found is not None:
-                yield found
+            one = _placed(thing, kind, hand, pan, pitch, turn, z_m, preference)
+            if one is not None:
+                found.append(one)
+    return sorted(found, key=lambda one: -one.preference)
 
 
 def fits_any(thing: MeasuredThing, hand: Hand) -> bool:
@@ -98,10 +103,10 @@ def fits_any(thing: MeasuredThing, hand: Hand) -> bool:
 
 
 def _placed(
-    thing: MeasuredThing, kind: GraspKind, hand: Hand, pan: Vector, pitch: float, turn: float, preference: float
-) -> GraspCandidate | None:
+    thing: MeasuredThing, kind: GraspKind, hand: Hand, pan: Vector, pitch: float, turn: float, z_m: float,
+    preference: float,
+) -> GraspCandidate | None:  # fmt: skip
     """The hand in the arm's plane, which turns about `pan`: its place and that plane depend on one another."""
-    z_m = _height(thing, kind, hand, pitch)
     bearing = math.atan2(thing.y_m - pan[1], thing.x_m - pan[0])
     tip, width_m = None, 0.0
     for _ in range(8):
@@ -132,9 +137,9 @@ def _square(thing: MeasuredThing, opens: Vector) -> bool:
     return thing.round or abs(off) <= SQUARE_RAD
 
 
-def _height(thing: MeasuredThing, kind: GraspKind, hand: Hand, pitch: float) -> float:
+def _height(thing: MeasuredThing, kind: GraspKind, hand: Hand, pitch: float, grip: float) -> float:
     """Of the tip, so that the fingers stay off what the thing stands on."""
     lowest_m = thing.bottom_m + FLOOR_M + hand.beyond_tip_m * math.sin(pitch) + 0.008 * math.cos(pitch)
     if kind is GraspKind.SIDE:
-        return max(lowest_m, thing.bottom_m + SIDE_GRIP * thing.height_m)
+        return max(lowest_m, thing.bottom_m + grip * thing.height_m)
     return max(lowest_m, min(thing.z_m, thing.top_m - hand.beyond_tip_m), thing.top_m - TOP_GRIP_M)

@@ -33,7 +33,7 @@ _TRIES_EACH: Final = 32
 """Angles of each of three joints that the reachability map is made of."""
 _TABLE: Final = 1
 """Rises when the map is made in another way: an older one in the cache counts no more."""
-_THING: Final = "thing"
+_THINGS: Final = ("thing", "round thing")
 _FAR_M: Final = 50.0
 PREFIX: Final = "arm/"
 
@@ -72,7 +72,7 @@ class ArmKinematics:
         self._at = model.jnt_qposadr[ids]
         self._range = model.jnt_range[ids]
         self._jaw = int(model.joint(PREFIX + arm.jaw).qposadr[0])
-        self._thing = model.geom(_THING).id
+        self._things = [model.geom(name).id for name in _THINGS]
         self._task = mink.FrameTask(
             PREFIX + arm.hand.tip, "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-4, gain=0.9
         )
@@ -181,15 +181,18 @@ class ArmKinematics:
         return TipPose(site.xpos.copy(), rotation[:, 0].copy(), rotation[:, 2].copy())
 
     def _place(self, thing: MeasuredThing | None) -> None:
-        """As a box; none = out of everybody's way."""
-        model = self._model
+        """As a box or an upright cylinder; none = out of everybody's way."""
+        data = self._data
+        data.mocap_pos[:] = (0.0, 0.0, _FAR_M)
         if thing is None:
-            self._data.mocap_pos[0] = (0.0, 0.0, _FAR_M)
             return
-        self._data.mocap_pos[0] = thing.centre
-        self._data.mocap_quat[0] = (math.cos(thing.yaw_rad / 2), 0.0, 0.0, math.sin(thing.yaw_rad / 2))
-        model.geom_size[self._thing] = (thing.length_m / 2, thing.width_m / 2, thing.height_m / 2)
-        model.geom_rbound[self._thing] = float(np.linalg.norm(model.geom_size[self._thing]))
+        which = int(thing.round)
+        data.mocap_pos[which] = thing.centre
+        data.mocap_quat[which] = (math.cos(thing.yaw_rad / 2), 0.0, 0.0, math.sin(thing.yaw_rad / 2))
+        half = (thing.length_m / 2, thing.width_m / 2, thing.height_m / 2)
+        size = (max(half[:2]), half[2], 0.0) if thing.round else half
+        self._model.geom_size[self._things[which]] = size
+        self._model.geom_rbound[self._things[which]] = math.hypot(*half)
 
     def _touched(self, joints: NDArray[np.float64], jaw_rad: float) -> tuple[str, ...]:
         self._posed(joints, jaw_rad)
@@ -224,7 +227,8 @@ def _compile(arm: ArmDescription, mount: ArmMount) -> mujoco.MjModel:
         pos=[0, 0, (mount.foot_z_m + mount.base_top_m) / 2],
     )  # fmt: skip
     # what stands there is put there by hand, in a size that the tree of bounding boxes does not know
-    world.add_body(name=_THING, mocap=True).add_geom(name=_THING, type=kinds.mjGEOM_BOX, size=[0.05, 0.05, 0.05])
+    for name, shape in zip(_THINGS, (kinds.mjGEOM_BOX, kinds.mjGEOM_CYLINDER), strict=True):
+        world.add_body(name=name, mocap=True).add_geom(name=name, type=shape, size=[0.05, 0.05, 0.05])
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE
     meshes: Mapping[str, bytes] = {path.name: path.read_bytes() for path in sorted(arm.mjcf.parent.rglob("*.stl"))}
     child = mujoco.MjSpec.from_string(arm.mjcf.read_text(), assets=dict(meshes))

@@ -74,6 +74,28 @@ def plan_grasps(
     return GraspPlan((), FetchCause.NO_ROOM if no_room else FetchCause.OUT_OF_REACH)
 
 
+def way_between(
+    arm: ArmSolver, begin: Joints, end: Joints, jaw_rad: float, thing: MeasuredThing | None, by: tuple[Joints, ...]
+) -> tuple[Joints, ...] | None:
+    """From one posture to another, straight in joint space or by one of the postures `by`, touching nothing; None where
+    there is no such way."""
+    for middle in (None, *by):
+        way = (begin, end) if middle is None else (begin, middle, end)
+        if all(
+            not arm.touches(each, jaw_rad, thing)
+            for one, other in zip(way[:-1], way[1:], strict=True)
+            for each in _between(one, other)
+        ):
+            return way
+    return None
+
+
+def _between(one: Joints, other: Joints) -> list[Joints]:
+    """Postures no more than 0.1 rad apart, the last included."""
+    count = max(1, math.ceil(max(abs(a - b) for a, b in zip(one, other, strict=True)) / 0.1))
+    return [tuple(a + (b - a) * k / count for a, b in zip(one, other, strict=True)) for k in range(1, count + 1)]
+
+
 def _make(
     candidate: GraspCandidate, thing: MeasuredThing, hand: Hand, foot_x_m: float, reach: ReachabilityMap, arm: ArmSolver
 ) -> PlannedGrasp | FetchCause:
@@ -87,7 +109,9 @@ def _make(
     way_up = _line(arm, candidate.tip, candidate.raised, way_in[-1], pieces=3)
     if way_up is None:
         return FetchCause.OUT_OF_REACH
-    if arm.touches(way_in[0], jaw_rad, thing) or any(arm.touches(each, jaw_rad, None) for each in (*way_in, *way_up)):
+    if any(arm.touches(each, jaw_rad, thing) for each in way_in) or any(
+        arm.touches(each, jaw_rad, None) for each in way_up
+    ):
         return FetchCause.NO_ROOM
     margin = min(map(arm.margin, (*way_in, *way_up)))
     room = (candidate.gap_m - candidate.width_m) / hand.widest_m

@@ -23,6 +23,9 @@ _SHELL_TOP_M: Final = 0.092
 _LOOKED_THROUGH: Final = 2
 """Geom group that the lidar's rays pass: the posts stand nearer than it measures, as the camera's bracket does."""
 
+_IMPRATIO: Final = 10.0
+_NOSLIP_ITERATIONS: Final = 5
+
 
 def compile_with_arm(scene: Scene, arm: ArmModel) -> mujoco.MjModel:
     """The scene's model with the arm's foot on the robot's deck. Its weight is the robot's to carry.
@@ -35,7 +38,13 @@ def compile_with_arm(scene: Scene, arm: ArmModel) -> mujoco.MjModel:
     file = arm.file()
     meshes = {path.name: path.read_bytes() for path in sorted(file.parent.rglob("*.stl"))}
     child = mujoco.MjSpec.from_string(file.read_text(), assets=meshes)
+    for pad in arm.pads:  # inert as the model comes
+        child.geom(pad).contype = child.geom(pad).conaffinity = 1
     spec.attach(child, prefix=PREFIX, frame=base.add_frame(pos=[FOOT_X_M, 0.0, DECK_Z_M]))
+    # What is held by friction slips with MuJoCo's defaults: measured, docs/arm.md.
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = _IMPRATIO
+    spec.option.noslip_iterations = _NOSLIP_ITERATIONS
     model = spec.compile()
     model.body_gravcomp[:] = 0.0  # MuJoCo's carries an arm from outside: on the robot it would weigh nothing
     return model
