@@ -1,4 +1,4 @@
-"""The simulated robot's arm as the bench drives it: trajectories and the jaw, each to its end, on the simulated clock."""
+"""The simulated robot's arm as the bench drives it: trajectories and the jaw, each to its end, in simulated time."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A bare floor with the robot and one thing before it that can be taken: as true in mass and friction as MuJoCo has it."""
+"""A bare floor with the robot, and before it one thing that can be taken, with its mass and friction."""
 
 import math
 from dataclasses import dataclass

@@ -61,7 +61,8 @@ def test_a_thing_in_its_way_is_touched() -> None:
     arm = kinematics()
     planned = plan(bottle()).grasps[0]
     assert "round thing" not in arm.touches(planned.way_in[0], planned.jaw_rad, bottle())
-    assert "round thing" in arm.touches(planned.way_in[-1], planned.jaw_rad, bottle(0.3, 0.03))
+    x, y, _ = (bottle().centre - 0.03 * planned.candidate.tip.opens).tolist()
+    assert "round thing" in arm.touches(planned.way_in[-1], planned.jaw_rad, bottle(x, y)), "by the still jaw"
 
 
 def test_the_hands_gaps_are_those_of_its_model() -> None:

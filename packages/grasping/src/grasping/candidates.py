@@ -11,13 +11,13 @@ from contracts.manipulation import GraspKind
 from grasping.hands import Hand
 from grasping.things import MeasuredThing, Vector
 
-BESIDE_M: Final = 0.006
+BESIDE_M: Final = 0.008
 """Between the still jaw and the thing before the jaw closes: so far it is pushed, or measured wrong."""
 DEPTH_M: Final = 0.015
 """The fingertips go so far past the thing's middle: less, and a jaw that turns squeezes it out."""
-BACK_M: Final = 0.09
+BACK_M: Final = 0.075
 """From where the jaw goes straight in."""
-LIFT_M: Final = 0.12
+LIFT_M: Final = 0.16
 OPEN_MORE_M: Final = 0.022
 """The jaw opens so much wider than the thing, if it can."""
 OPEN_MORE_M_MIN: Final = 0.008
@@ -54,6 +54,20 @@ class TipPose:
     def moved(self, by: Vector) -> "TipPose":
         return TipPose(self.at + by, self.approach, self.opens)
 
+    def tilted(self, angle_rad: float) -> "TipPose":
+        """Pointing down so much more steeply, turned about the level line across it."""
+        level = np.array((-self.approach[1], self.approach[0], 0.0))
+        axis = level / max(1e-9, float(np.linalg.norm(level)))
+        return TipPose(self.at, _turned(self.approach, axis, angle_rad), _turned(self.opens, axis, angle_rad))
+
+    def towards(self, other: "TipPose", share: float) -> "TipPose":
+        """On the straight way to another; its axes turn along with it."""
+        approach = (1.0 - share) * self.approach + share * other.approach
+        approach = approach / np.linalg.norm(approach)
+        opens = (1.0 - share) * self.opens + share * other.opens
+        opens = opens - (opens @ approach) * approach
+        return TipPose(self.at + share * (other.at - self.at), approach, opens / np.linalg.norm(opens))
+
     @property
     def pitch_rad(self) -> float:
         """Downwards."""
@@ -79,6 +93,12 @@ class GraspCandidate:
     @property
     def raised(self) -> TipPose:
         return self.tip.moved(np.array((0.0, 0.0, LIFT_M)))
+
+
+def _turned(vector: Vector, axis: Vector, angle_rad: float) -> Vector:
+    """Rodrigues' rotation about a unit vector."""
+    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+    return cos * vector + sin * np.cross(axis, vector) + (1.0 - cos) * float(axis @ vector) * axis
 
 
 def candidates_for(thing: MeasuredThing, kind: GraspKind, hand: Hand, foot_x_m: float) -> list[GraspCandidate]:

@@ -4,14 +4,19 @@ Needs the extra `kinematics` (mink, MuJoCo). Differential inverse kinematics aft
 program for the joints' velocities that bring the tip nearer, within their ranges.
 """
 
+import ctypes.util
 import hashlib
 import io
 import math
+import os
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+
+if "MUJOCO_GL" not in os.environ and ctypes.util.find_library("EGL") is not None:
+    os.environ["MUJOCO_GL"] = "egl"  # nothing is drawn here, but MuJoCo chooses once, also for whoever draws
 
 import mink
 import mujoco

@@ -1,5 +1,6 @@
 """Which grasps of a thing the arm can make, the best first, or why none; pure: the arm is asked through a Protocol."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -15,6 +16,8 @@ WANTED: Final = 3
 """Grasps in a plan, at most."""
 _PREFERENCE, _MARGIN, _ROOM = 1.0, 0.6, 0.4
 """What the pitch, the joints' margin and the jaw's are worth beside one another."""
+_TILTS_RAD: Final = (0.0, -0.26, 0.26)
+"""Raised, the hand may point so much more or less steeply than when it took hold."""
 
 
 class ArmSolver(Protocol):
@@ -58,9 +61,8 @@ def plan_grasps(
     if not fits_any(thing, hand):
         return GraspPlan((), FetchCause.TOO_WIDE)
     found: list[PlannedGrasp] = []
-    no_room, any_fits = False, False
+    no_room = False
     for candidate in candidates_for(thing, kind, hand, foot_x_m):
-        any_fits = True
         outcome = _make(candidate, thing, hand, foot_x_m, reach, arm)
         if isinstance(outcome, PlannedGrasp):
             found.append(outcome)
@@ -69,8 +71,6 @@ def plan_grasps(
             break
     if found:
         return GraspPlan(tuple(sorted(found, key=lambda one: -one.score)))
-    if not any_fits:
-        return GraspPlan((), FetchCause.TOO_WIDE)
     return GraspPlan((), FetchCause.NO_ROOM if no_room else FetchCause.OUT_OF_REACH)
 
 
@@ -83,7 +83,7 @@ def way_between(
         way = (begin, end) if middle is None else (begin, middle, end)
         if all(
             not arm.touches(each, jaw_rad, thing)
-            for one, other in zip(way[:-1], way[1:], strict=True)
+            for one, other in itertools.pairwise(way)
             for each in _between(one, other)
         ):
             return way
@@ -103,12 +103,17 @@ def _make(
     if start is None:
         return FetchCause.OUT_OF_REACH
     jaw_rad = hand.angle_for(candidate.gap_m)
-    way_in = _line(arm, candidate.before, candidate.tip, start, pieces=3)
+    way_in = _line(arm, candidate.before, candidate.tip, start, pieces=5)
     if way_in is None:
         return FetchCause.OUT_OF_REACH
-    way_up = _line(arm, candidate.tip, candidate.raised, way_in[-1], pieces=3)
+    way_up = None
+    for tilt_rad in _TILTS_RAD:
+        way_up = way_up or _line(arm, candidate.tip, candidate.raised.tilted(tilt_rad), way_in[-1], pieces=3)
     if way_up is None:
         return FetchCause.OUT_OF_REACH
+    if arm.touches(way_in[-1], jaw_rad, thing):
+        way_in = way_in[:-1]  # the hand is a little too wide for that depth: hold it less deep
+        way_up = (way_in[-1], *way_up[1:])
     if any(arm.touches(each, jaw_rad, thing) for each in way_in) or any(
         arm.touches(each, jaw_rad, None) for each in way_up
     ):
@@ -123,7 +128,7 @@ def _line(arm: ArmSolver, begin: TipPose, end: TipPose, start: Joints, *, pieces
     """Postures along the straight way of the tip, both ends included; None where the arm leaves it."""
     found: list[Joints] = []
     for k in range(pieces + 1):
-        joints = arm.solve(begin.moved((end.at - begin.at) * (k / pieces)), found[-1] if found else start)
+        joints = arm.solve(begin.towards(end, k / pieces), found[-1] if found else start)
         if joints is None:
             return None
         found.append(joints)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from contracts.geometry import Pose2D
 from geometry.poses import wrap
+from grasping.candidates import BACK_M, LIFT_M
 from grasping.things import MeasuredThing
 
 CELL_M: Final = 0.02
@@ -99,10 +100,11 @@ def distance_scores(
 ) -> list[tuple[float, float]]:
     """(distance, score) of standing with the thing's grasp straight ahead so far from base_link, the best first.
 
-    A distance counts by the worst of itself and its neighbours: the robot does not stop to the centimetre.
+    A distance counts by the worst of the way in, the grasp and the way up, at the pitch that is best for all of it, and
+    by the worst of itself and its neighbours: the robot does not stop to the centimetre.
     """
     outs = np.arange(CELL_M / 2, _OUT_M, CELL_M)
-    best = np.array([max(reach.margin_at(out, height_m, pitch) for pitch in pitches_rad) for out in outs.tolist()])
+    best = np.array([max(_whole_way(reach, out, height_m, pitch) for pitch in pitches_rad) for out in outs.tolist()])
     padded = np.concatenate(([-1.0], best, [-1.0]))
     sure = np.minimum(np.minimum(padded[:-2], padded[2:]), best)
     found = [
@@ -111,6 +113,16 @@ def distance_scores(
         if score >= 0.0 and out + pan_x_m >= nearest_m
     ]
     return sorted(found, key=lambda each: -each[1])
+
+
+def _whole_way(reach: ReachabilityMap, out_m: float, height_m: float, pitch_rad: float) -> float:
+    """The least margin of a grasp's stations."""
+    back_m, up_m = BACK_M * math.cos(pitch_rad), BACK_M * math.sin(pitch_rad)
+    return min(
+        reach.margin_at(out_m - back_m, height_m + up_m, pitch_rad),
+        reach.margin_at(out_m, height_m, pitch_rad),
+        reach.margin_at(out_m, height_m + LIFT_M, pitch_rad),
+    )
 
 
 def stances_for(

@@ -155,6 +155,24 @@ def test_when_nothing_helps_the_end_says_what_it_was(answers: Answers, end: Fetc
     assert (played.finish.end, played.finish.cause) == (end, cause)
 
 
+def test_where_there_is_nowhere_else_to_stand_the_end_says_what_was_wrong_here() -> None:
+    stances = iter([ev.StancePlanned])
+    answers = but(of(do.PlanGrasps), lambda call: ev.GraspsPlanned(call, 0, C.NO_ROOM))
+    played = FetchPlayed(
+        lambda one, call: (
+            ev.StancePlanned(call, None)
+            if isinstance(one, do.PlanStance) and next(stances, None) is None
+            else answers(one, call)
+        )
+    )
+    assert played.begin().play().finish == do.FinishFetch(FetchEnd.NOT_TAKEN, C.NO_ROOM)
+
+
+def test_an_arm_that_is_still_folded_is_not_cleared_away() -> None:
+    played = FetchPlayed(but(of(do.PlanGrasps), lambda call: ev.GraspsPlanned(call, 0), 1)).begin().play(until=S.GRASP)
+    assert [one.task for one in played.told if isinstance(one, do.MoveArm)] == [Task.MOVE_BEFORE, Task.MOVE_TO]
+
+
 def test_what_it_holds_is_never_let_go_by_a_recovery() -> None:
     played = FetchPlayed(but(of(do.DriveBase, carrying=True), lambda call: ev.BaseMoved(call, reached=False)))
     played.begin().play()

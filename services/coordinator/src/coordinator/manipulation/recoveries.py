@@ -68,7 +68,7 @@ ONCE_MORE: Final = frozenset({_C.ARM_REFUSED, _C.ARM_HELD_UP, _C.JAW_JAMMED, _C.
 would drop it."""
 
 _FOLDED: Final = frozenset({_S.HOME, _S.BASE_ALIGN, _S.LOOK})
-"""The arm is folded, and the jaw holds nothing: nothing has to be cleared."""
+"""The arm is folded, and the jaw holds nothing: nothing has to be cleared. So it is while a grasp is planned."""
 _AWAY: Final = frozenset({_S.CARRY, _S.DELIVER, _S.PLACE})
 """The arm has left the place of the grasp: there is nothing to back off from."""
 
@@ -83,9 +83,10 @@ def that_help(cause: FetchCause, state: ManipulationState, *, in_jaw: bool) -> t
     return HELPS[cause]
 
 
-def clearing(recovery: FetchRecovery, state: ManipulationState, *, carried: bool) -> tuple[Task, ...]:
-    """What brings the arm out of the way first. `carried`: the robot has driven off with the thing."""
-    if state in _FOLDED:
+def clearing(recovery: FetchRecovery, state: ManipulationState, failed: Task, *, carried: bool) -> tuple[Task, ...]:
+    """What brings the arm out of the way first, after `failed` did not work. `carried`: the robot has driven off with
+    the thing."""
+    if state in _FOLDED or failed is Task.PLAN_GRASP:
         return ()
     clear = RECOVERIES[recovery].clear
     return tuple(task for task in clear if task is not Task.BACK_OFF) if carried or state in _AWAY else clear

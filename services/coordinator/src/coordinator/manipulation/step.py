@@ -178,6 +178,8 @@ def _fail(context: ManipulationContext, cause: FetchCause) -> None:
     context.halt()
     if cause is FetchCause.DROPPED:
         context.update(holding=Holding.EMPTY)
+    if cause is FetchCause.NO_STANCE and one.tried:
+        cause = one.cause or cause  # what was wrong where it has stood says more
     context.update(cause=cause, failed_in=one.state, undone=one.tasks)
     in_jaw = context.fetch.holding is not Holding.EMPTY
     for recovery in that_help(cause, one.state, in_jaw=in_jaw):
@@ -192,7 +194,7 @@ def _can(fetch: Fetch, recovery: FetchRecovery) -> bool:
 
 
 def _recover(context: ManipulationContext, recovery: FetchRecovery) -> None:
-    clear = clearing(recovery, context.fetch.state, carried=context.fetch.at_goal)
+    clear = clearing(recovery, context.fetch.state, context.fetch.tasks[0], carried=context.fetch.at_goal)
     context.update(recovery=recovery, used=(*context.fetch.used, recovery))
     if recovery is not FetchRecovery.AGAIN and context.fetch.at_goal:
         context.update(at_goal=False)  # dropped on the way: it has to be carried once more
