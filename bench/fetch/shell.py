@@ -120,7 +120,7 @@ class FetchShell:
                 case _:
                     self._waiting.append(one)
 
-    def _do(self, command: do.MOTION | do.ASKING) -> ev.Answer:
+    def _do(self, command: do.MOTION | do.ASKING) -> ev.Answer:  # noqa: PLR0911 - one line a command
         call = command.call
         match command:
             case do.FoldArm():
