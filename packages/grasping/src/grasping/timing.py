@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 
+from contracts.arm import POINTS_MAX
 from grasping.planning import Joints
 
 PEAK: Final = 1.875
@@ -22,7 +23,7 @@ def timed(path: tuple[Joints, ...], speed_rad_s: float) -> tuple[tuple[float, Jo
     far = np.abs(np.diff(points, axis=0)).max(axis=1)
     along = np.concatenate(([0.0], np.cumsum(far)))
     duration_s = max(SHORTEST_S, PEAK * float(along[-1]) / speed_rad_s)
-    count = max(2, round(duration_s / STEP_S))
+    count = min(POINTS_MAX, max(2, round(duration_s / STEP_S)))
     share = np.arange(1, count + 1) / count
     smooth = along[-1] * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
     joints = np.column_stack([np.interp(smooth, along, column) for column in points.T])
