@@ -17,7 +17,7 @@ export YOLO_OFFLINE ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo up down doctor api check format test test-fast test-e2e train models clean replay
-.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-rooms bench-explore bench-trace trace
+.PHONY: bench-stop bench-faults bench-votes bench-inference bench-parser bench-speech bench-voice-stop bench-coordinator bench-campaign bench-scan bench-memory bench-calls bench-search bench-rooms bench-explore bench-fetch bench-trace trace
 .PHONY: docs sbom audit
 .PHONY: bench-hostile bench-soak bench-calibration test-ui screens bench-ui
 
@@ -86,6 +86,9 @@ bench-rooms: setup ## maps cut into rooms, against the simulated homes' own: HOM
 bench-explore: setup ## unknown homes explored by four policies: HOMES=3 POLICIES=sensible,frontiers,reactive,hostile,killed; resumable, out/bench/explore
 	PYTHONHASHSEED=0 $(PY) -m bench.explore play --homes $(or $(HOMES),3) --policies $(or $(POLICIES),sensible,frontiers,reactive,hostile,killed) \
 		--duration $(or $(DURATION),900)
+
+bench-fetch: setup ## things of six kinds at three heights grasped by the simulated arm, by physics: FETCHES=20 FIRST=1; out/bench/fetch
+	PYTHONHASHSEED=0 $(PY) -m bench.fetch --fetches $(or $(FETCHES),20) --first $(or $(FIRST),1)
 
 bench-calls: setup ## how many HTTP calls a mission makes, by caller and route: out/bench/calls.json
 	$(PY) -m bench.calls --missions $(or $(MISSIONS),6)

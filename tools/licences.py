@@ -20,7 +20,7 @@ IMAGES: Final = {
     "robot_bridge": "atom-robot-bridge[ros-wheels,foxglove]",
     "inference": "atom-inference[openvino]",
     "memory": "atom-memory",
-    "coordinator": "atom-coordinator",
+    "coordinator": "atom-coordinator[arm]",
     "ui": "atom-ui",
     "speech": "atom-speech",
     "keys": "atom-cli",

@@ -26,6 +26,7 @@ STAMP = VENV / "atom-setup.sha256"
 PROJECTS = (
     "packages/contracts",
     "packages/geometry",
+    "packages/grasping[kinematics]",
     "packages/vocabulary",
     "packages/mesh",
     "packages/clients",

@@ -32,8 +32,8 @@ MODELS_LIVE_IN = (
     "speech.adapters",
 )
 
-PHYSICS = frozenset({"mujoco"})
-PHYSICS_LIVES_IN = ("sim.world", "sim.training")
+PHYSICS = frozenset({"mujoco", "mink"})
+PHYSICS_LIVES_IN = ("grasping.kinematics", "sim.world", "sim.training")
 
 DATABASES = frozenset({"sqlalchemy", "sqlite3", "alembic", "asyncpg", "psycopg"})
 DATABASES_LIVE_IN = ("coordinator.adapters", "memory.adapters", "store")
@@ -47,7 +47,7 @@ CONTRACTS_MAY_IMPORT = frozenset({
 })  # fmt: skip
 """Data only: names to build messages of, and nothing that could do anything with them."""
 
-SHARED = frozenset({"clients", "contracts", "geometry", "mesh", "store", "vocabulary"})
+SHARED = frozenset({"clients", "contracts", "geometry", "grasping", "mesh", "store", "vocabulary"})
 """The packages that a service may import."""
 
 MESH_MAY_KNOW = ("contracts.access", "contracts.base", "contracts.problem", "contracts.topics")
@@ -108,6 +108,11 @@ def test_the_mesh_knows_no_service_and_no_domain() -> None:
     allowed = (*MESH_MAY_KNOW, "mesh")
     found = {n.name: {i for i in n.imports if within(i, ours) and not within(i, allowed)} for n in modules("mesh")}
     assert {name: names for name, names in found.items() if names} == {}
+
+
+def test_grasps_are_planned_without_any_service() -> None:
+    others = OURS - {"grasping", "contracts", "geometry"}
+    assert {one.name: one.roots & others for one in modules("grasping") if one.roots & others} == {}
 
 
 def test_a_shared_client_knows_what_is_said_and_how_it_travels() -> None:

@@ -12,6 +12,7 @@ SERVICES = ("coordinator", "inference", "memory", "robot_bridge", "speech", "ui"
 SOURCES = {
     "contracts": ROOT / "packages/contracts/src/contracts",
     "geometry": ROOT / "packages/geometry/src/geometry",
+    "grasping": ROOT / "packages/grasping/src/grasping",
     "vocabulary": ROOT / "packages/vocabulary/src/vocabulary",
     "mesh": ROOT / "packages/mesh/src/mesh",
     "clients": ROOT / "packages/clients/src/clients",

@@ -25,6 +25,8 @@ class ArmModel:
     home: tuple[float, ...]
     """Folded over the deck: within the footprint, above what camera and lidar look at."""
     gripper_home: float
+    pads: tuple[str, str]
+    """Geoms of the jaws that take hold."""
 
     def file(self) -> Path:
         """Where the MJCF lies. Raises `ArmMissingError` where the wheel is not installed."""
@@ -43,6 +45,7 @@ SO101: Final = ArmModel(
     gripper="gripper",
     home=(0.0, -1.7, 1.3, -1.5, 0.0),
     gripper_home=0.0,
+    pads=("fixed_jaw_pad", "moving_jaw_pad"),
 )
 """SO-101 (LeRobot): five joints and a jaw that turns, hobby servos of 3.35 Nm, 0.63 kg, 0.45 m from foot to tip."""
 

@@ -1,0 +1,30 @@
+"""Postures in a row made a trajectory: straight in joint space, smooth in time; pure."""
+
+from typing import Final
+
+import numpy as np
+
+from contracts.arm import POINTS_MAX
+from grasping.planning import Joints
+
+PEAK: Final = 1.875
+"""The greatest speed of a minimum-jerk motion from rest to rest, by its mean (Flash and Hogan 1985)."""
+STEP_S: Final = 0.1
+SHORTEST_S: Final = 0.3
+
+
+def timed(path: tuple[Joints, ...], speed_rad_s: float) -> tuple[tuple[float, Joints], ...]:
+    """(s since the start, joints) along the path from its first posture, where the arm is, to its last: no joint is
+    faster than `speed_rad_s`, speed and acceleration are 0 at both ends. Raises ValueError for less than two postures,
+    and for a speed that is not above 0."""
+    if len(path) < 2 or not speed_rad_s > 0.0:
+        raise ValueError(f"a way has two postures and a speed above 0, not {len(path)} and {speed_rad_s} rad/s")
+    points = np.array(path)
+    far = np.abs(np.diff(points, axis=0)).max(axis=1)
+    along = np.concatenate(([0.0], np.cumsum(far)))
+    duration_s = max(SHORTEST_S, PEAK * float(along[-1]) / speed_rad_s)
+    count = min(POINTS_MAX, max(2, round(duration_s / STEP_S)))
+    share = np.arange(1, count + 1) / count
+    smooth = along[-1] * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    joints = np.column_stack([np.interp(smooth, along, column) for column in points.T])
+    return tuple((float(time_s), tuple(row.tolist())) for time_s, row in zip(share * duration_s, joints, strict=True))

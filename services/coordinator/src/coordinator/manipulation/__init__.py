@@ -1,0 +1,1 @@
+"""How a thing is fetched with an arm: `step(fetch, event, now_s) -> (fetch, commands)`, pure."""
