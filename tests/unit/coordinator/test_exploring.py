@@ -36,6 +36,13 @@ def test_it_begins_an_exploration_that_comes_home_to_where_the_robot_stands() ->
     assert isinstance(script.mission.activity, UnderExploration)
 
 
+def test_how_long_was_asked_for_is_passed_on() -> None:
+    asked = PlainMotion("exploring", explores=True, explore_s=120.0)
+    script = Script().robot(ORIGIN).feed(ev.MotionStarted("m1", "explore", asked))
+    assert script.last(do.BeginExploration).duration_s == 120.0
+    assert exploring().last(do.BeginExploration).duration_s is None
+
+
 def test_on_the_dock_it_leaves_the_dock_first() -> None:
     script = exploring(docked=True)
     assert not script.asked(do.BeginExploration)

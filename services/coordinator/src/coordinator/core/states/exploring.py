@@ -26,7 +26,8 @@ class ExplorationState(State):
             context.set_activity(Waiting(context.now_s + NO_PLACE_S, "localisation"))
             return
         call = context.call()
-        context.request(do.BeginExploration(call, home))
+        motion = context.mission.motion
+        context.request(do.BeginExploration(call, home, motion.explore_s if motion is not None else None))
         context.set_activity(UnderExploration(call))
 
     def handle(self, context: StepContext, event: Event) -> None:
