@@ -85,7 +85,7 @@ class CommandReader:
             known = await self.rooms(needed=speaks_of_a_place(asked))
             room = named_in(asked, known.names)
             if room is not None and known.rooms:
-                return (way_to(one_room_meant(room, known)),)
+                return (replace(way_to(one_room_meant(room, known)), map_id=known.map_id),)
         return await self._things_asked(asked, claims, last)
 
     async def things(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask]:
@@ -201,7 +201,8 @@ class CommandReader:
             return KnownRooms()
         try:
             async with asyncio.timeout(self._settings.recall_timeout_s):
-                return KnownRooms((await self._memory.rooms()).rooms)
+                told = await self._memory.rooms()
+                return KnownRooms(told.rooms, told.map_id or None)
         except UpstreamError as error:
             if error.upstream_status == HTTPStatus.NOT_FOUND:  # it names no rooms
                 return KnownRooms()

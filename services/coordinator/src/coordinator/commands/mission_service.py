@@ -185,7 +185,7 @@ class MissionService:
 
     def _of_this_map(self, motion: PlainMotion) -> PlainMotion:
         state = self.runner.robot_state
-        return replace(motion, map_id=state.map_id if state is not None else None)
+        return replace(motion, map_id=motion.map_id or (state.map_id if state is not None else None))
 
     def refuse_now(self, ended_before: int, *, by_its_body: bool) -> None:
         """Raises `UnavailableError` and `ConflictError` where nothing can begin. `by_its_body`: it goes by what the
