@@ -74,13 +74,17 @@ class HostileModel:
     rng: random.Random
     asked: int = 0
     kinds: dict[str, int] = field(default_factory=dict[str, int])
+    read: dict[str, int] = field(default_factory=dict[str, int])
+    """Of each kind, how many were one of the tools within its bounds; what came of those the check decides."""
 
     async def decide(self, question: AskModel) -> PilotAnswer:
         self.asked += 1
         kind = self.rng.choice(sorted(_ATTACKS))
         self.kinds[kind] = self.kinds.get(kind, 0) + 1
         await self.clock.sleep(self.rng.choice([0.05, 0.3, 1.0, 4.0]))
-        return read(_ATTACKS[kind](self.rng, question.situation), question.situation)
+        answer = read(_ATTACKS[kind](self.rng, question.situation), question.situation)
+        self.read[kind] = self.read.get(kind, 0) + (answer.decision is not None)
+        return answer
 
 
 def _wall(_: random.Random, situation: str) -> str:

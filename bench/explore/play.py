@@ -211,7 +211,7 @@ def pilot_of(policy: str, clock: SimulatedClock, seed: int) -> Pilot:
 async def _explore(
     world: World, start: Pose2D, policy: str, rules: ExplorationRules, disk: Path, seed: int
 ) -> dict[str, Any]:
-    died: list[str] = []
+    died, asked = list[str](), Counter[str]()
     clock, bus, line, mapper = SimulatedClock(), WorldBus(Line()), Line(), Mapper()
     nothing = OccupancyGrid(np.full((20, 20), -1, np.int8), 0.05, start.x - 0.5, start.y - 0.5)
     robot = WorldRobot(world, nothing, on_death=lambda: died.append("the robot"), mapper=mapper)
@@ -221,7 +221,7 @@ async def _explore(
             BridgeSettings(state_dir=disk), bus=bus, robot=robot, clock=clock,
             on_death=lambda: died.append("robot_bridge"),
         ),
-        Counter[str](), line,
+        asked, line,
     )  # fmt: skip
     await bridge.begin()
     client = RobotBridgeClient(
@@ -247,7 +247,8 @@ async def _explore(
         await client.aclose()
         await bridge.end()
         await robot.end()
-    return _told(world, start, runner, pilot, journal, measured, stopped_m, died)
+    told = _told(world, start, runner, pilot, journal, measured, stopped_m, died)
+    return {**told, "asked_of_the_bridge": dict(sorted(asked.items()))}
 
 
 async def _watched(
@@ -313,6 +314,7 @@ def _told(
         "calls_by_reason": {reason.value: count for reason, count in one.spent.by_reason},
         "verdicts": {verdict.value: count for verdict, count in one.verdicts},
         "attacks": pilot.kinds if isinstance(pilot, HostileModel) else {},
+        "attacks_read": pilot.read if isinstance(pilot, HostileModel) else {},
         "motions": one.motions,
         "actions": one.memory.actions_done,
         "written": journal.written,

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from atom_cli.services import Services
-from contracts.actions import CountAction, StopAction
+from contracts.actions import CountAction, ExploreAction, StopAction
 from contracts.geometry import Pose2D, Twist2D
 from contracts.language import ReasonRequest
 from contracts.measuring import LocalizeRequest
@@ -110,6 +110,7 @@ async def ui_of_coordinator(line: Line) -> None:
         await line.ask(missions.start("find the red bottle", key="k-1"))
         await line.ask(missions.start("stop", key="k-2"))
         await line.ask(missions.ask("where is the cup?"))
+        await line.ask(missions.do(ExploreAction(duration_s=120.0)))
         await line.ask(missions.understand(("find the red bottle", "Find the bread bottle.")))
         await line.ask(missions.status())
 

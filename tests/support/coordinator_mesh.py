@@ -12,6 +12,7 @@ from asgi_lifespan import LifespanManager
 from contracts.geometry import Pose2D
 from contracts.mission import Mission, MissionEvent, MissionState
 from coordinator.app import create_app
+from coordinator.exploration_ports import CopiedJournal
 from coordinator.ports import MissionLog
 from coordinator.settings import Settings
 from support.bus import MemoryBus
@@ -93,13 +94,14 @@ async def opened_mesh(
     keep_out: tuple[tuple[float, float, float], ...] = (),
     colours_unknown: bool = False,
     log: MissionLog | None = None,
+    journal: CopiedJournal | None = None,
     described: bool = True,
     **settings: object,
 ) -> AsyncIterator[Mesh]:
     clock, bus = FakeClock(), described_bus() if described else MemoryBus()
     world = World(clock, bus, things=list(things), keep_out=list(keep_out), colours_unknown=colours_unknown)
     robot, inference, memory = FakeRobot(world), FakeInference(world), FakeMemory(views)
-    journal = KeptHomes()
+    kept = KeptHomes()
     deaths: list[str] = []
     app = create_app(
         Settings.model_validate(STEP_BY_STEP | settings),
@@ -109,7 +111,7 @@ async def opened_mesh(
         memory=memory,
         clock=clock,
         log=MemoryLog() if log is None else log,
-        journal=journal,
+        journal=kept if journal is None else journal,
         on_death=lambda: deaths.append("a task died"),
     )
     async with LifespanManager(app) as manager:
@@ -117,7 +119,7 @@ async def opened_mesh(
         transport = httpx.ASGITransport(app=manager.app)
         async with httpx.AsyncClient(transport=transport, base_url="http://coordinator") as client:
             await clock.advance(0.3)
-            yield Mesh(client, world, robot, inference, memory, clock, bus, running, journal, transport)
+            yield Mesh(client, world, robot, inference, memory, clock, bus, running, kept, transport)
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
     assert deaths == []

@@ -1,13 +1,16 @@
 """What explorations remember, kept in memory. Its twin is `coordinator.adapters.exploration_journal`."""
 
 import asyncio
+from collections.abc import AsyncIterable
+from contextlib import AbstractAsyncContextManager
 
 from contracts.exploration import ExplorationMemory
-from mesh.errors import UnavailableError
+from mesh.errors import UnavailableError, UnprocessableError
+from store.copies import DatabaseCopy, JudgedDatabase
 
 
 class KeptHomes:
-    """The port `Journal`. `away`: nothing can be read; while `held` is clear a read waits."""
+    """The port `CopiedJournal`. `away`: nothing can be read; while `held` is clear a read waits."""
 
     def __init__(self) -> None:
         self.of: dict[str, ExplorationMemory] = {}
@@ -23,3 +26,12 @@ class KeptHomes:
 
     def write(self, home: str, memory: ExplorationMemory) -> None:
         self.of[home] = memory
+
+    async def snapshot(self) -> DatabaseCopy:
+        raise UnprocessableError("a dict has no back-up")
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
+        raise UnprocessableError("a dict has no back-up")
+
+    async def replace(self, candidate: JudgedDatabase) -> str:
+        raise UnprocessableError("a dict has no back-up")

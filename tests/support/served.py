@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import uvicorn
 
-from mesh.server import RequestLimitsProtocol, WebSocketLimitsProtocol
+from mesh.server import DrainingServer, RequestLimitsProtocol, WebSocketLimitsProtocol
 from support.redis_server import free_port
 from support.waiting import until
 
@@ -26,7 +26,7 @@ async def served(app: Any, *, lifespan: Literal["auto", "off"] = "auto") -> Asyn
         lifespan=lifespan,
         timeout_graceful_shutdown=1,
     )
-    server = uvicorn.Server(config)
+    server = DrainingServer(config, app)
     server.capture_signals = contextlib.nullcontext  # type: ignore[method-assign]  # the test runner keeps its own
     running = asyncio.create_task(server.serve())
     try:

@@ -13,6 +13,7 @@ import numpy as np
 from nicegui import app as nicegui_app
 from PIL import Image, ImageDraw
 
+from contracts.actions import Action, ActionReply
 from contracts.asking import About, Answer
 from contracts.belief import ChosenView, NoBelief, SearchBelief
 from contracts.causes import GoalCause, Refusal
@@ -406,6 +407,7 @@ class FakeMissions(Service):
     understands: list[tuple[str, ...]] = field(default_factory=list)
     understood: Understood | None = None
     acted: list[tuple[str, str]] = field(default_factory=list)
+    done: list[Action] = field(default_factory=list[Action])
     keys: list[str] = field(default_factory=list)
     past: tuple[Mission, ...] = ()
     refusal: str = ""
@@ -429,6 +431,13 @@ class FakeMissions(Service):
     async def ask(self, question: str) -> Answer:
         self.answer()
         return Answer(answer=f"You asked: {question}", about=About.LAST_SEEN, phrased_by="template")
+
+    async def do(self, action: Action) -> ActionReply:
+        self.answer()
+        if self.refusal:
+            raise UpstreamError(self.name, 409, self.refusal)
+        self.done.append(action)
+        return ActionReply(action=action.action, text="begun", mission=mission(action.action.value))
 
     async def understand(self, readings: Sequence[str]) -> Understood:
         if self.hangs:

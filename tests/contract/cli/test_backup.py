@@ -4,7 +4,7 @@ import asyncio
 import sqlite3
 import tarfile
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, closing
+from contextlib import aclosing, asynccontextmanager, closing
 from pathlib import Path
 
 import httpx
@@ -14,9 +14,11 @@ from typer.testing import CliRunner, Result
 from atom_cli import __main__ as cli
 from atom_cli import archive
 from contracts.backup import BackupRefusal, BackupService
+from contracts.exploration import Discovery, ExplorationMemory
 from contracts.memory import ObservationBatch
 from contracts.mission import Mission, MissionState, MissionStatus
 from coordinator import app as coordinator
+from coordinator.adapters.exploration_journal import ExplorationJournal
 from coordinator.settings import Settings as CoordinatorSettings
 from memory import app as memory
 from memory.settings import Settings as MemorySettings
@@ -66,6 +68,16 @@ class Mesh:
     async def see(self, label: str) -> None:
         batch = ObservationBatch(observations=(seen(label, 1.0, stamp_s=1.7e9, at=(1.0, 1.0)),))
         await self.http.post(f"{self.wire.urls['memory']}/observations", json=batch.model_dump(mode="json"))
+
+    async def explore(self, label: str) -> None:
+        """As an exploration of before would have left it in the file."""
+        async with aclosing(ExplorationJournal(self.folder / "exploration.db", busy_timeout_s=1.0)) as journal:
+            found = Discovery(label=label, note="", x_m=1.0, y_m=2.0, stamp_s=3.0)
+            journal.write("flat", ExplorationMemory(discoveries=(found,)))
+
+    async def explored(self) -> list[str]:
+        async with aclosing(ExplorationJournal(self.folder / "exploration.db", busy_timeout_s=1.0)) as journal:
+            return [one.label for one in (await journal.read("flat")).discoveries]
 
     async def told(self) -> tuple[str, object]:
         missions = await self.http.get(f"{self.wire.urls['coordinator']}/missions")
@@ -128,8 +140,31 @@ async def test_what_is_backed_up_comes_back_exactly(mesh: Mesh, tmp_path: Path) 
     assert done.exit_code == 0, done.output
     assert await mesh.told() == before
     assert sorted(one for one in files(tmp_path) if not one.endswith(("-wal", "-shm"))) == [
-        "coordinator.db", "coordinator.db.before-restore-1", "copy.tar", "memory.db", "memory.db.before-restore-1",
+        "coordinator.db", "coordinator.db.before-restore-1", "copy.tar", "exploration.db",
+        "exploration.db.before-restore-1", "memory.db", "memory.db.before-restore-1",
     ]  # fmt: skip
+
+
+async def test_what_was_explored_of_a_home_is_read_again_after_a_restore(mesh: Mesh, tmp_path: Path) -> None:
+    await mesh.explore("cup")
+    file = str(tmp_path / "copy.tar")
+    made = await mesh.atom("backup", file)
+    assert made.exit_code == 0, made.output
+    await mesh.explore("book")
+    only = await mesh.atom("restore", file, "--yes", "--only", "memory")
+    assert (only.exit_code, await mesh.explored()) == (0, ["book"])
+    done = await mesh.atom("restore", file, "--yes", "--only", "exploration")
+    assert (done.exit_code, "1 explorations" in done.output) == (0, True), done.output
+    assert await mesh.explored() == ["cup"]
+
+
+async def test_an_archive_of_before_leaves_what_was_explored_alone(mesh: Mesh, tmp_path: Path) -> None:
+    file = str(tmp_path / "copy.tar")
+    await mesh.atom("backup", file, "--only", "memory", "--only", "coordinator")
+    await mesh.explore("cup")
+    done = await mesh.atom("restore", file, "--yes")
+    assert done.exit_code == 0, done.output
+    assert await mesh.explored() == ["cup"]
 
 
 async def test_one_service_alone(mesh: Mesh, tmp_path: Path) -> None:
@@ -204,10 +239,11 @@ async def test_what_the_second_does_not_take_the_first_gives_back(mesh: Mesh, tm
     )
     failed = await mesh.atom("restore", file, "--yes")
     assert failed.exit_code == 3
-    assert "the disk is full. coordinator has again what it had before" in failed.output
+    assert "the disk is full. coordinator and exploration have again what they had before" in failed.output
     assert await mesh.told() == before
-    assert [one for one in mesh.wire.asked if one[1] == "/restore"][:2] == [
+    assert [one for one in mesh.wire.asked if one[1].endswith("/restore")][:3] == [
         ("coordinator", "/restore", "checked"),
+        ("coordinator", "/exploration/restore", "checked"),
         ("memory", "/restore", "checked"),
     ]
 
@@ -228,7 +264,7 @@ async def test_of_a_service_that_nobody_waits_for_any_longer_nobody_says_that_no
     failed = await mesh.atom("restore", file, "--yes")
     assert failed.exit_code == (130 if isinstance(stopped, KeyboardInterrupt) else 4), failed.output
     assert f"{at} may have taken it, or still will: look." in failed.output
-    assert ("coordinator has again what it had before" in failed.output) is (at == "memory")
+    assert ("coordinator and exploration have again what they had before" in failed.output) is (at == "memory")
 
 
 async def test_what_either_does_not_believe_changes_neither(mesh: Mesh, tmp_path: Path) -> None:

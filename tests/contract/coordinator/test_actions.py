@@ -178,6 +178,15 @@ async def test_of_two_bedrooms_the_person_is_asked_which(open_mesh: OpenMesh) ->
         assert "Which bedroom: the bedroom or the bedroom 2?" in response.json()["detail"]
 
 
+@pytest.mark.parametrize("said", ["go to the attic next to the kitchen", "go to the room beside the kitchen"])
+async def test_a_room_that_only_tells_where_another_is_is_not_driven_to(open_mesh: OpenMesh, said: str) -> None:
+    async with open_mesh() as mesh:
+        mesh.memory.named_rooms = ROOMS
+        response = await mesh.client.post("/missions", json={"command": said})
+        assert (response.status_code, response.json()["code"]) == (422, CommandRefusal.NAMES_NOTHING)
+        assert ((await mesh.client.get("/missions")).json(), mesh.world.moves) == ([], [])
+
+
 async def test_a_patrol_visits_its_rooms_in_turn_looks_round_and_tells_what_it_saw(open_mesh: OpenMesh) -> None:
     async with open_mesh(BOTTLE) as mesh:
         mesh.memory.named_rooms, mesh.memory.things = ROOMS, ()

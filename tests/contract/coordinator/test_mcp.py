@@ -21,6 +21,7 @@ from contracts.access import CredentialFile, Principal, Role, sha256_of
 from contracts.actions import SPECS, ActionName, ActionReply, tool_schema
 from contracts.mission import Mission, Outcome
 from contracts.vision import ParsedTask, ParseTaskRequest
+from coordinator.adapters.mcp_server import SESSIONS_OF_ONE_MAX
 from support.coordinator_mesh import Mesh, OpenMesh
 from support.coordinator_world import FakeInference, Thing, thing
 from support.served import served
@@ -269,6 +270,35 @@ async def test_each_role_sees_and_may_what_is_declared(open_mesh: OpenMesh, tmp_
         with pytest.raises(ExceptionGroup):
             async with connected(mesh, key="nobody") as client:
                 await client.list_tools()
+
+
+INITIALIZE: dict[str, Any] = {
+    "jsonrpc": "2.0", "id": 1, "method": "initialize",
+    "params": {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "many", "version": "1"}},
+}  # fmt: skip
+
+
+async def test_one_principal_cannot_take_all_sessions(open_mesh: OpenMesh, tmp_path: Path) -> None:
+    keys = tmp_path / "keys.json"
+    principals = tuple(Principal(name=one, role=Role.VIEWER, key_sha256=sha256_of(one)) for one in ("vera", "otto"))
+    keys.write_text(CredentialFile(principals=principals).model_dump_json())
+    async with open_mesh(keys_file=keys) as mesh, served(mesh.transport.app, lifespan="off") as url:
+        headers = {"accept": "application/json, text/event-stream", "authorization": "Bearer vera"}
+        async with httpx2.AsyncClient(headers=headers, base_url=url, trust_env=False) as http:
+            opened = [await http.post("/mcp", json=INITIALIZE) for _ in range(SESSIONS_OF_ONE_MAX)]
+            assert {one.status_code for one in opened} == {200}
+            refused = await http.post("/mcp", json=INITIALIZE)
+            assert refused.status_code == 429
+            said = refused.json()["error"]["message"]
+            assert said.startswith("16 sessions of vera are open already: end one (DELETE /mcp), or wait until")
+            async with connected(mesh, key="otto") as client:
+                assert (await client.list_tools()).tools
+            async with connected(mesh, NEWEST, key="vera") as client:  # without a session
+                assert (await client.list_tools()).tools
+            ended = await http.delete("/mcp", headers={"mcp-session-id": opened[0].headers["mcp-session-id"]})
+            assert ended.is_success, ended.text
+            assert (await http.post("/mcp", json=INITIALIZE)).status_code == 200
+            assert (await http.post("/mcp", json=INITIALIZE)).status_code == 429
 
 
 def started(port: int, **env: str) -> Client:

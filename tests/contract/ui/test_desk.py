@@ -6,7 +6,8 @@ from collections.abc import AsyncIterator
 import pytest
 
 from contracts.access import Principal, Role
-from contracts.mission import Heard
+from contracts.actions import ExploreAction
+from contracts.mission import Heard, Outcome
 from contracts.reading import Mood
 from contracts.robot import EmergencyStop
 from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_EMERGENCY_STOP, ROBOT_STATE, VISION_DETECTIONS
@@ -17,6 +18,7 @@ from support.fake_clock import FakeClock
 from support.ui_world import STARTED_S, UiWorld, event, home_map, mission, robot_state, status, thing
 from support.waiting import until
 from ui.desk import Desk
+from ui.library_actions import LibraryActions
 from ui.operator_actions import ActionResult, OperatorActions
 from ui.settings import Settings
 
@@ -215,3 +217,47 @@ async def test_a_viewer_may_type_a_stop_and_no_mission(desk: Desk, world: UiWorl
     assert not (await actions.command("find the red bottle")).ok
     assert (await actions.command("emergency stop")).ok
     assert len(world.robot.stops) == 1
+
+
+EXPLORING = ExploreAction(duration_s=120.0)
+
+
+@pytest.fixture
+def library(desk: Desk, actions: OperatorActions, world: UiWorld) -> LibraryActions:
+    """Nothing runs, and nothing waits."""
+    desk.facts.take_mission(status(), 0.0)
+    return LibraryActions(desk, actions)
+
+
+async def test_a_button_begins_its_action_of_the_library(library: LibraryActions, world: UiWorld) -> None:
+    assert await library.begin(EXPLORING) == ActionResult(True, "Begun: explore")
+    assert world.missions.done == [EXPLORING]
+
+
+async def test_an_action_is_refused_to_whom_has_not_its_role(desk: Desk, world: UiWorld) -> None:
+    vera = OperatorActions(desk, lambda: Principal(name="vera", role=Role.VIEWER))
+    refused = await LibraryActions(desk, vera).begin(EXPLORING)
+    assert refused == ActionResult(False, "This needs the role operator; yours is viewer.")
+    assert world.missions.done == []
+
+
+async def test_an_action_is_refused_with_the_reason_while_something_else_has_the_robot(
+    desk: Desk, library: LibraryActions, world: UiWorld
+) -> None:
+    desk.driver = object()
+    assert "drives the robot by hand" in (await library.begin(EXPLORING)).text
+    desk.driver = None
+    for busy in (status(mission()), status(mission(paused=True)), status(queue=(mission(queue_position=0),))):
+        desk.facts.take_mission(busy, 0.0)
+        assert await library.begin(EXPLORING) == ActionResult(
+            False, "A mission is running or waits. Cancel it first, or wait for its end."
+        )
+    desk.facts.take_mission(status(mission(outcome=Outcome.FOUND)), 0.0)
+    desk.facts.take_stop(EmergencyStop(latched=True, epoch=1), 0.0)
+    assert await library.begin(EXPLORING) == ActionResult(False, "The robot is stopped. Resume first.")
+    assert world.missions.done == []
+
+
+async def test_what_the_coordinator_refuses_is_told_in_its_words(library: LibraryActions, world: UiWorld) -> None:
+    world.missions.refusal = "the battery is at 9 %: it has to charge first"
+    assert await library.begin(EXPLORING) == ActionResult(False, "the battery is at 9 %: it has to charge first")

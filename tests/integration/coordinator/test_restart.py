@@ -7,9 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
+import httpx2
+import pytest
+from mcp import Client
+from mcp.client.streamable_http import streamable_http_client
+from uvicorn.lifespan.on import LifespanOn
 from websockets.asyncio.client import connect
 
-from contracts.mission import Mission, MissionEvent, Outcome
+from contracts.mission import EndCause, Mission, MissionEvent, Outcome
 from contracts.vision import ParsedTarget, ParsedTask
 from coordinator.adapters.exploration_journal import ExplorationJournal
 from coordinator.app import create_app
@@ -104,6 +109,44 @@ async def test_an_exploration_that_a_restart_ends_is_told_and_moves_nothing_any_
     journal = ExplorationJournal(tmp_path / "exploration.db", busy_timeout_s=1.0)
     assert (await journal.read("flat")).actions_done >= 1
     await journal.aclose()
+
+
+@pytest.mark.parametrize("mode", ["legacy", "auto"])
+async def test_a_mission_of_an_mcp_call_that_a_restart_cuts_off_is_interrupted_and_cancelled_by_nobody(
+    tmp_path: Path, mode: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """uvicorn cuts its requests off, and only then tells the service that it ends."""
+    shutdown = LifespanOn.shutdown
+
+    async def later(lifespan: LifespanOn) -> None:
+        for _ in range(100):  # the loop goes round: what was cut off has ended
+            await asyncio.sleep(0)
+        await shutdown(lifespan)
+
+    monkeypatch.setattr(LifespanOn, "shutdown", later)
+    path = tmp_path / "coordinator.db"
+    async with httpx2.AsyncClient(timeout=60.0, trust_env=False) as http:
+        async with one_life(path) as life:
+            client = Client(streamable_http_client(f"{life.url}/mcp", http_client=http), mode=mode, cache=None)
+            calling = asyncio.create_task(drive(client))
+            await until_true(lambda: is_under_way(life))
+        await asyncio.wait({calling}, timeout=20.0)
+        calling.cancel()
+        await asyncio.gather(calling, return_exceptions=True)
+    async with one_life(path) as life:
+        (mission,) = await listed(life)
+        assert mission.report is not None
+        assert (mission.outcome, mission.report.ended_by) == (Outcome.INTERRUPTED, EndCause.RESTART), mission.reason
+
+
+async def drive(client: Client) -> None:
+    async with client:
+        await client.list_tools()
+        await client.call_tool("drive", {"distance_m": 2.0})
+
+
+async def is_under_way(life: Life) -> bool:
+    return [one.outcome for one in await listed(life)] == [None]
 
 
 async def something_was_done(life: Life) -> bool:

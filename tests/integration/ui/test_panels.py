@@ -4,6 +4,7 @@ import pytest
 from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import Browser, Page, expect
 
+from contracts.actions import DockAction, ExploreAction, LookAroundAction
 from contracts.exploration import Discovery, ExplorationMode, ExplorationStatus
 from contracts.mission import Outcome
 from contracts.topics import MISSION_EVENTS, MISSION_STATE, ROBOT_STATE, VISION_DETECTIONS
@@ -205,6 +206,32 @@ async def test_an_exploration_is_shown_with_what_it_may_ask_and_what_it_discover
     panel = page.locator(".exploration")
     for text in ("the model leads", "3 / 300", "900 / 300000", "kitchen: a fridge (x 1.0 m, y 2.0 m)"):
         await expect(panel.get_by_text(text)).to_be_visible()
+
+
+async def test_a_button_begins_an_exploration_and_says_why_where_it_cannot(page: Page, site: Site) -> None:
+    done = site.world.missions.done
+    done.clear()
+    await page.get_by_role("tab", name="Robot").click()
+    explore = page.get_by_role("button", name="Explore for 2 min")
+    answer = page.locator("section .answer:visible")
+    await explore.click()
+    await expect(answer.get_by_text("A mission is running or waits. Cancel it first")).to_be_visible()
+    await site.mission_is(outcome=Outcome.CANCELED)
+    await expect(page.get_by_role("status", name="Mission state")).to_have_text("Cancelled")
+    await explore.click()
+    await expect(answer.get_by_text("Begun: explore")).to_be_visible()
+    await page.get_by_role("button", name="Go home").click()
+    await expect(answer.get_by_text("Begun: dock")).to_be_visible()
+    await page.get_by_role("button", name="Look around").click()
+    await expect(answer.get_by_text("Begun: look_around")).to_be_visible()
+    await page.get_by_role("button", name="Explore", exact=True).click()
+    await until(lambda: len(done) == 4, timeout_s=30.0)
+    assert done == [ExploreAction(duration_s=120.0), DockAction(), LookAroundAction(), ExploreAction()]
+    await page.get_by_role("button", name="Emergency stop").click()
+    await expect(page.get_by_text("The robot is stopped and stays stopped.")).to_be_visible()
+    await explore.click()
+    await expect(answer.get_by_text("The robot is stopped. Resume first.")).to_be_visible()
+    assert len(done) == 4
 
 
 @pytest.mark.parametrize(("size", "dark"), [(DESKTOP, False), (DESKTOP, True), (PHONE, False)])

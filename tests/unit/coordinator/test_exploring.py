@@ -10,6 +10,7 @@ from coordinator.core import events as ev
 from coordinator.core.activities import Paused, UnderExploration
 from coordinator.core.motions import PlainMotion
 from coordinator.core.rules import CoverageRule, ScanRule
+from coordinator.execution.mission_messages import waiting_for
 from support.mission_script import ORIGIN, Script, box
 
 E = ExplorationEnd
@@ -36,6 +37,13 @@ def test_it_begins_an_exploration_that_comes_home_to_where_the_robot_stands() ->
     assert isinstance(script.mission.activity, UnderExploration)
 
 
+def test_how_long_was_asked_for_is_passed_on() -> None:
+    asked = PlainMotion("exploring", explores=True, explore_s=120.0)
+    script = Script().robot(ORIGIN).feed(ev.MotionStarted("m1", "explore", asked))
+    assert script.last(do.BeginExploration).duration_s == 120.0
+    assert exploring().last(do.BeginExploration).duration_s is None
+
+
 def test_on_the_dock_it_leaves_the_dock_first() -> None:
     script = exploring(docked=True)
     assert not script.asked(do.BeginExploration)
@@ -46,7 +54,8 @@ def test_on_the_dock_it_leaves_the_dock_first() -> None:
 def test_a_robot_that_does_not_know_where_it_is_waits_for_it_and_gives_up_in_time() -> None:
     script = exploring(pose=None, lost_pose_s=20.0).wait(5.0)
     assert not script.asked(do.BeginExploration)
-    assert len(script.robot(ORIGIN).wait(1.5).asked(do.BeginExploration)) == 1
+    assert waiting_for(script.mission, script.now_s) == "localisation: for 15 s at most"
+    assert len(script.robot(ORIGIN).wait(0.5).asked(do.BeginExploration)) == 1
     lost = exploring(pose=None, lost_pose_s=20.0).wait(21.0)
     assert ended(lost) == (Outcome.ABORTED, EndCause.LOST)
 

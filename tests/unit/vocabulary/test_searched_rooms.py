@@ -2,7 +2,7 @@
 
 import pytest
 
-from vocabulary.rooms import may_say_where, searched_in
+from vocabulary.rooms import may_say_where, named_in, searched_in
 
 NAMES = ("kitchen", "bedroom", "bedroom 2", "Anna's room", "den", "unnamed room 3", "Küche")
 
@@ -161,3 +161,19 @@ def test_several_rooms_are_called_by_all_their_names_within_the_length_of_one() 
     assert found is not None
     assert len(found.names) == 3
     assert len(found.name) == 64
+
+
+@pytest.mark.parametrize(
+    ("said", "goal"),
+    [
+        ("go to the kitchen", "kitchen"),
+        ("go to the hallway next to the kitchen", "hallway"),
+        ("go to the kitchen next to Anna's room", "kitchen"),
+        ("go to the attic next to the kitchen", None),
+        ("go to the room beside the bedroom", None),
+        ("go next to the kitchen", None),
+        ("drive close to the lounge", None),
+    ],
+)
+def test_a_room_that_only_tells_where_another_place_is_is_not_meant(said: str, goal: str | None) -> None:
+    assert named_in(said, ("kitchen", "hallway", "bedroom", "Anna's room")) == goal

@@ -53,7 +53,7 @@ transport: httpx.BaseTransport | None = None
 """Set by tests; none = the network."""
 
 
-Only = Annotated[list[BackupService] | None, typer.Option(help="this service's alone; several: said again")]
+Only = Annotated[list[BackupService] | None, typer.Option(help="this one's alone; several: said again")]
 
 
 def _version(asked: bool) -> None:
@@ -227,7 +227,7 @@ def backup(
     host: Host = "127.0.0.1",
     port_base: PortBase = 8000,
 ) -> None:
-    """Writes what is remembered and the history of missions into one file; the robot goes on meanwhile."""
+    """Writes what is remembered, what was explored and the history of missions into one file; the robot goes on."""
     if file.exists() and not force:
         raise typer.BadParameter(f"{file} is there already; --force replaces it", param_hint="FILE")
     with _services(host, port_base) as services, _saying():
@@ -246,7 +246,7 @@ def restore(
     host: Host = "127.0.0.1",
     port_base: PortBase = 8000,
 ) -> None:
-    """Replaces what is remembered and the history of missions by what a back-up holds. Not while a mission runs."""
+    """Replaces what is remembered, explored, and the history of missions by a back-up's. Not while a mission runs."""
     with tempfile.TemporaryDirectory(prefix="atom-restore-") as folder, _saying():
         manifest, files = archive.unpack(file, Path(folder))
         wanted = _wanted(only) if only else tuple(one for one in copies.EVERY if one in files)
@@ -280,7 +280,8 @@ def _saying() -> Generator[None]:
         names = " and ".join(one.value for one in error.put_back)
         console.print(
             f"[bold red]failed[/]   {escape(str(error.cause) or 'interrupted')}."
-            + f" {names} has again what it had before." * bool(names)
+            + f" {names} {'has again what it' if len(error.put_back) == 1 else 'have again what they'} had before."
+            * bool(names)
             + f" {error.failed.value} may have taken it, or still will: look." * error.unknown,
             soft_wrap=True,
         )

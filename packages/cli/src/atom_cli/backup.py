@@ -14,8 +14,9 @@ from atom_cli import archive
 from atom_cli.services import AwayError, RefusedError, ServiceError, Services
 from contracts.backup import BackupManifest, BackupService, RestoreReply
 
-EVERY = (BackupService.COORDINATOR, BackupService.MEMORY)
+EVERY = (BackupService.COORDINATOR, BackupService.EXPLORATION, BackupService.MEMORY)
 """In the order they are restored in: the coordinator is the one that may say no."""
+THE_COORDINATORS = frozenset({BackupService.COORDINATOR, BackupService.EXPLORATION})
 HELD_S = 600.0
 """So long no mission begins when this program dies in the middle; one service takes less, or is not waited for."""
 
@@ -57,7 +58,7 @@ def restore(
 ) -> dict[BackupService, RestoreReply]:
     """What each service says. Raises `ServiceError` or `MissionOnError` when nothing has changed, else `HalfwayError`
     or `NotPutBackError`; `KeyboardInterrupt` only while it is checked."""
-    if BackupService.COORDINATOR not in wanted:  # which says so itself
+    if THE_COORDINATORS.isdisjoint(wanted):  # it says so itself
         _check_at_rest(services)
     checked = {one: services.restore(one, files[one], dry_run=True) for one in wanted}
     if dry_run:
@@ -93,7 +94,7 @@ def _no_mission_begins(services: Services, wanted: Sequence[BackupService]) -> G
         try:
             services.hold_missions(HELD_S)
         except AwayError:  # no coordinator, no mission
-            if BackupService.COORDINATOR in wanted:
+            if not THE_COORDINATORS.isdisjoint(wanted):
                 raise
 
     try:

@@ -29,6 +29,12 @@ from contracts.speech import Transcript
 T = TypeVar("T")
 
 PORTS: Final = {"coordinator": 1, "inference": 2, "memory": 3, "robot_bridge": 4, "speech": 5}
+DATABASES: Final = {
+    BackupService.COORDINATOR: ("coordinator", ""),
+    BackupService.EXPLORATION: ("coordinator", "/exploration"),
+    BackupService.MEMORY: ("memory", ""),
+}
+"""Who keeps each, and below which path it is copied."""
 STOP_TRIES: Final = 3
 STARTING_S: Final = 60.0
 """Reading a command may ask a language model."""
@@ -180,17 +186,19 @@ class Services:
 
     def back_up(self, service: BackupService, into: BinaryIO) -> str:
         """Writes the service's database into the file; returns the revision of its schema."""
+        keeper, path = DATABASES[service]
+        url = self._url(keeper, f"{path}/backup")
         with (
-            self._naming(service.value),
-            self._http.stream("GET", self._url(service.value, "/backup"), headers=self._key, timeout=COPYING) as answer,
+            self._naming(keeper),
+            self._http.stream("GET", url, headers=self._key, timeout=COPYING) as answer,
         ):
             if not answer.is_success:
                 answer.read()
-                self._refuse(service.value, answer)
+                self._refuse(keeper, answer)
             for part in answer.iter_bytes():
                 into.write(part)
             if SCHEMA_HEADER not in answer.headers:
-                raise RefusedError(f"{service.value} answered with something else than its contract")
+                raise RefusedError(f"{keeper} answered with something else than its contract")
             return answer.headers[SCHEMA_HEADER]
 
     def hold_missions(self, seconds: float) -> None:
@@ -201,17 +209,18 @@ class Services:
 
     def restore(self, service: BackupService, database: Path, *, dry_run: bool) -> RestoreReply:
         """Has it take the database in the file; `dry_run`: only judge it."""
+        keeper, path = DATABASES[service]
         with database.open("rb") as file:
             answer = self._call(
-                service.value,
+                keeper,
                 "POST",
-                "/restore",
+                f"{path}/restore",
                 params={"dry_run": dry_run},
                 content=file,
                 headers={"content-length": str(database.stat().st_size), "content-type": "application/octet-stream"},
                 timeout=COPYING,
             )
-        return self._parsed(service.value, answer, TypeAdapter(RestoreReply))
+        return self._parsed(keeper, answer, TypeAdapter(RestoreReply))
 
     def stop(self) -> EmergencyStopReply:
         """Straight to robot_bridge; a try that got no answer is followed by another, which does no harm."""

@@ -107,12 +107,9 @@ class GoToAction(Message):
     )
     y_m: float | None = Field(default=None, strict=True, ge=-10_000.0, le=10_000.0, description="m, in map")
     yaw_rad: float | None = Field(
-        default=None,
-        strict=True,
-        ge=-TURN_RAD_MAX,
-        le=TURN_RAD_MAX,
+        default=None, strict=True, ge=-TURN_RAD_MAX, le=TURN_RAD_MAX,
         description="rad, the heading there, counter-clockwise from the map's x axis; none = as it comes",
-    )
+    )  # fmt: skip
     room: Room | None = None
     thing: Thing | None = None
 
@@ -162,6 +159,9 @@ class ExploreAction(Message):
     """Drives to what the map does not show yet, and home; looks at all of the map where nothing unknown is left."""
 
     action: Literal[ActionName.EXPLORE] = ActionName.EXPLORE
+    duration_s: float | None = Field(
+        default=None, strict=True, ge=10.0, le=800.0, description="s, then it drives home; none, or longer = as is set"
+    )
 
 
 class PatrolAction(Message):

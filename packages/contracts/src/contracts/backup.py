@@ -27,9 +27,12 @@ class BackupRefusal(StrEnum):
 
 
 class BackupService(StrEnum):
-    """Services that keep what cannot be made again."""
+    """Databases that cannot be made again, each by the name of its service; the coordinator keeps two."""
 
     COORDINATOR = "coordinator"
+    """The history of missions."""
+    EXPLORATION = "exploration"
+    """What explorations found out of each home: a file of the coordinator's own."""
     MEMORY = "memory"
 
 
@@ -52,7 +55,7 @@ class RestoreReply(Message):
 
 
 class BackedUpDatabase(Message):
-    """One file of an archive."""
+    """One file of an archive; `service` says whose database it is."""
 
     service: BackupService
     revision: Revision

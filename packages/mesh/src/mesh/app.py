@@ -11,6 +11,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from fastapi_offline import FastAPIOffline
 from starlette.exceptions import HTTPException
+from starlette.requests import HTTPConnection
 from starlette.routing import Mount
 
 from contracts.problem import Dependency, Health, Readiness
@@ -76,6 +77,7 @@ def make_app(
         public(docs.app if isinstance(docs, Mount) else cast(Any, docs).endpoint)
     credentials = settings.credential_store() if settings is not None else None
     app.state.credentials = credentials
+    app.state.ending = False
     app.add_middleware(
         AuthorizationMiddleware, credentials=credentials, authenticate_session=authenticate_session, log_in_at=log_in_at
     )
@@ -112,6 +114,11 @@ def make_app(
         return Response(prometheus_client.generate_latest(), media_type=prometheus_client.CONTENT_TYPE_LATEST)
 
     return app
+
+
+def is_ending(connection: HTTPConnection) -> bool:
+    """Whether the process has been told to stop (`mesh.server`): what is cut off from then on nobody has cancelled."""
+    return bool(connection.app.state.ending)
 
 
 async def _mesh_problem(request: Request, error: Exception) -> Response:

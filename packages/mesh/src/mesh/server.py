@@ -1,13 +1,17 @@
 """Runs a service's app under uvicorn, ending cleanly on SIGINT and SIGTERM."""
 
 import asyncio
+import contextlib
 import signal
+import socket
 import sys
 from types import FrameType
 from typing import Any, Final
 
 import uvicorn
 from fastapi import FastAPI
+from starlette.types import ASGIApp
+from uvicorn.config import STARTUP_FAILURE
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
@@ -190,6 +194,19 @@ class WebSocketLimitsProtocol(WebSocketsSansIOProtocol):
         super().send_receive_event_to_app()
 
 
+class DrainingServer(uvicorn.Server):
+    """Tells its app that it ends (`mesh.app.is_ending`) before it cuts anything off."""
+
+    def __init__(self, config: uvicorn.Config, app: FastAPI | ASGIApp) -> None:
+        super().__init__(config)
+        self._app = app
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        if isinstance(self._app, FastAPI):
+            self._app.state.ending = True
+        await super().shutdown(sockets)
+
+
 def serve(app: FastAPI, *, host: str, port: int) -> None:
     """Blocks until the process is told to stop; open streams get two seconds to end. `host`: several, with commas.
 
@@ -198,7 +215,7 @@ def serve(app: FastAPI, *, host: str, port: int) -> None:
     """
     signal.signal(signal.SIGTERM, _end)
     hosts: Any = host.split(",")  # uvicorn's type says one; asyncio's create_server, which it hands it to, takes more
-    uvicorn.run(
+    config = uvicorn.Config(
         app,
         host=hosts,
         port=port,
@@ -208,6 +225,11 @@ def serve(app: FastAPI, *, host: str, port: int) -> None:
         access_log=False,
         timeout_graceful_shutdown=2,
     )
+    server = DrainingServer(config, app)
+    with contextlib.suppress(KeyboardInterrupt):
+        server.run()
+    if not server.started:
+        sys.exit(STARTUP_FAILURE)
 
 
 def _end(number: int, frame: FrameType | None) -> None:

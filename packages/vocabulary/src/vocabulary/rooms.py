@@ -28,6 +28,8 @@ SAID: dict[str, str] = {
     "restroom": "bathroom", "study": "office",
 }  # fmt: skip
 """Other words for a kind."""
+BESIDE = r"(?:next to|beside|near|near to|close to|nearby|opposite|opposite to|across from|adjacent to)"
+"""Before a place that is not meant itself."""
 BEFORE = r"(?:in|into|inside|from|to|of|through|at)"
 
 
@@ -90,8 +92,10 @@ def room_in(text: str) -> str | None:
 def named_in(text: str, names: Iterable[str]) -> str | None:
     """Of the names of a home's rooms the longest that is said, as a whole word; else the kind of room that is said.
 
-    A name is heard where a room may be meant ('in', 'to', 'from the ...'): Anna is a room only in 'go to Anna'.
+    A name is heard where a room may be meant ('in', 'to', 'from the ...'): Anna is a room only in 'go to Anna'. One
+    that only tells where another place is ('the hallway next to the kitchen') is not meant.
     """
+    text = without_neighbours(text, names)
     said = joined(words_of(text))
     for name in sorted(names, key=lambda one: (-len(one), one)):
         words = joined(words_of(name))
@@ -101,6 +105,14 @@ def named_in(text: str, names: Iterable[str]) -> str | None:
     if kind is not None:
         return kind
     return next((kind for word, kind in SAID.items() if re.search(rf"\b{BEFORE} (?:the |my )?{word}\b", said)), None)
+
+
+def without_neighbours(text: str, names: Iterable[str]) -> str:
+    """The words without 'next to the kitchen' and the like, as joined words where any is left out."""
+    said = joined(words_of(text))
+    rooms = "|".join(re.escape(joined(words_of(one))) for one in sorted({*names, *ROOMS, *SAID}, key=len, reverse=True))
+    kept = re.sub(rf"\b{BESIDE} {_THE}(?:{rooms})\b", "", said)
+    return text if kept == said else " ".join(kept.split())
 
 
 def speaks_of_a_place(text: str) -> bool:

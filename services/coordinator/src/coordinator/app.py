@@ -23,13 +23,15 @@ from coordinator.adapters.sqlite_log import SqliteLog
 from coordinator.commands.action_service import ActionService
 from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
+from coordinator.commands.journal_service import JournalService
 from coordinator.commands.mission_service import MissionService
 from coordinator.execution.explorer import ExplorationNeeds
 from coordinator.execution.look_reporter import LookReporter
 from coordinator.execution.mission_runner import MissionRunner
 from coordinator.execution.newest_view import NewestView
 from coordinator.exploration.rules import ExplorationRules
-from coordinator.exploration_ports import ExploringRobot, Journal
+from coordinator.exploration_ports import CopiedJournal, ExploringRobot, Journal
+from coordinator.exploration_routes import router as exploration_router
 from coordinator.ports import Camera, Inference, Memory, MissionLog
 from coordinator.questions.question_service import QuestionService
 from coordinator.queue.mission_queue import MissionQueue
@@ -47,6 +49,7 @@ class State(TypedDict):
     questions: QuestionService
     actions: ActionService
     mcp: mcp_server.McpServer
+    journals: JournalService
 
 
 def create_app(
@@ -58,7 +61,7 @@ def create_app(
     memory: Memory | None = None,
     camera: Camera | None = None,
     log: MissionLog | None = None,
-    journal: Journal | None = None,
+    journal: CopiedJournal | None = None,
     clock: Clock | None = None,
     on_death: Callable[[], None] = end_this_process,
 ) -> FastAPI:
@@ -124,7 +127,13 @@ def create_app(
             resources = Resources(missions=missions, robot=the_robot, memory=the_memory, camera=the_camera)
             mcp = mcp_server.McpServer(actions, resources, version=version("atom-coordinator"))
             await closing(mcp.running())
-            yield {"missions": missions, "questions": questions, "actions": actions, "mcp": mcp}
+            yield {
+                "missions": missions,
+                "questions": questions,
+                "actions": actions,
+                "mcp": mcp,
+                "journals": JournalService(settings, missions, the_journal),
+            }
 
     async def dependencies(request: Request) -> Sequence[Dependency]:
         return await (await get_missions(request)).dependencies()
@@ -139,11 +148,12 @@ def create_app(
         settings=settings,
         measure=measure,
         body_bytes_max=settings.body_bytes_max,
-        body_bytes_max_at={"/restore": None},
+        body_bytes_max_at={"/restore": None, "/exploration/restore": None},
         description="Decides: missions, the state machine, the search and the approach.",
     )
     app.include_router(router)
     app.include_router(actions_router)
+    app.include_router(exploration_router)
     app.router.routes.append(mcp_server.route())
     return app
 

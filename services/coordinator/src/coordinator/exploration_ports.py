@@ -1,5 +1,7 @@
 """What an exploration needs of the robot's senses, of whoever leads it, and of its journal."""
 
+from collections.abc import AsyncIterable
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -9,6 +11,7 @@ from contracts.obstacles import Obstacles
 from contracts.robot import RobotState
 from coordinator.exploration.commands import AskModel
 from coordinator.ports import Robot
+from store.copies import DatabaseCopy, JudgedDatabase
 
 
 class ExploringRobot(Robot, Protocol):
@@ -53,3 +56,19 @@ class Journal(Protocol):
         ...
 
     def write(self, home: str, memory: ExplorationMemory) -> None: ...
+
+
+class CopiedJournal(Journal, Protocol):
+    """A journal that is backed up and restored; each raises `UnavailableError` where its database is away."""
+
+    async def snapshot(self) -> DatabaseCopy:
+        """All homes at one moment, as an SQLite file. `ConflictError` while another copy is made."""
+        ...
+
+    def candidate(self, body: AsyncIterable[bytes], *, bytes_max: int) -> AbstractAsyncContextManager[JudgedDatabase]:
+        """A snapshot that came back, judged, for `replace` inside the block. `TooLargeError`, `UnprocessableError`."""
+        ...
+
+    async def replace(self, candidate: JudgedDatabase) -> str:
+        """All or nothing, while nothing is explored; the name of the file that keeps what was there before."""
+        ...

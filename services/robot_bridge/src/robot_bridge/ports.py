@@ -121,7 +121,8 @@ class Robot(Protocol):
         ...
 
     def cancel_all_goals(self) -> None:
-        """Every goal in Nav2, whoever sent it, and docking too; waits for nothing."""
+        """Every goal in Nav2, whoever sent it, and docking too; waits for nothing. What is out of reach is asked once
+        it is back, and no goal is sent there before it has answered."""
         ...
 
     async def navigate(self, pose: Pose2D, on_progress: Callable[[float], None]) -> AcceptedGoal | None:

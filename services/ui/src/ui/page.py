@@ -19,6 +19,7 @@ from ui import page_model as words
 from ui.desk import Desk
 from ui.exploration_view import exploration_view
 from ui.i18n import _
+from ui.library_actions import LibraryActions
 from ui.operator_actions import OperatorActions
 from ui.panels.camera_panel import CameraPanel
 from ui.panels.command_panel import CommandPanel
@@ -113,7 +114,7 @@ class OperatorPage:
                 with nicegui_ui.tab_panel("history"):
                     self._history = HistoryPanel(desk, self._timeline, self._open_timeline)
                 with nicegui_ui.tab_panel("robot"):
-                    self._machine = RobotPanel(actions)
+                    self._machine = RobotPanel(actions, LibraryActions(desk, actions))
 
     def _open_timeline(self) -> None:
         self._tabs.set_value("timeline")

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Sequence
 from contextlib import AbstractAsyncContextManager
 from typing import Protocol
 
+from contracts.actions import Action, ActionReply
 from contracts.asking import Answer
 from contracts.belief import NoBelief, SearchBelief
 from contracts.intent import Understood
@@ -80,6 +81,10 @@ class Missions(Protocol):
     async def ask(self, question: str) -> Answer: ...
     async def understand(self, readings: Sequence[str]) -> Understood:
         """What a saying means that was heard in up to four ways. It begins nothing."""
+        ...
+
+    async def do(self, action: Action) -> ActionReply:
+        """One action of the library; what moves the robot is a mission, begun or queued."""
         ...
 
     async def pause(self, mission_id: str) -> Mission: ...

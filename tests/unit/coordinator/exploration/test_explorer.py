@@ -14,7 +14,7 @@ from coordinator.core import events as ev
 from coordinator.core.activities import Paused, UnderExploration
 from coordinator.core.mission import Mission
 from coordinator.core.rules import Rules
-from coordinator.execution.explorer import ExplorationNeeds, Explorer
+from coordinator.execution.explorer import ExplorationNeeds, Explorer, rules_of
 from coordinator.execution.motion_client import MotionClient
 from coordinator.exploration.commands import AskModel
 from coordinator.exploration_ports import PilotAnswer
@@ -116,3 +116,17 @@ async def test_what_was_discovered_before_a_pause_is_told_at_the_end() -> None:
         ends = await rig.ends()
         assert [one.discoveries for one in ends] == [("cup",)]
         assert [one.label for one in rig.told if isinstance(one, ev.DiscoverySeen)] == ["cup"]
+
+
+@pytest.mark.parametrize(("asked", "lasts"), [(None, 600.0), (120.0, 120.0), (700.0, 600.0)])
+def test_it_lasts_as_long_as_was_asked_and_no_longer_than_is_set(asked: float | None, lasts: float) -> None:
+    assert rules_of(Settings(), None, model=False, duration_s=asked).duration_s == lasts
+
+
+async def test_a_short_one_is_over_when_it_was_asked_to_be() -> None:
+    async with opened() as rig:
+        begun_s = rig.clock.now_s()
+        rig.explorer.explore(act.BeginExploration(CALL, rig.world.pose, 12.0), UNDER_WAY, None)
+        ends = await rig.ends()
+        assert [one.end for one in ends] == [ExplorationEnd.TIME_UP]
+        assert rig.clock.now_s() - begun_s < 40.0

@@ -4,6 +4,7 @@ Who may is what the service's own middleware says of each request, and what each
 action moves the robot lasts as long as its mission, tells its timeline as progress, and cancels it when cancelled.
 """
 
+import asyncio
 import contextlib
 from collections.abc import AsyncGenerator
 from typing import Any, Final
@@ -16,22 +17,33 @@ from mcp.server.lowlevel import Server
 from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
 from mcp.shared.exceptions import MCPError
 from pydantic import ValidationError
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
-from starlette.types import Receive, Scope, Send
+from starlette.types import Message, Receive, Scope, Send
 
 from contracts.access import Role
 from contracts.actions import ACTION, SPECS, Action, ActionName, ActionReply, tool_schema
 from contracts.mission import Mission, Outcome
 from coordinator.adapters.mcp_resources import Resources
+from coordinator.adapters.mcp_sessions import McpSessions
 from coordinator.commands.action_service import ActionService
 from mesh.access import Principal, principal_of, requires_role
+from mesh.access.middleware import ANYBODY
+from mesh.app import is_ending
 from mesh.errors import ConflictError, MeshError
 
 log = structlog.get_logger()
 
 Context = ServerRequestContext[Any, Any]
 PATH: Final = "/mcp"
+SESSION: Final = "mcp-session-id"
+VERSION: Final = "mcp-protocol-version"
+NEWEST_WITH_SESSIONS: Final = "2025-11-25"
 SESSIONS_MAX: Final = 64
+SESSIONS_OF_ONE_MAX: Final = 16
+"""Of one principal, where there are keys: without them nobody can be told from another."""
 SESSION_IDLE_S: Final = 600.0
 BODY_BYTES_MAX: Final = 100_000
 FAULTS: Final = frozenset({Outcome.ABORTED, Outcome.INTERRUPTED})
@@ -51,6 +63,7 @@ class McpServer:
         self._actions = actions
         self._resources = resources
         self._closing = False
+        self._sessions = McpSessions(idle_s=SESSION_IDLE_S)
         server: Server[Any] = Server(
             "atom",
             version=version,
@@ -77,7 +90,45 @@ class McpServer:
                 self._closing = True  # what ends now was cancelled by nobody
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
-        await self._manager.handle_request(scope, receive, send)
+        """As the manager does; but no principal opens more than `SESSIONS_OF_ONE_MAX` sessions (429)."""
+        request = Request(scope)
+        who, session = principal_of(request), request.headers.get(SESSION)
+        version = request.headers.get(VERSION)
+        if who is None or who is ANYBODY or (version is not None and version > NEWEST_WITH_SESSIONS):
+            await self._manager.handle_request(scope, receive, send)
+        elif session is not None:
+            await self._serve(session, scope, receive, send)
+        elif self._sessions.of(who.name, _loop_s()) >= SESSIONS_OF_ONE_MAX:
+            log.warning("refused to open one more MCP session", who=who.name, open=SESSIONS_OF_ONE_MAX)
+            await _too_many(who.name)(scope, receive, send)
+        else:
+            await self._open(who.name, scope, receive, send)
+
+    async def _open(self, who: str, scope: Scope, receive: Receive, send: Send) -> None:
+        with self._sessions.opening(who) as opening:
+
+            async def told(message: Message) -> None:
+                if message["type"] == "http.response.start" and message["status"] < 400:
+                    session = Headers(raw=message["headers"]).get(SESSION)
+                    if session is not None:
+                        self._sessions.opened(opening, session, _loop_s())
+                await send(message)
+
+            await self._manager.handle_request(scope, receive, told)
+
+    async def _serve(self, session: str, scope: Scope, receive: Receive, send: Send) -> None:
+        async def told(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                ended = scope["method"] == "DELETE" and message["status"] < 400
+                if ended or message["status"] == 404:
+                    self._sessions.closed(session)
+            await send(message)
+
+        self._sessions.begin_request(session)
+        try:
+            await self._manager.handle_request(scope, receive, told)
+        finally:
+            self._sessions.end_request(session, _loop_s())
 
     async def _list_tools(self, context: Context, _: types.PaginatedRequestParams | None) -> types.ListToolsResult:
         """Those that who asks may use."""
@@ -115,7 +166,7 @@ class McpServer:
                     break
             return await missions.get(mission_id)
         except anyio.get_cancelled_exc_class():
-            if not self._closing:
+            if not (self._closing or (context.request is not None and is_ending(context.request))):
                 with anyio.CancelScope(shield=True), contextlib.suppress(ConflictError):  # it may be over by now
                     await missions.cancel(mission_id)
             raise
@@ -150,6 +201,19 @@ class McpEndpoint:
 
 def route() -> Route:
     return Route(PATH, endpoint=McpEndpoint(), methods=["GET", "POST", "DELETE"])
+
+
+def _loop_s() -> float:
+    return asyncio.get_running_loop().time()
+
+
+def _too_many(who: str) -> Response:
+    text = (
+        f"{SESSIONS_OF_ONE_MAX} sessions of {who} are open already: end one (DELETE {PATH}), or wait until one has "
+        f"been idle for {SESSION_IDLE_S:.0f} s"
+    )
+    error = {"jsonrpc": "2.0", "id": None, "error": {"code": types.INVALID_REQUEST, "message": text}}
+    return JSONResponse(error, 429)
 
 
 def _principal(context: Context) -> Principal | None:

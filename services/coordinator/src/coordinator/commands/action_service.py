@@ -1,6 +1,7 @@
 """`POST /actions`: each declared action done (`contracts.actions`). What moves becomes a mission in the one queue."""
 
 import re
+from dataclasses import replace
 from typing import Final, assert_never
 
 from contracts.access import Principal, Role
@@ -144,7 +145,8 @@ class ActionService:
 
     async def _move(self, action: Moving, ended_before: int) -> ActionReply:
         names_rooms = isinstance(action, PatrolAction) or (isinstance(action, GoToAction) and action.room is not None)
-        motion = motion_of(action, await self.missions.reader.rooms(needed=names_rooms))
+        rooms = await self.missions.reader.rooms(needed=names_rooms)
+        motion = replace(motion_of(action, rooms), map_id=rooms.map_id)
         command = f"{action.action.value.replace('_', ' ')}: {motion.what}"
         return await self._begin(action.action, command, motion, ended_before)
 

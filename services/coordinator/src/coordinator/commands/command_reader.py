@@ -35,7 +35,7 @@ from vocabulary.languages import is_foreign
 from vocabulary.moods import Reading, read
 from vocabulary.orders import order_in
 from vocabulary.restrictions import restrictions_in
-from vocabulary.rooms import ROOMS, may_say_where, named_in, room_in, searched_in, speaks_of_a_place
+from vocabulary.rooms import ROOMS, may_say_where, named_in, room_in, searched_in, speaks_of_a_place, without_neighbours
 from vocabulary.sounding import HeardText, by_ear, said_once
 
 log = structlog.get_logger()
@@ -85,7 +85,7 @@ class CommandReader:
             known = await self.rooms(needed=speaks_of_a_place(asked))
             room = named_in(asked, known.names)
             if room is not None and known.rooms:
-                return (way_to(one_room_meant(room, known)),)
+                return (replace(way_to(one_room_meant(room, known)), map_id=known.map_id),)
         return await self._things_asked(asked, claims, last)
 
     async def things(self, reading: Reading, last: LastTarget) -> Sequence[CheckedTask]:
@@ -201,7 +201,8 @@ class CommandReader:
             return KnownRooms()
         try:
             async with asyncio.timeout(self._settings.recall_timeout_s):
-                return KnownRooms((await self._memory.rooms()).rooms)
+                told = await self._memory.rooms()
+                return KnownRooms(told.rooms, told.map_id or None)
         except UpstreamError as error:
             if error.upstream_status == HTTPStatus.NOT_FOUND:  # it names no rooms
                 return KnownRooms()
@@ -241,7 +242,7 @@ class CommandReader:
     ) -> UnprocessableError:
         """The refusal: a question back where only a room, or the colour of a thing, was said."""
         colour = next((one.value for one in restrictions if one.kind is RestrictionKind.ANY), "")
-        room = room_in(asked) if action_in(asked) is WantedAction.GO else None
+        room = room_in(without_neighbours(asked, ())) if action_in(asked) is WantedAction.GO else None
         if room is not None:
             marks = [one.label for one in await self._things() if one.label in ROOMS[room]]
             hint = " or ".join(f"'go to the {one}'" for one in dict.fromkeys(marks)) or f"'go to the {ROOMS[room][0]}'"

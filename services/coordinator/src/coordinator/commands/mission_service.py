@@ -3,8 +3,10 @@
 import asyncio
 import hashlib
 import uuid
-from collections.abc import AsyncIterable, Sequence
+from collections.abc import AsyncGenerator, AsyncIterable, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import replace
+from functools import partial
 
 import structlog
 
@@ -17,6 +19,7 @@ from contracts.vision import Target
 from coordinator.commands.command_reader import CommandReader
 from coordinator.commands.dispatcher import Dispatcher
 from coordinator.commands.orders import Orders
+from coordinator.commands.restoring import restored
 from coordinator.core import events as ev
 from coordinator.core.mission import Order
 from coordinator.core.motions import PlainMotion
@@ -182,7 +185,7 @@ class MissionService:
 
     def _of_this_map(self, motion: PlainMotion) -> PlainMotion:
         state = self.runner.robot_state
-        return replace(motion, map_id=state.map_id if state is not None else None)
+        return replace(motion, map_id=motion.map_id or (state.map_id if state is not None else None))
 
     def refuse_now(self, ended_before: int, *, by_its_body: bool) -> None:
         """Raises `UnavailableError` and `ConflictError` where nothing can begin. `by_its_body`: it goes by what the
@@ -267,15 +270,15 @@ class MissionService:
     async def restore(self, body: AsyncIterable[bytes], *, dry_run: bool) -> RestoreReply:
         """The history becomes what a snapshot holds; `dry_run`: it is only checked. Raises `ConflictError` while a
         mission runs or waits; one that is asked for meanwhile begins afterwards."""
+        candidate = self.log.candidate(body, bytes_max=self._settings.restore_bytes_max)
+        replace_by = partial(self.log.replace, now_s=self._clock.now_s())
+        return await restored(candidate, replace_by, at_rest=self.at_rest, dry_run=dry_run)
+
+    @asynccontextmanager
+    async def at_rest(self) -> AsyncGenerator[None]:
+        """Nothing begins inside. Raises `ConflictError` while a mission runs or waits."""
         async with self._starting, self._dispatcher.at_rest():
-            pass  # known before anything is sent
-        async with self.log.candidate(body, bytes_max=self._settings.restore_bytes_max) as candidate:
-            kept = ""
-            if not dry_run:
-                async with self._starting, self._dispatcher.at_rest():
-                    kept = await self.log.replace(candidate, self._clock.now_s())
-                log.warning("the history was replaced by a back-up", rows=candidate.rows, before=kept)
-            return RestoreReply(applied=not dry_run, revision=candidate.revision, rows=candidate.rows, kept_as=kept)
+            yield
 
     async def cancel(self, mission_id: str) -> Mission:
         if not self._dispatcher.cancel(mission_id):

@@ -43,8 +43,9 @@ def motion_of(action: Moving, rooms: KnownRooms) -> PlainMotion:  # noqa: PLR091
             return PlainMotion(f"turned {abs(angle):.2f} rad to the {side}", (TurnLeg(angle),), limit_s=limit_s)
         case DriveAction(distance_m=distance):
             return PlainMotion(f"driven {distance:.2f} m straight ahead", (StraightLeg(distance),), limit_s=limit_s)
-        case ExploreAction():
-            return PlainMotion("exploring what the map does not show yet", limit_s=limit_s, explores=True)
+        case ExploreAction(duration_s=duration_s):
+            what = "exploring what the map does not show yet"
+            return PlainMotion(what, limit_s=limit_s, explores=True, explore_s=duration_s)
         case PatrolAction(rooms=names):
             return _tour([one_room(name, rooms) for name in names], limit_s)
         case UndockAction():

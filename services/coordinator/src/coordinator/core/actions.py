@@ -101,10 +101,12 @@ class KeepPicture:
 
 @dataclass(frozen=True, slots=True)
 class BeginExploration:
-    """Begins an exploration that comes home to `home`, or lets the one that is held go on."""
+    """Begins an exploration that comes home to `home`, or lets the one that is held go on. `duration_s` none: it goes
+    home after as long as is set."""
 
     call: int
     home: Pose2D
+    duration_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -77,6 +77,8 @@ class PlainMotion:
     action: WantedAction = WantedAction.MOVE
     limit_s: float | None = None
     explores: bool = False
+    explore_s: float | None = None
+    """It drives home after so long; none = as is set."""
     map_id: str | None = None
     """Of the home its places are in; none where nobody said."""
     reached: tuple[str, ...] = ()

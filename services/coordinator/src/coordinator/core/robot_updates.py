@@ -97,9 +97,11 @@ def _check_the_map(context: StepContext) -> None:
     mission = context.mission
     if not mission.running or mission.robot.map_id is None:
         return
-    if mission.map_id is None:
+    places_of = mission.motion.map_id if mission.motion is not None else None
+    begun_in = mission.map_id or places_of  # it may have begun before the robot's first map was told
+    if begun_in is None or begun_in == mission.robot.map_id:
         context.update(map_id=mission.robot.map_id)
-    elif mission.map_id != mission.robot.map_id:
+    else:
         abort_for_the_map(context, MapTrouble.ANOTHER_MAP)
 
 

@@ -39,8 +39,10 @@ class ExplorationNeeds:
     eye: Eye | None = None
 
 
-def rules_of(settings: Settings, robot: RobotDescription | None, *, model: bool) -> ExplorationRules:
-    """For one robot: with its footprint, and no faster than it can."""
+def rules_of(
+    settings: Settings, robot: RobotDescription | None, *, model: bool, duration_s: float | None = None
+) -> ExplorationRules:
+    """For one robot: with its footprint, no faster than it can, and no longer than is set."""
     limits = CheckLimits()
     if robot is not None:
         limits = CheckLimits(
@@ -50,7 +52,7 @@ def rules_of(settings: Settings, robot: RobotDescription | None, *, model: bool)
         )
     return ExplorationRules(
         pilot=ExplorationMode.MODEL if model else ExplorationMode.FRONTIERS,
-        duration_s=settings.exploration_s,
+        duration_s=min(settings.exploration_s, duration_s or settings.exploration_s),
         spending=SpendingLimits(
             calls_max=settings.exploration_calls_max,
             tokens_max=settings.exploration_tokens_max,
@@ -97,7 +99,9 @@ class Explorer:
         runner = self._runner = ExplorationRunner(
             self._given.robot,
             self._given.pilot or _NoPilot(),
-            rules=rules_of(self._given.settings, body, model=self._given.pilot is not None),
+            rules=rules_of(
+                self._given.settings, body, model=self._given.pilot is not None, duration_s=action.duration_s
+            ),
             clock=self._clock,
             tasks=self._tasks,
             journal=self._given.journal,

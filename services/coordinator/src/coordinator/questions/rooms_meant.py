@@ -13,6 +13,8 @@ class KnownRooms:
     """Those of the map the robot is in; none where memory knows none."""
 
     rooms: tuple[NamedRoom, ...] = ()
+    map_id: str | None = None
+    """Of the home they are of; none where memory does not say."""
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import httpx
 
 from clients.missions import start_mission
+from contracts.actions import Action, ActionReply
 from contracts.asking import Answer, Question
 from contracts.belief import NoBelief, SearchBelief
 from contracts.intent import Understand, Understood
@@ -36,6 +37,9 @@ class CoordinatorClient(ServiceClient):
     async def understand(self, readings: Sequence[str]) -> Understood:
         body = Understand(readings=tuple(readings))
         return await self.post("/understand", body, Understood, timeout_s=self._command_timeout_s)
+
+    async def do(self, action: Action) -> ActionReply:
+        return await self.post("/actions", action, ActionReply, timeout_s=self._command_timeout_s)
 
     async def pause(self, mission_id: str) -> Mission:
         return await self.post(path_of("missions", mission_id, "pause"), None, Mission)

@@ -1,24 +1,37 @@
 """The robot as a machine: dock, sensors, and the services behind the page."""
 
 from collections.abc import Awaitable, Callable
+from typing import Final
 
 from nicegui import ui as nicegui_ui
 
+from contracts.actions import Action, DockAction, ExploreAction, LookAroundAction
 from ui.exploration_view import ExplorationView
 from ui.i18n import _
+from ui.library_actions import LibraryActions
 from ui.operator_actions import ActionResult, OperatorActions
 from ui.page_model import PageModel
 from ui.panels.exploration_panel import ExplorationPanel
 from ui.panels.widgets import ChipRow, box, heading, result_classes
 
+EXPLORE_MIN: Final = (2, 5)
+"""For how many minutes a press may have the robot explore."""
+
 
 class RobotPanel:
-    def __init__(self, actions: OperatorActions) -> None:
+    def __init__(self, actions: OperatorActions, library: LibraryActions) -> None:
+        self._library = library
         with box("machine"):
             with box("row"):
                 self._dock = self._act(_("Dock"), actions.dock, _("Docking …"))
                 self._undock = self._act(_("Undock"), actions.undock, _("Leaving the dock …"))
                 self._act(_("Celebrate"), actions.celebrate, _("Celebrating …"))
+            with box("row"):
+                self._begin(_("Go home"), DockAction())
+                self._begin(_("Look around"), LookAroundAction())
+                self._begin(_("Explore"), ExploreAction())
+                for minutes in EXPLORE_MIN:
+                    self._begin(_("Explore for {n} min", n=minutes), ExploreAction(duration_s=60.0 * minutes))
             self._answer = nicegui_ui.label().classes("answer").props("role=status")
             self._exploration = ExplorationPanel()
             with box("group"):
@@ -43,6 +56,9 @@ class RobotPanel:
             self._answer.set_text(result.text)
 
         return nicegui_ui.button(text, on_click=clicked, color=None).props("outline no-caps").classes("act")
+
+    def _begin(self, text: str, action: Action) -> None:
+        self._act(text, lambda: self._library.begin(action), _("Asking …"))
 
     def show(self, view: PageModel, exploration: ExplorationView) -> None:
         self._exploration.show(exploration)

@@ -5,8 +5,8 @@ from typing import assert_never
 from contracts.exploration import ExplorationEnd
 from contracts.mission import EndCause, EventKind, MapTrouble, Outcome
 from coordinator.core import actions as do
-from coordinator.core.activities import UnderExploration, Waiting
-from coordinator.core.events import DetectionsSeen, DiscoverySeen, Event, ExplorationEnded, LeadChanged
+from coordinator.core.activities import Starting, UnderExploration, WaitingForPlace
+from coordinator.core.events import DetectionsSeen, DiscoverySeen, Event, ExplorationEnded, LeadChanged, Tick
 from coordinator.core.outcomes import abort, abort_for_the_map, end
 from coordinator.core.report import others_in_words
 from coordinator.core.search import new_scan
@@ -14,19 +14,20 @@ from coordinator.core.sightings import count_other_objects
 from coordinator.core.states.state import State
 from coordinator.core.step_context import StepContext
 
-NO_PLACE_S = 1.0
-"""Between two looks at whether the robot knows where it is; for how long is `lost_pose_s`."""
 DISCOVERIES_TOLD = 5
 
 
 class ExplorationState(State):
     def begin(self, context: StepContext) -> None:
-        home = context.mission.robot.pose
+        mission = context.mission
+        home = mission.robot.pose
         if home is None:
-            context.set_activity(Waiting(context.now_s + NO_PLACE_S, "localisation"))
+            lost_since_s = max(mission.robot.localized_s, mission.started_s)
+            context.set_activity(WaitingForPlace(lost_since_s + context.rules.lost_pose_s, "localisation"))
             return
         call = context.call()
-        context.request(do.BeginExploration(call, home))
+        motion = mission.motion
+        context.request(do.BeginExploration(call, home, motion.explore_s if motion is not None else None))
         context.set_activity(UnderExploration(call))
 
     def handle(self, context: StepContext, event: Event) -> None:
@@ -39,6 +40,10 @@ class ExplorationState(State):
                 context.log_event(EventKind.SIGHTING, f"discovered: {label}{f' ({note})' if note else ''}")
             case ExplorationEnded():
                 _ended(context, event)
+            case Tick() if (
+                isinstance(context.mission.activity, WaitingForPlace) and context.mission.robot.pose is not None
+            ):
+                context.set_activity(Starting())
             case _:
                 pass
 

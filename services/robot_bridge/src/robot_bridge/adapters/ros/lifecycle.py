@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import structlog
-from action_msgs.srv import CancelGoal
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from rclpy.action.client import ActionClient
@@ -11,15 +9,15 @@ from rclpy.node import Node
 
 from mesh.clock import Clock
 from mesh.latest_value import LatestValue
+from robot_bridge.adapters.ros.goal_cancels import GoalCancels
 from robot_bridge.settings import RosSettings
-
-log = structlog.get_logger()
 
 ANSWER_S_MAX = 2.5
 
 
 class Nav2Watch:
-    """Says 'active' once every node answers so, and goals left by an earlier process have been cancelled."""
+    """Says 'active' once every node answers so, and no cancel of its goals is owed: of those that an earlier process
+    left, or that a stop found out of reach."""
 
     def __init__(
         self,
@@ -29,7 +27,7 @@ class Nav2Watch:
         clock: Clock,
         navigate: ActionClient,
         *,
-        cancel: Any,
+        cancel: GoalCancels,
     ) -> None:
         self._missing = missing
         self._clock = clock
@@ -37,8 +35,6 @@ class Nav2Watch:
         self._cancel = cancel
         self._clients = {name: node.create_client(GetState, f"{name}/get_state") for name in ros.nav2_lifecycle_nodes}
         self._heard_s: dict[str, float] = {}
-        self._swept = False
-        self._sweeping_s: float | None = None
 
     def poll(self) -> None:
         """Asks every node anew and judges by what was heard lately."""
@@ -64,23 +60,6 @@ class Nav2Watch:
             missing = f"{', '.join(silent)} not active"
         elif not self._navigate.server_is_ready():
             missing = "its action is not there"
-        elif not self._swept:
-            missing = "goals left by an earlier process are not cancelled yet"
-            self._sweep(now_s)
+        elif self._cancel.late():
+            missing = "it has not answered yet that its goals are cancelled"
         self._missing.put(missing, now_s)
-
-    def _sweep(self, now_s: float) -> None:
-        """Cancels every goal there is: none of them can be ours yet."""
-        waiting = self._sweeping_s is not None and now_s - self._sweeping_s < ANSWER_S_MAX
-        if waiting or not self._cancel.service_is_ready():
-            return
-        self._sweeping_s = now_s
-        self._cancel.call_async(CancelGoal.Request()).add_done_callback(self._cleared)
-
-    def _cleared(self, done: Any) -> None:
-        answer = done.result()
-        left = len(answer.goals_canceling) if answer is not None else 0
-        if left:
-            log.warning("cancelled goals that an earlier process had left in Nav2", goals=left)
-        self._swept = True
-        self._judge(self._clock.now_s())

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import rclpy
 import structlog
 from action_msgs.msg import GoalStatus as RosGoalStatus
-from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from irobot_create_msgs.action import Dock, LedAnimation, Undock
 from irobot_create_msgs.msg import AudioNoteVector
@@ -30,6 +29,7 @@ from mesh.errors import ServiceTimeoutError, UnavailableError
 from robot_bridge.adapters.ros import convert
 from robot_bridge.adapters.ros.base_stop import BaseStopService
 from robot_bridge.adapters.ros.calls import Calls, GoalsUnderWay, Handover, RosGoal
+from robot_bridge.adapters.ros.goal_cancels import GoalCancels
 from robot_bridge.adapters.ros.graph import TypeWatch
 from robot_bridge.adapters.ros.lifecycle import Nav2Watch
 from robot_bridge.adapters.ros.other_drivers import OtherDrivers
@@ -93,14 +93,12 @@ class RosRobot:
         self._do(lambda: self._base_stop.want(engaged, restored=restored))
 
     def cancel_all_goals(self) -> None:
-        def call() -> None:
-            for client in self._cancels:
-                if client.service_is_ready():
-                    client.call_async(CancelGoal.Request())  # no id, no time: every goal
-
-        self._do(call)
+        for each in self._cancels:
+            each.owe()
+        self._do(self._ask_for_cancels)
 
     async def navigate(self, pose: Pose2D, on_progress: Callable[[float], None]) -> "RosGoal | None":
+        await self._nav2_cancel.settle(self._settings.nav2_timeout_s)
         goal = NavigateToPose.Goal(pose=convert.pose_stamped(pose, self._settings.ros.map_frame))
 
         def heard(message: Any) -> None:  # in the robot's thread
@@ -135,9 +133,11 @@ class RosRobot:
             )
 
     async def dock(self) -> bool:
+        await self._dock_cancel.settle(self._settings.nav2_timeout_s)
         return await self._base_drives(self._dock, Dock.Goal(), docked=True)
 
     async def undock(self) -> bool:
+        await self._undock_cancel.settle(self._settings.nav2_timeout_s)
         return await self._base_drives(self._undock, Undock.Goal(), docked=False)
 
     def set_initial_pose(self, pose: Pose2D) -> None:
@@ -221,10 +221,10 @@ class RosRobot:
         self._lights = ActionClient(node, LedAnimation, ros.led_action)
         self._base_stop = BaseStopService(node, ros.e_stop_service, self._clock, self._senses.base_stop)
         self._clear_costmaps = [node.create_client(ClearEntireCostmap, name) for name in ros.clear_costmap_services]
-        self._cancels = [
-            node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
-            for action in (ros.navigate_action, ros.dock_action, ros.undock_action)
-        ]
+        self._nav2_cancel = GoalCancels(node, ros.navigate_action, "nav2", self._clock)
+        self._dock_cancel = GoalCancels(node, ros.dock_action, "base", self._clock)
+        self._undock_cancel = GoalCancels(node, ros.undock_action, "base", self._clock)
+        self._cancels = (self._nav2_cancel, self._dock_cancel, self._undock_cancel)
         sensing = Sensing(
             node,
             self._settings,
@@ -234,9 +234,10 @@ class RosRobot:
             wheels=self._base_stop.wheels,
         )
         self._nav2 = Nav2Watch(
-            node, ros, self._senses.nav2_missing, self._clock, self._navigate, cancel=self._cancels[0]
+            node, ros, self._senses.nav2_missing, self._clock, self._navigate, cancel=self._nav2_cancel
         )
         steady = RosClock(clock_type=ClockType.STEADY_TIME)  # whatever a simulated or stepped clock does
+        node.create_timer(1.0, self._ask_for_cancels, clock=steady)
         node.create_timer(1.0, self._nav2.poll, clock=steady)
         node.create_timer(1.0, self._base_stop.poll, clock=steady)
         node.create_timer(1.0, sensing.poll, clock=steady)
@@ -250,6 +251,10 @@ class RosRobot:
             self.arm.open(node, self._calls)
             node.create_timer(1.0, self.arm.poll, clock=steady)
         self._executor.add_node(node)
+
+    def _ask_for_cancels(self) -> None:
+        for each in self._cancels:
+            each.poll()
 
     def _look_for_the_localiser(self) -> None:
         self._senses.localiser_listens.put(self._initial_pose.get_subscription_count() > 0, self._clock.now_s())
