@@ -12,7 +12,6 @@ import pytest
 from support.redis_server import free_port
 from support.waiting import until_true
 
-
 NICE = 9
 
 
