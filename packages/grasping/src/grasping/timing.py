@@ -3,6 +3,7 @@
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contracts.arm import POINTS_MAX
 from grasping.planning import Joints
@@ -19,12 +20,14 @@ def timed(path: tuple[Joints, ...], speed_rad_s: float) -> tuple[tuple[float, Jo
     and for a speed that is not above 0."""
     if len(path) < 2 or not speed_rad_s > 0.0:
         raise ValueError(f"a way has two postures and a speed above 0, not {len(path)} and {speed_rad_s} rad/s")
-    points = np.array(path)
+    points = np.array(path, np.float64)
     far = np.abs(np.diff(points, axis=0)).max(axis=1)
     along = np.concatenate(([0.0], np.cumsum(far)))
     duration_s = max(SHORTEST_S, PEAK * float(along[-1]) / speed_rad_s)
     count = min(POINTS_MAX, max(2, round(duration_s / STEP_S)))
     share = np.arange(1, count + 1) / count
     smooth = along[-1] * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-    joints = np.column_stack([np.interp(smooth, along, column) for column in points.T])
-    return tuple((float(time_s), tuple(row.tolist())) for time_s, row in zip(share * duration_s, joints, strict=True))
+    columns: list[NDArray[np.float64]] = [np.interp(smooth, along, points[:, k]) for k in range(points.shape[1])]
+    joints: NDArray[np.float64] = np.stack(columns, axis=1)
+    times_s = share * duration_s
+    return tuple((float(times_s[k]), tuple(float(angle) for angle in joints[k])) for k in range(count))
