@@ -183,7 +183,7 @@ class Ids:
         return json.loads(text)
 
 
-BY_THE_MOMENT = frozenset({"looked_share", "distance_remaining_m"})
+BY_THE_MOMENT = frozenset({"looked_share", "distance_remaining_m", "explored_m2"})
 """Whether these are known yet depends on how fast the machine is: null is as good as a number."""
 
 
