@@ -32,7 +32,7 @@ EARS: Final = ("recognizer", "voice_activity")
 RETRY_S: Final = 20.0
 """A server that was away may be back."""
 STOP_S_MAX, STOP_WORDS_MAX = 3.5, 4
-"""An order to stop is short, also in words, as read without leaning. In more than that, a reading that leans towards one
+"""An order to stop is short, also in words, as it is read plainly. In more than that, a reading that leans towards one
 finds it sooner or later: in "can you find my rucksack?"."""
 
 log = structlog.get_logger()
