@@ -121,11 +121,24 @@ async def test_a_stop_in_either_reading_is_told_as_one(plain: str, hot: str) -> 
     assert heard.stop
 
 
-async def test_in_a_long_saying_only_the_plain_reading_is_a_stop() -> None:
-    async with asked(made(recognizer=FakeRecognizer("I will be at the shop", "stop, I will be"))) as speech:
-        long = to_wav(np.tile(LOUD, 4), RATE_HZ)
+@pytest.mark.parametrize(("plain", "times"), [("I will be", 4), ("Can you find my rucksack?", 1)])
+async def test_in_a_long_saying_only_the_plain_reading_is_a_stop(plain: str, times: int) -> None:
+    """Long in seconds, or in words."""
+    async with asked(made(recognizer=FakeRecognizer(plain, "stop, I will be"))) as speech:
+        long = to_wav(np.tile(LOUD, times), RATE_HZ)
         heard = Transcript.model_validate_json((await speech.post("/transcribe", content=long)).content)
     assert not heard.stop
+
+
+def test_a_pause_in_a_saying_of_many_words_is_no_stop() -> None:
+    recognizer = FakeRecognizer("Can you find my rucksack?", "stop my")
+    with ready(recognizer=recognizer) as client, client.websocket_connect("/listen") as socket:
+        for chunk in chunks(np.concatenate([LOUD, QUIET[:6400], LOUD, QUIET])):
+            socket.send_bytes(chunk)
+        told = [Hearing.model_validate_json(socket.receive_text())]
+        while not told[-1].final:
+            told.append(Hearing.model_validate_json(socket.receive_text()))
+    assert not any(one.stop for one in told)
 
 
 async def test_sixteen_minutes_and_a_hundred_megabytes_are_too_long(speech: httpx.AsyncClient) -> None:

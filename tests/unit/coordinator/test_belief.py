@@ -147,6 +147,19 @@ def test_what_no_place_sees_holds_nothing_and_a_thing_in_it_is_looked_for_where_
     assert belief.cells[room].sum() < 0.2
 
 
+def test_a_box_in_passing_is_still_to_be_looked_at() -> None:
+    """Nobody stops for one picture; standing before it a look that shows the box is not taken again."""
+    boxed = ((-0.1, 0.1),)
+    gains = list[float]()
+    for moving in (True, False):
+        belief = belief_of()
+        belief.look(Glance(START, HFOV_RAD, boxed, moving=moving))
+        cell = belief.cell(Pose2D(x=3.9, y=2.0, yaw=0.0))
+        assert cell is not None
+        gains.append(float(belief.looked[:, *cell].max()))
+    assert gains[0] == 0.0 < gains[1]
+
+
 def test_memory_says_where_and_how_surely() -> None:
     belief = belief_of(CUP)
     x, y = belief.most_likely()

@@ -48,6 +48,57 @@ async def test_a_robot_that_stops_beside_what_it_chose_is_not_sent_there_for_eve
     assert len(set(chosen)) == len(chosen)
 
 
+async def chosen_after(space: BelievedSpace, grid: OccupancyGrid, *, moving: bool) -> tuple[Pose2D, ...]:
+    """The first view chosen, and the next one after a look from beside it that shows little of it."""
+    first = (await space.choose(grid, HERE, ANYWHERE)).view
+    assert first is not None
+    beside = first.pose.model_copy(update={"x": first.pose.x + 0.45})
+    for heading in first.headings:
+        space.look(beside.model_copy(update={"yaw": heading - 0.3}), NOTHING, moving=moving)
+    second = (await space.choose(grid, HERE, ANYWHERE)).view
+    assert second is not None
+    return first.pose, second.pose
+
+
+def home() -> OccupancyGrid:
+    cells = np.zeros((60, 100), dtype=np.int8)
+    cells[:2], cells[-2:], cells[:, :2], cells[:, -2:], cells[20:40, 50:54] = 100, 100, 100, 100, 100
+    return OccupancyGrid(cells, 0.05, Pose2D(x=0.0, y=0.0, yaw=0.0))
+
+
+@pytest.mark.parametrize("moving", [True, False])
+async def test_what_is_seen_in_passing_is_not_the_look_that_was_chosen(
+    monkeypatch: pytest.MonkeyPatch, moving: bool
+) -> None:
+    spent = list[Pose2D]()
+
+    def spend(_: BeliefMap, pose: Pose2D, hfov_rad: float) -> None:
+        spent.append(pose)
+
+    monkeypatch.setattr(BeliefMap, "spend", spend)
+    space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
+    await chosen_after(space, home(), moving=moving)
+    assert bool(spent) is not moving
+
+
+async def test_a_new_map_forgets_no_look_that_was_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    told, spent = list[Pose2D](), list[Pose2D]()
+
+    def look(_: BeliefMap, glance: Glance) -> None:
+        told.append(glance.pose)
+
+    def spend(_: BeliefMap, pose: Pose2D, hfov_rad: float) -> None:
+        spent.append(pose)
+
+    monkeypatch.setattr(BeliefMap, "look", look)
+    monkeypatch.setattr(BeliefMap, "spend", spend)
+    space = BelievedSpace(rules_of(), DESCRIPTION, Target(label="cup", description="red cup"), ())
+    await chosen_after(space, home(), moving=False)
+    before = tuple(told), tuple(spent)
+    await space.choose(home(), HERE, ANYWHERE)
+    assert (tuple(told), tuple(spent)) == (before[0] * 2, before[1] * 2)
+
+
 async def test_a_choice_after_a_cancelled_one_waits_for_it_and_no_look_is_told_twice(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

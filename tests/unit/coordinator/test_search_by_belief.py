@@ -5,7 +5,7 @@ import math
 import pytest
 
 from contracts.geometry import Pose2D
-from contracts.mission import MissionState, Outcome
+from contracts.mission import EndCause, MissionState, Outcome
 from coordinator.core import actions as do
 from coordinator.core import events as ev
 from coordinator.core.recording import Recording, Step, header_line, header_of, read, replay, step_line
@@ -28,6 +28,11 @@ def chosen(script: Script, pose: Pose2D, *headings: float, why: str = "2 looks 3
 
 def ended(script: Script, why: str) -> Script:
     return script.feed(ev.CoveragePlanned(script.last(do.PlanCoverage).call, (), 20.0, why=why))
+
+
+def ended_by(script: Script) -> EndCause | None:
+    report = script.mission.report
+    return report.ended_by if report is not None else None
 
 
 def looked(script: Script, looks: int) -> Script:
@@ -97,8 +102,14 @@ def test_a_place_that_cannot_be_reached_is_told_to_the_next_choice() -> None:
 
 def test_it_ends_when_nothing_is_worth_it_and_says_how_sure_it_is() -> None:
     script = ended(by_belief().begin(), "what is left is not worth a look: 93% sure that it is not here")
-    assert script.mission.outcome is Outcome.NOT_FOUND
+    assert (script.mission.outcome, ended_by(script)) == (Outcome.NOT_FOUND, EndCause.ALL_LOOKED)
     assert "93% sure that it is not here" in script.mission.reason
+
+
+def test_where_a_place_could_not_be_reached_it_did_not_look_everywhere_and_says_so() -> None:
+    script = ended(chosen(by_belief().begin(), AWAY, *QUARTER).unreachable(), "what is left is not worth a look")
+    assert (script.mission.outcome, ended_by(script)) == (Outcome.NOT_FOUND, EndCause.NO_PLACE_LEFT)
+    assert "what is left is not worth a look; 1 place to look from could not be reached" in script.mission.reason
 
 
 def test_its_recording_replays_as_it_was_decided() -> None:

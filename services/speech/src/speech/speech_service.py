@@ -31,8 +31,9 @@ EARS: Final = ("recognizer", "voice_activity")
 """The parts without which nobody is heard; the others are voices."""
 RETRY_S: Final = 20.0
 """A server that was away may be back."""
-STOP_S_MAX: Final = 3.5
-"""An order to stop is short. In more than that, a reading that leans towards one finds it sooner or later."""
+STOP_S_MAX, STOP_WORDS_MAX = 3.5, 4
+"""An order to stop is short, also in words, as it is read plainly. In more than that, a reading that leans towards one
+finds it sooner or later: in "can you find my rucksack?"."""
 
 log = structlog.get_logger()
 
@@ -211,16 +212,15 @@ class SpeechService:
         hints = ("", fitting(names, self.recognizer.tokens_of), self._stop_hint)
         readings = self.recognizer.readings(samples, hints)
         plain, hot = next(readings), next(readings)
-        short = duration_s(samples) <= STOP_S_MAX
-        leaning = short and (stop_in(hot.text) or stop_in(next(readings).text, whole=False))
+        leaning = _is_short(samples, plain) and (stop_in(hot.text) or stop_in(next(readings).text, whole=False))
         return plain, hot, stop_in(plain.text) or leaning
 
     def _read_plain(self, samples: Samples, look_for_stop: bool) -> tuple[Reading, bool]:
         readings = self.recognizer.readings(samples, ("", self._stop_hint))
         plain = next(readings)
         stop = stop_in(plain.text, whole=False)
-        short = duration_s(samples) <= STOP_S_MAX
-        return plain, stop or (look_for_stop and short and stop_in(next(readings).text, whole=False))
+        leaning = look_for_stop and _is_short(samples, plain)
+        return plain, stop or (leaning and stop_in(next(readings).text, whole=False))
 
     def _require(self, part: str) -> None:
         if part in self._away:
@@ -238,3 +238,7 @@ class SpeechService:
             took_ms=max(0.0, (self.clock.now_s() - began_s) * 1000),
             engine=self.recognizer.name,
         )
+
+
+def _is_short(samples: Samples, plain: Reading) -> bool:
+    return duration_s(samples) <= STOP_S_MAX and len(plain.text.split()) <= STOP_WORDS_MAX

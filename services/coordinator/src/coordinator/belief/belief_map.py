@@ -50,6 +50,7 @@ class Glance:
     pose: Pose2D
     hfov_rad: float
     boxes_rad: tuple[tuple[float, float], ...] = ()
+    moving: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,8 @@ class BeliefMap:
             vain &= ~boxed
             at = seen.at(boxed)
             self._boxed.append((at, seen.chance[boxed]))
-            self.looked[at] = np.maximum(self.looked[at], seen.in_the_middle[boxed])
+            if not glance.moving:  # nobody stops for one box in passing: what it may be is still to be looked at
+                self.looked[at] = np.maximum(self.looked[at], seen.in_the_middle[boxed])
         self._in_vain(seen.at(vain), seen.chance[vain])
 
     def spend(self, pose: Pose2D, hfov_rad: float) -> None:

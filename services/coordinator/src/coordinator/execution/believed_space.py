@@ -46,12 +46,13 @@ class BelievedSpace:
         self._area = area
         self._belief: BeliefMap | None = None
         self._glances: list[Glance] = []
+        self._spent: list[Pose2D] = []
         self._told = 0
         self._chosen: Choice | None = None
         self._touching = threading.Lock()
         self._asking = asyncio.Lock()
 
-    def look(self, pose: Pose2D, seen: Detections | None) -> None:
+    def look(self, pose: Pose2D, seen: Detections | None, *, moving: bool = False) -> None:
         if seen is None or len(self._glances) >= LOOKS_MAX:
             return
         boxes = (
@@ -59,7 +60,7 @@ class BelievedSpace:
             for one in seen.detections
             if self._target.may_be(one.label, one.colour)
         )
-        self._glances.append(Glance(pose, self._rules.camera_hfov_rad, tuple(boxes)))
+        self._glances.append(Glance(pose, self._rules.camera_hfov_rad, tuple(boxes), moving))
 
     async def choose(self, grid: OccupancyGrid, here: Pose2D, asked: PlanCoverage) -> Choice:
         choosing = asyncio.to_thread(self._choose, grid, here, asked)
@@ -77,7 +78,6 @@ class BelievedSpace:
         with self._touching:
             body, rules, belief = self._body, self._rules, self._belief
             if belief is None or belief.grid is not grid:
-                self._told = 0
                 belief = self._belief = BeliefMap(
                     grid,
                     label=self._target.label,
@@ -86,6 +86,10 @@ class BelievedSpace:
                     start=here,
                     within=mask_of(self._area, grid) if self._area is not None else None,
                 )
+                for glance in self._glances[: self._told]:
+                    belief.look(glance)
+                for pose in self._spent:
+                    belief.spend(pose, rules.camera_hfov_rad)
             self._tell(belief)
             for x, y in asked.expected:
                 belief.expect(x, y)
@@ -128,11 +132,13 @@ class BelievedSpace:
         self._told = told
 
     def _spend(self, belief: BeliefMap, glance: Glance) -> None:
-        """The robot stops a little beside the place it chose, and turned a little beside the heading."""
+        """The robot stops a little beside the place it chose, and turned a little beside the heading. What it sees in
+        passing is no such look: it may not get there."""
         view = self._chosen.view if self._chosen is not None else None
-        if view is None or apart_m(glance.pose, view.pose) > BESIDE_M:
+        if glance.moving or view is None or apart_m(glance.pose, view.pose) > BESIDE_M:
             return
         for heading in view.headings:
             if abs(wrap(glance.pose.yaw - heading)) <= BESIDE_RAD:
                 for place in (glance.pose, view.pose):
-                    belief.spend(place.model_copy(update={"yaw": heading}), self._rules.camera_hfov_rad)
+                    self._spent.append(place.model_copy(update={"yaw": heading}))
+                    belief.spend(self._spent[-1], self._rules.camera_hfov_rad)

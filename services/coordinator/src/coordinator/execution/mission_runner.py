@@ -235,7 +235,7 @@ class MissionRunner:
         match action:
             case do.RecordLook(pose=pose, seen=seen, moving=moving):
                 if self.believed is not None:
-                    self.believed.look(pose, seen)
+                    self.believed.look(pose, seen, moving=moving)
                 if self._settings.looks_to_memory and not moving:
                     self._looks.add(action)
                 share = self._explored.look(pose)

@@ -35,7 +35,7 @@ class ByBelief(MovingToScan):
                     self.begin(context)
             case PlanningCoverage(), CoveragePlanned(points=(), trouble=None, why=why):
                 if not revisit(context):
-                    give_up(context, EndCause.ALL_LOOKED, why)
+                    _give_up(context, why)
             case PlanningCoverage(), CoveragePlanned(trouble=None):
                 self._go(context, event)
             case Navigating(), DetectionsSeen(detections=seen) if seen.pose is not None:
@@ -59,6 +59,16 @@ class ByBelief(MovingToScan):
             self.arrive(context)
         else:
             context.navigate((CandidatePose(pose=goal),))
+
+
+def _give_up(context: StepContext, why: str) -> None:
+    """Not everything was looked at where places were chosen that could not be reached."""
+    missed = len(context.search.unreachable)
+    if missed:
+        places = "1 place" if missed == 1 else f"{missed} places"
+        give_up(context, EndCause.NO_PLACE_LEFT, f"{why}; {places} to look from could not be reached")
+    else:
+        give_up(context, EndCause.ALL_LOOKED, why)
 
 
 def _wait_for_its_place(context: StepContext) -> None:
