@@ -19,6 +19,7 @@ from speech.ports import Reading, Recognizer, Synthesizer, VoiceActivity
 from speech.readings import agree, fitting
 from speech.settings import Settings
 from speech.sound import Samples, duration_s, to_wav
+from vocabulary.folding import words_of
 from vocabulary.hot_words import expected
 from vocabulary.orders import stop_in, stop_words
 
@@ -241,4 +242,4 @@ class SpeechService:
 
 
 def _is_short(samples: Samples, plain: Reading) -> bool:
-    return duration_s(samples) <= STOP_S_MAX and len(plain.text.split()) <= STOP_WORDS_MAX
+    return duration_s(samples) <= STOP_S_MAX and len(words_of(plain.text)) <= STOP_WORDS_MAX
